@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from femic.interface.contact import ContactSetup as ContactSetup
     from femic.interface.contact import Frictionless as Frictionless
     from femic.interface.contact import Rolling as Rolling
+    from femic.interface.contact import TransientRolling as TransientRolling
     from femic.interface.contact import solve_contact as solve_contact
     from femic.interface.figures import plot_contact as plot_contact
     from femic.interface.figures import plot_ics as plot_ics
@@ -46,7 +47,14 @@ if TYPE_CHECKING:
 _MODULES = {
     "femic.interface.bodies": ("Body", "Pair", "arc", "ellipse", "load_pair", "plane", "through_points"),
     "femic.interface.calibration": ("FittedPair", "fit_bhat_prime"),
-    "femic.interface.contact": ("Compression", "ContactSetup", "Frictionless", "Rolling", "solve_contact"),
+    "femic.interface.contact": (
+        "Compression",
+        "ContactSetup",
+        "Frictionless",
+        "Rolling",
+        "TransientRolling",
+        "solve_contact",
+    ),
     "femic.interface.figures": ("plot_contact", "plot_ics"),
     "femic.interface.ics": ("compare_ics", "compute_ics", "line_along_s", "line_along_x", "points"),
     "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),

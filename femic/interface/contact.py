@@ -1,4 +1,4 @@
-"""Contact of a pair with any ICs: without friction, rolling, and pressed together with friction."""
+"""Contact of a pair with any ICs: without friction, in steady or transient rolling, and in compression."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -83,6 +83,40 @@ class Rolling:
 
 
 @dataclass(frozen=True)
+class TransientRolling:
+    """Rolling of the upper body from rest at constant creepages, in steps of one element.
+
+    `creepage`, `lateral` and `spin` are as those of `Rolling`; `distance` [mm] is rolled, by default three
+    lengths of the patch. Raises WrongInput.
+    """
+
+    load: float
+    friction: float | Sequence[float]
+    creepage: float = FrictionSpecification.creepage
+    lateral: float = 0.0
+    spin: float = 0.0
+    distance: float | None = None
+
+    def __post_init__(self) -> None:
+        checked(ContactTable, self.table)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The keys of a scene file."""
+        return given(
+            {
+                "motion": "transient",
+                "loads": [self.load],
+                "friction": np.atleast_1d(self.friction).tolist(),
+                "creepage": self.creepage,
+                "lateral": self.lateral,
+                "spin": self.spin,
+                "distance": self.distance,
+            }
+        )
+
+
+@dataclass(frozen=True)
 class Compression:
     """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
 
@@ -131,11 +165,12 @@ class ContactSetup:
 
 
 AUTOMATIC = ContactSetup()
+Motion = Frictionless | Rolling | TransientRolling | Compression
 
 
 def solve_contact(
     pair: Pair,
-    motion: Frictionless | Rolling | Compression,
+    motion: Motion,
     ics: Sequence[ICs] = ("A", "Bhat", "C"),
     setup: ContactSetup = AUTOMATIC,
     options: Options = DEFAULT,
@@ -146,10 +181,10 @@ def solve_contact(
     `compute_matrix` or `label_matrix`, on whose grid all is solved then.
 
     The dataset has numbers of contacts over ics and case (a load or an approach), or over ics, friction and
-    `xi` (creepage) or `load`: forces, moments, approach, p_max and others with units and meanings, each with
-    its estimated error `estimate_NAME`. Pressures without friction are p_0, p_1, ... over (ics, x_0, s_0)
-    [MPa] by case; with friction tractions `p` over x, s and direction [MPa], on the upper body, `stick` and
-    `slip` are those at `equal_force`, or under the last load.
+    `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others with units and
+    meanings, each with its estimated error `estimate_NAME`. Pressures without friction are p_0, p_1, ... over
+    (ics, x_0, s_0) [MPa] by case; with friction tractions `p` over x, s and direction [MPa], on the upper body, `stick` and
+    `slip` are those at `equal_force`, after the whole distance, or under the last load.
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """
@@ -167,7 +202,7 @@ def solve_contact(
 
 def _scene(
     pair: Pair,
-    motion: Frictionless | Rolling | Compression,
+    motion: Motion,
     setup: ContactSetup,
     options: Options,
     ics: Sequence[str],

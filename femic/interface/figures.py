@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.figures import surfaces
-from compare.friction.compression_page import sliding
-from compare.friction.rolling_page import creep_force
+from compare.friction.pages import main_figure
 from compare.ics.curves import curves_in
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
@@ -27,12 +26,11 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
 def plot_contact(contact: xr.Dataset) -> Figure:
     """Draw contacts with all ICs, of a dataset of `solve_contact`.
 
-    Without friction: pressures [MPa] on the surface, with the edges of patches. Of rolling: creep-force
-    curves. Of compression: the share of the contact area that slides, over the load [N].
+    Without friction: pressures [MPa] on the surface, with the edges of patches. Of steady rolling:
+    creep-force curves; of transient rolling: forces over the rolled distance [mm]. Of compression: the share
+    of the contact area that slides, over the load [N].
     """
-    if "xi" in contact.dims:
-        return _for_notebooks(creep_force(contact))
-    return _for_notebooks(sliding(contact) if "friction" in contact.dims else surfaces(contact))
+    return _for_notebooks((main_figure if "friction" in contact.dims else surfaces)(contact))
 
 
 def _for_notebooks(figure: Figure) -> Figure:

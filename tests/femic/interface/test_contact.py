@@ -24,6 +24,7 @@ ROLLING = femic.Rolling(LOAD, FRICTION, longitudinal=(-0.004, 0.0, 0.004))
 MOTIONS = {
     "none": femic.Frictionless([LOAD]),
     "rolling": ROLLING,
+    "transient": femic.TransientRolling(LOAD, FRICTION, creepage=0.004, distance=9.0),
     "compression": femic.Compression([LOAD / 2, LOAD], FRICTION),
 }
 
@@ -55,6 +56,15 @@ def test_rolling_of_a_pair_is_that_of_its_scene():
     keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [-0.004, 0.0, 0.004]}
     same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
     assert np.all(np.diff(ours.F_x.sel(ics="Bhat", friction=FRICTION)) > 0)  # driven wheels push
+
+
+def test_transient_rolling_of_a_pair_is_that_of_its_scene():
+    ours = femic.solve_contact(PAIR, MOTIONS["transient"], ["Bhat"], SETUP)
+    keys = {"motion": "transient", "friction": [FRICTION], "creepage": 0.004, "distance": 9.0}
+    same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
+    force = ours.F_x.squeeze()  # of a driven wheel, which pushes from the first step on
+    assert force[0] == 0
+    assert np.all(force[1:] > 0)
 
 
 @pytest.fixture(scope="module")
@@ -130,10 +140,9 @@ def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_ex
     assert contact.position.item() != 0.0
 
 
-@pytest.mark.parametrize(("motion", "shown"), [("none", 1), ("rolling", 1), ("compression", 1)])
-def test_a_figure_of_each_motion(motion, shown):
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_figure_of_each_motion(motion):
     figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
-    assert len(figure.axes) >= shown
     labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
     assert any("B̂" in label for label in labels)
 
