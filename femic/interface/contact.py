@@ -183,8 +183,8 @@ def solve_contact(
     The dataset has numbers of contacts over ics and case (a load or an approach), or over ics, friction and
     `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others with units and
     meanings, each with its estimated error `estimate_NAME`. Pressures without friction are p_0, p_1, ... over
-    (ics, x_0, s_0) [MPa] by case; with friction tractions `p` over x, s and direction [MPa], on the upper body,
-    `stick` and `slip` are those at `equal_force`, after the whole distance, or under the last load.
+    (ics, x_0, s_0) [MPa] by case; with friction, tractions `p` over x, s and direction [MPa] on the upper
+    body, `stick` and `slip` are those at `equal_force`, after the whole distance, or under the last load.
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """

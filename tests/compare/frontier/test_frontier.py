@@ -285,7 +285,7 @@ def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
     assert exit_code(["export", str(mine), *place]) == DONE
     said = capsys.readouterr().out
-    assert "50.00% asked for" in said
+    assert "tolerance 50.00%" in said
     nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
     chosen = choose(str(mine), nine, RunOptions(2, store))
     assert f"contact_{chosen.ics}.txt" in said
