@@ -120,7 +120,7 @@ def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path
     coarse = {(e, nu) for e in (1, 5, 9) for nu in (0.1, 0.2, 0.3)}
     overtaking = (
         SCENES_PER_WORKER - 1
-    )  # scenes that are submitted at a time, Dask runs in an order of its own
+    )  # within a window Dask has an order of its own
     assert set(light_scenes[: len(coarse) - overtaking]) <= coarse
     assert coarse <= set(light_scenes[: len(coarse) + overtaking])
 
