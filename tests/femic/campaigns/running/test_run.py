@@ -118,9 +118,7 @@ def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path
     campaign = campaign_in(tmp_path, LIGHT)
     swept(campaign, tmp_path, client)
     coarse = {(e, nu) for e in (1, 5, 9) for nu in (0.1, 0.2, 0.3)}
-    overtaking = (
-        SCENES_PER_WORKER - 1
-    )  # within a window Dask has an order of its own
+    overtaking = SCENES_PER_WORKER - 1  # within a window Dask has an order of its own
     assert set(light_scenes[: len(coarse) - overtaking]) <= coarse
     assert coarse <= set(light_scenes[: len(coarse) + overtaking])
 
