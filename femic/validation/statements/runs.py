@@ -22,8 +22,6 @@ from femic.validation.estimates.studies import GridComparison
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
-TOLERANCE = 1e-3  # of C, by default
-TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
 NEARLY_PLANE = 1e4  # mm, radius of the arcs
 
@@ -33,7 +31,7 @@ class Runs:
     """Results of scenes with all nine components of C and every variant, each computed once."""
 
     options: RunOptions
-    tolerance: float = TOLERANCE
+    tolerance: float  # of C
     done: dict[str, Results] = field(default_factory=dict)
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)

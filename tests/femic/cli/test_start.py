@@ -65,6 +65,12 @@ def test_a_wrong_campaign_is_refused_before_heavy_libraries_load(text, tmp_path)
     assert not modules & HEAVY
 
 
+def test_a_wrong_tolerance_of_statements_is_refused_before_heavy_libraries_load():
+    code, modules = loaded_by("validate", "--tolerance", "9")
+    assert code == WRONG_INPUT
+    assert not modules & HEAVY
+
+
 def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
     (tmp_path / "lazily").mkdir()
     (tmp_path / "lazily/inner.py").write_text("import lazily.trace\nanswer = 42\n")

@@ -241,6 +241,24 @@ def test_it_writes_json_and_a_page_and_goes_on_where_it_was_interrupted(
     capsys.readouterr()
 
 
+def test_a_registered_statement_is_assessed_and_reported(tmp_path, monkeypatch, capsys):
+    """One entry in the registry suffices: the command knows its number, verdict, numbers and page follow."""
+    number = max(STATEMENTS) + 1
+    criterion = Criterion("half", "a half", "<", 0.6, lambda runs: {"here": 500 * runs.tolerance})
+    statement = Statement(number, "A half is less.", (criterion,), lambda _: (), lambda _: {"twice": 1.0})
+    monkeypatch.setitem(STATEMENTS, number, statement)
+    assert exit_code(["validate", "--only", str(number), "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
+    (assessed,) = record["statements"]
+    assert (assessed["number"], assessed["claim"]) == (number, "A half is less.")
+    assert (assessed["verdict"], assessed["details"]) == (REPRODUCED, {"twice": 1.0})
+    assert assessed["criteria"][0]["values"] == {"here": 0.5}
+    page = (tmp_path / "validation.html").read_text(encoding="utf-8")
+    assert "A half is less." in page
+    assert page.count("data:image/png") == 1  # numbers, no curves
+    capsys.readouterr()
+
+
 @pytest.mark.parametrize("only", ["0", str(len(STATEMENTS) + 1)])
 def test_statements_that_are_none_are_refused(only, tmp_path, capsys):
     assert exit_code(["validate", "--only", only, "--out", str(tmp_path)]) == WRONG_INPUT
