@@ -11,7 +11,6 @@ from femic.validation.statements.criteria import (
     FOLLOWS,
     MUCH,
     SATISFACTORY,
-    Criterion,
     Statement,
     per_body,
     per_geometry,
@@ -154,14 +153,10 @@ STATEMENTS = (
         5,
         "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
         (
-            Criterion(
-                "cancel",
-                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
-                "<",
-                MUCH,
-                per_body(remaining_share, CANCEL),
+            per_geometry(remaining_share, CANCEL).below(
+                MUCH, "cancel", "|sum of both deviations| / sum of their norms: nn, ss, xx, xs"
             ),
-            Criterion("add", "the same: xn, sn", ">", 0.75, per_body(remaining_share, ADD)),
+            per_geometry(remaining_share, ADD).above(0.75, "add", "the same: xn, sn"),
         ),
         _sum_panels,
         columns=3,
@@ -171,26 +166,14 @@ STATEMENTS = (
         "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
         "good along s.",
         (
-            Criterion(
-                "xx",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
-                "<",
-                FOLLOWS,
-                per_body(worst_xx_error, ALONE),
+            per_body(worst_xx_error, ALONE).below(
+                FOLLOWS, "xx", "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone"
             ),
-            Criterion(
-                "ss",
-                "cosine between both bodies' C_ss - A_ss",
-                "<",
-                -MUCH,
-                per_body(alignment_in_ss, ("along x", "along s")),
+            per_geometry(alignment_in_ss, ("along x", "along s")).below(
+                -MUCH, "ss", "cosine between both bodies' C_ss - A_ss"
             ),
-            Criterion(
-                "B_ss",
-                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
-                "<",
-                FOLLOWS,
-                per_body(b_ss_error_across),
+            per_body(b_ss_error_across).below(
+                FOLLOWS, "B_ss", "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there"
             ),
         ),
         side_by_side(_body_panels),
@@ -199,19 +182,13 @@ STATEMENTS = (
         18,
         "All ICs converge to ICs of the half-space near the load.",
         (
-            Criterion(
-                "at the load",
-                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
-                "<",
-                SATISFACTORY,
-                per_geometry(deviation_at_load, BODIES, ON_THROUGH),
+            per_geometry(deviation_at_load, BODIES, ON_THROUGH).below(
+                SATISFACTORY, "at the load", "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm"
             ),
-            Criterion(
+            per_geometry(near_over_far, BODIES, INDEPENDENT).below(
+                MUCH,
                 "converge",
                 "largest |C - A| / A_nn up to 2.5 mm from the load over the same at 10 to 20 mm",
-                "<",
-                MUCH,
-                per_geometry(near_over_far, BODIES, INDEPENDENT),
             ),
         ),
         side_by_side(_near_panels),
@@ -220,12 +197,8 @@ STATEMENTS = (
         19,
         "Most of the discounted rotation is due to the convex body.",
         (
-            Criterion(
-                "convex",
-                "rotation of the convex body under a lateral load over the sum of both sizes",
-                ">",
-                MUCH,
-                per_geometry(convex_share),
+            per_geometry(convex_share).above(
+                MUCH, "convex", "rotation of the convex body under a lateral load over the sum of both sizes"
             ),
         ),
         side_by_side(_rotation_panels),

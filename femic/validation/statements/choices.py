@@ -9,7 +9,7 @@ import numpy as np
 from compare.ics.compute import Results, ics_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.validation.statements.criteria import SATISFACTORY, Criterion, Numbers, Statement, per_body
+from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement, per_body
 from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, error, panel
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
@@ -38,10 +38,12 @@ def _errors(results: Results, body: str, component: str) -> Array:
 
 def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numbers:
     """Measure a number of each geometry at its own and the other Poisson's ratio, by body and component."""
-    return lambda runs: {
-        f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
-        for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
-    }
+    return Numbers(
+        lambda runs: {
+            f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
+            for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
+        }
+    )
 
 
 def _both_nu(runs: Runs) -> list[Panel]:
@@ -105,19 +107,13 @@ STATEMENTS = (
         11,
         "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
         (
-            Criterion(
-                "change",
-                "largest change of the error of A, B, B̄ or B̂ with ν",
-                "<",
-                SATISFACTORY,
-                with_other_nu(error_change),
+            with_other_nu(error_change).below(
+                SATISFACTORY, "change", "largest change of the error of A, B, B̄ or B̂ with ν"
             ),
-            Criterion(
+            with_other_nu(regret).below(
+                SATISFACTORY,
                 "order",
                 "error of the variant that is best at this ν, minus the best error, at the other ν",
-                "<",
-                SATISFACTORY,
-                with_other_nu(regret),
             ),
         ),
         _both_nu,
@@ -127,19 +123,11 @@ STATEMENTS = (
         12,
         "The mix beats each single variant.",
         (
-            Criterion(
-                "worst",
-                "worst error of a component: mix over the best single variant",
-                "<",
-                1.0,
-                per_body(partial(mix_over_best, pooled=np.max), fitted=True),
+            per_body(partial(mix_over_best, pooled=np.max), fitted=True).below(
+                1.0, "worst", "worst error of a component: mix over the best single variant"
             ),
-            Criterion(
-                "mean",
-                "mean error over the components: likewise",
-                "<",
-                1.0,
-                per_body(partial(mix_over_best, pooled=np.mean), fitted=True),
+            per_body(partial(mix_over_best, pooled=np.mean), fitted=True).below(
+                1.0, "mean", "mean error over the components: likewise"
             ),
         ),
         _mix,

@@ -6,7 +6,7 @@ import numpy as np
 
 from compare.ics.compute import Results
 from compare.report.panels import Panel
-from femic.validation.statements.criteria import POOR, SMALL_PART, Criterion, Statement
+from femic.validation.statements.criteria import POOR, SMALL_PART, Numbers, Statement
 from femic.validation.statements.curves import CONCAVE, THROUGH, curve, line_of, panel, rms
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
@@ -92,15 +92,13 @@ STATEMENTS = (
         8,
         "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
         (
-            Criterion(
-                "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1", ">", 1.0, second_over_first
+            Numbers(second_over_first).above(
+                1.0, "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1"
             ),
-            Criterion(
+            Numbers(curvature_share).below(
+                SMALL_PART,
                 "curvature",
                 "part of the difference that vanishes with a wheel that is not revolved",
-                "<",
-                SMALL_PART,
-                curvature_share,
             ),
         ),
         _geometry_panels,
@@ -109,12 +107,8 @@ STATEMENTS = (
         21,
         "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
         (
-            Criterion(
-                "size",
-                "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|",
-                "<",
-                POOR,
-                term_over_change,
+            Numbers(term_over_change).below(
+                POOR, "size", "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|"
             ),
         ),
         _curvature,

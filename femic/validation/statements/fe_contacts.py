@@ -14,7 +14,7 @@ from compare.finite_elements.deviations import deviations, differences, estimate
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.contact.finite_elements.fineness import CELLS, FEWEST
-from femic.validation.statements.criteria import Criterion, Numbers, Statement
+from femic.validation.statements.criteria import Measure, Numbers, Statement
 from femic.validation.statements.runs import Runs
 
 AGREES = 0.02  # of a number, beside the estimate of finite elements
@@ -51,7 +51,7 @@ def deviations_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Numb
             {name: abs(deviations(dataset, name)) - relative_estimates(dataset, name) for name in names},
         )
 
-    return measure
+    return Numbers(measure)
 
 
 def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
@@ -62,7 +62,7 @@ def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: boo
         beyond = abs(differences(dataset, name)) - estimates(dataset, name)
         return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
 
-    return measure
+    return Numbers(measure)
 
 
 def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[str, float]:
@@ -74,7 +74,7 @@ def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[s
     }
 
 
-def details(contacts: Contacts) -> Numbers:
+def details(contacts: Contacts) -> Measure:
     """Measure deviations of all ICs from finite elements, and the estimates of the latter.
 
     They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
@@ -131,21 +131,17 @@ STATEMENTS = (
         22,
         "Contact with C agrees with contact of two meshed bodies without ICs.",
         (
-            Criterion(
+            deviations_beyond_estimate(CENTRED, OF_PATCH).below(
+                AGREES,
                 "patch",
                 f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
                 "their estimate",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(CENTRED, OF_PATCH),
             ),
-            Criterion(
+            deviations_beyond_estimate(CENTRED, (APPROACH,)).below(
+                AGREES,
                 "approach",
                 f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
                 "nothing fitted",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(CENTRED, (APPROACH,)),
             ),
         ),
         panels(CENTRED),
@@ -155,34 +151,22 @@ STATEMENTS = (
         23,
         "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
         (
-            Criterion(
+            deviations_beyond_estimate(BESIDE, ("p_max",)).below(
+                AGREES,
                 "pressure",
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
-                "<",
+            ),
+            differences_beyond_estimate(BESIDE, "F_y", over_load=True).below(
+                AGREES_FORCE, "force", "lateral force with C, likewise, over the load"
+            ),
+            differences_beyond_estimate(BESIDE, "s_centre").below(
+                AGREES_CENTRE, "centre", "centre of pressure with C, likewise [mm]"
+            ),
+            deviations_beyond_estimate(BESIDE, (APPROACH,)).below(
                 AGREES,
-                deviations_beyond_estimate(BESIDE, ("p_max",)),
-            ),
-            Criterion(
-                "force",
-                "lateral force with C, likewise, over the load",
-                "<",
-                AGREES_FORCE,
-                differences_beyond_estimate(BESIDE, "F_y", over_load=True),
-            ),
-            Criterion(
-                "centre",
-                "centre of pressure with C, likewise [mm]",
-                "<",
-                AGREES_CENTRE,
-                differences_beyond_estimate(BESIDE, "s_centre"),
-            ),
-            Criterion(
                 "approach",
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(BESIDE, (APPROACH,)),
             ),
         ),
         panels(BESIDE),

@@ -6,7 +6,6 @@ from compare.ics.compute import Results
 from compare.report.panels import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
-    Criterion,
     Statement,
     per_body,
     per_geometry,
@@ -73,50 +72,24 @@ STATEMENTS = (
         "Laterally A_nn departs from C_nn with distance, more on Geometry 2, and B_nn follows; "
         "longitudinally all three agree (both bodies together).",
         (
-            Criterion(
-                "A departs",
-                "|A_nn / C_nn - 1| at s = 10 mm",
-                ">",
-                FOLLOWS,
-                per_geometry(relative_error_across("A")),
+            per_geometry(relative_error_across("A")).above(
+                FOLLOWS, "A departs", "|A_nn / C_nn - 1| at s = 10 mm"
             ),
-            Criterion(
-                "with distance",
-                "the same: at s = 10 mm minus at 5 mm",
-                ">",
-                0.0,
-                per_geometry(growth_with_distance),
+            per_geometry(growth_with_distance).above(
+                0.0, "with distance", "the same: at s = 10 mm minus at 5 mm"
             ),
-            Criterion(
-                "geometry",
-                "the same at s = 10 mm: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(relative_error_across("A")),
+            second_minus_first(relative_error_across("A")).above(
+                0.0, "geometry", "the same at s = 10 mm: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "B follows",
-                "|B_nn / C_nn - 1| at s = 10 mm",
-                "<",
-                FOLLOWS,
-                per_geometry(relative_error_across("B")),
+            per_geometry(relative_error_across("B")).below(
+                FOLLOWS, "B follows", "|B_nn / C_nn - 1| at s = 10 mm"
             ),
-            Criterion(
-                "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm", "<", 1.0, per_geometry(b_over_a)
+            per_geometry(b_over_a).below(1.0, "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm"),
+            per_geometry(relative_error_along("A"), (BESIDE, THROUGH)).below(
+                FOLLOWS, "A along x", "|A_nn / C_nn - 1| at x = 10 mm"
             ),
-            Criterion(
-                "A along x",
-                "|A_nn / C_nn - 1| at x = 10 mm",
-                "<",
-                FOLLOWS,
-                per_body(relative_error_along("A"), (BESIDE, THROUGH)),
-            ),
-            Criterion(
-                "B along x",
-                "|B_nn / C_nn - 1| at x = 10 mm",
-                "<",
-                FOLLOWS,
-                per_body(relative_error_along("B"), (BESIDE, THROUGH)),
+            per_geometry(relative_error_along("B"), (BESIDE, THROUGH)).below(
+                FOLLOWS, "B along x", "|B_nn / C_nn - 1| at x = 10 mm"
             ),
         ),
         side_by_side(_both_ways),
@@ -125,16 +98,10 @@ STATEMENTS = (
         16,
         "C_nn departs most from A_nn along s; in the concave body, along x.",
         (
-            Criterion(
-                "along s",
-                "largest |C_nn - A_nn|: line along s over lines along x",
-                ">",
-                1.0,
-                per_body(across_over_along("nn"), ("combined", CONVEX)),
+            per_body(across_over_along("nn"), ("combined", CONVEX)).above(
+                1.0, "along s", "largest |C_nn - A_nn|: line along s over lines along x"
             ),
-            Criterion(
-                "concave", "the same, concave body", "<", 1.0, per_body(across_over_along("nn"), (CONCAVE,))
-            ),
+            per_body(across_over_along("nn"), (CONCAVE,)).below(1.0, "concave", "the same, concave body"),
         ),
         side_by_side(_body_panels),
     ),
@@ -142,12 +109,8 @@ STATEMENTS = (
         20,
         "B̂_nn is no worse than B_nn.",
         (
-            Criterion(
-                "B̂",
-                "error of B̂_nn over error of B_nn on the line along s",
-                "<",
-                1.0,
-                per_body(error_ratio("Bhat", "B", "nn", ACROSS)),
+            per_body(error_ratio("Bhat", "B", "nn", ACROSS)).below(
+                1.0, "B̂", "error of B̂_nn over error of B_nn on the line along s"
             ),
         ),
         side_by_side(_with_b_hat),

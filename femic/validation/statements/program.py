@@ -12,7 +12,7 @@ from compare.ics.errors import engine_differences, measure_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
-from femic.validation.statements.criteria import Criterion, Numbers, Statement
+from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, largest, panel
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
@@ -190,7 +190,7 @@ def _limits(runs: Runs) -> list[Panel]:
 
 def per_nu(number: Callable[[float], float]) -> Numbers:
     """Measure a number at each Poisson's ratio."""
-    return lambda _: {f"ν = {nu:g}": number(nu) for nu in NU}
+    return Numbers(lambda _: {f"ν = {nu:g}": number(nu) for nu in NU})
 
 
 def cylinder_errors(_: Runs) -> Mapping[str, float]:
@@ -203,8 +203,8 @@ STATEMENTS = (
         14,
         "Both engines agree within their estimates on every component, body and geometry.",
         (
-            Criterion(
-                "apart", "largest |difference| / (sum of both estimates) of a component", "<", 1.0, agreements
+            Numbers(agreements).below(
+                1.0, "apart", "largest |difference| / (sum of both estimates) of a component"
             ),
         ),
         _both_engines,
@@ -216,40 +216,26 @@ STATEMENTS = (
         "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
         "the cylinder by B.",
         (
-            Criterion(
-                "variants",
-                "plane: largest error of a variant against A",
-                "<",
-                SAME_NUMBER,
-                variant_deviations,
+            Numbers(variant_deviations).below(
+                SAME_NUMBER, "variants", "plane: largest error of a variant against A"
             ),
-            Criterion(
-                "plane",
-                "plane: largest |C - A| / estimate of C",
-                "<",
-                1.0,
-                lambda runs: {body: _over_estimate(runs.plane(), body) for body in BODIES},
+            Numbers(lambda runs: {body: _over_estimate(runs.plane(), body) for body in BODIES}).below(
+                1.0, "plane", "plane: largest |C - A| / estimate of C"
             ),
-            Criterion(
+            Numbers(
+                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES}
+            ).below(
+                0.01,
                 "nearly plane",
                 "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
-                "<",
-                0.01,
-                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES},
             ),
-            Criterion(
-                "point loads",
-                "A at 1e5 patches: relative deviation from point loads",
-                "<",
-                HALF_SPACE,
-                per_nu(far_field_error),
+            per_nu(far_field_error).below(
+                HALF_SPACE, "point loads", "A at 1e5 patches: relative deviation from point loads"
             ),
-            Criterion(
+            Numbers(cylinder_errors).below(
+                SAME_NUMBER,
                 "cylinder",
                 "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
-                "<",
-                SAME_NUMBER,
-                cylinder_errors,
             ),
         ),
         _limits,

@@ -14,7 +14,7 @@ from femic.validation.statements.criteria import (
     FOLLOWS,
     MUCH,
     POOR,
-    Criterion,
+    Numbers,
     Statement,
     per_body,
     per_geometry,
@@ -165,54 +165,28 @@ STATEMENTS = (
         "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
         "lies beyond the arc/flank joint of Geometry 1.",
         (
-            Criterion(
-                "convex",
-                "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
-                "<",
-                -POOR,
-                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)),
+            per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)).below(
+                -POOR, "convex", "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body"
             ),
-            Criterion(
-                "concave",
-                "the same, concave body",
-                ">",
-                0.0,
-                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
+            per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)).above(
+                0.0, "concave", "the same, concave body"
             ),
-            Criterion(
-                "B",
-                "error of B_sn over error of B̂_sn at x = 1.6 mm",
-                "<",
-                1.0,
-                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)),
+            per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)).below(
+                1.0, "B", "error of B_sn over error of B̂_sn at x = 1.6 mm"
             ),
-            Criterion(
-                "B̂′",
-                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
-                ">",
-                1.0,
-                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True),
+            per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True).above(
+                1.0, "B̂′", "error of B̂′_sn over error of B̂_sn at x = 1.6 mm"
             ),
-            Criterion(
-                "arc",
-                "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
-                "<",
-                FOLLOWS,
-                per_geometry(lambda r: within_arc(r, "B")),
+            per_geometry(lambda r: within_arc(r, "B")).below(
+                FOLLOWS, "arc", "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|"
             ),
-            Criterion(
+            per_geometry(translation).above(
+                MUCH,
                 "translation",
                 "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
-                ">",
-                MUCH,
-                per_geometry(translation),
             ),
-            Criterion(
-                "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
-                ">",
-                1.0,
-                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))},
+            Numbers(lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))}).above(
+                1.0, "flank", "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint"
             ),
         ),
         side_by_side(_body_panels, fitted=True),
@@ -221,12 +195,8 @@ STATEMENTS = (
         10,
         "The factor (π - |α|) / π on A_sn brings no consistent gain.",
         (
-            Criterion(
-                "gain",
-                "share of cases (bodies alone) in which the error of sn falls by a tenth",
-                "<",
-                0.75,
-                gain_share,
+            Numbers(gain_share).below(
+                0.75, "gain", "share of cases (bodies alone) in which the error of sn falls by a tenth"
             ),
         ),
         side_by_side(_factor),

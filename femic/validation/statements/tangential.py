@@ -9,7 +9,7 @@ from compare.report.panels import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
     SATISFACTORY,
-    Criterion,
+    Numbers,
     Statement,
     per_body,
     per_geometry,
@@ -112,19 +112,13 @@ STATEMENTS = (
         2,
         "The combined C_xx is about A_xx, alike in both geometries.",
         (
-            Criterion(
-                "A",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there",
-                "<",
-                FOLLOWS,
-                per_geometry(lambda r: worst_xx_error(r, "combined")),
+            per_geometry(lambda r: worst_xx_error(r, "combined")).below(
+                FOLLOWS, "A", "largest |A_xx - C_xx| on a line, of max |C_xx| there"
             ),
-            Criterion(
+            Numbers(difference_in_xx).below(
+                FOLLOWS,
                 "alike",
                 "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries",
-                "<",
-                FOLLOWS,
-                difference_in_xx,
             ),
         ),
         side_by_side(_xx),
@@ -134,36 +128,18 @@ STATEMENTS = (
         "C_ss falls faster than B_ss along x for both bodies together and for the convex one, most on "
         "Geometry 2 and on its convex body; the concave body deviates the other way.",
         (
-            Criterion(
-                "faster",
-                "1 - C_ss / B_ss at x = reference length, s = 0",
-                ">",
-                0.0,
-                per_body(deficit, ("combined", CONVEX)),
+            per_body(deficit, ("combined", CONVEX)).above(
+                0.0, "faster", "1 - C_ss / B_ss at x = reference length, s = 0"
             ),
-            Criterion(
-                "other way", "the same, concave body", "<", 0.0, per_geometry(lambda r: deficit(r, CONCAVE))
+            per_geometry(lambda r: deficit(r, CONCAVE)).below(0.0, "other way", "the same, concave body"),
+            second_minus_first(lambda r: deficit(r, "combined")).above(
+                0.0, "geometry", "the same of both bodies: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "geometry",
-                "the same of both bodies: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(lambda r: deficit(r, "combined")),
+            second_minus_first(lambda r: deficit(r, CONVEX)).above(
+                0.0, "convex geometry", "the same of the convex body: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "convex geometry",
-                "the same of the convex body: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(lambda r: deficit(r, CONVEX)),
-            ),
-            Criterion(
-                "convex",
-                "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body",
-                ">",
-                0.0,
-                convex_less_concave,
+            Numbers(convex_less_concave).above(
+                0.0, "convex", "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body"
             ),
         ),
         side_by_side(_ss),
@@ -173,28 +149,16 @@ STATEMENTS = (
         "In absolute numbers the convex body deviates more from A_xs than the concave one, and both most "
         "along s; of each body alone B_xs is better than B̂_xs; neither is fully satisfactory.",
         (
-            Criterion(
-                "convex",
-                "largest |C_xs - A_xs|: convex body over concave body",
-                ">",
-                1.0,
-                per_geometry(convex_over_concave),
+            per_geometry(convex_over_concave).above(
+                1.0, "convex", "largest |C_xs - A_xs|: convex body over concave body"
             ),
-            Criterion(
-                "along s",
-                "largest |C_xs - A_xs|: line along s over lines along x",
-                ">",
-                1.0,
-                per_body(across_over_along("xs")),
+            per_body(across_over_along("xs")).above(
+                1.0, "along s", "largest |C_xs - A_xs|: line along s over lines along x"
             ),
-            Criterion(
-                "better",
-                "error of B_xs over error of B̂_xs",
-                "<",
-                1.0,
-                per_body(error_ratio("B", "Bhat", "xs"), ALONE),
+            per_body(error_ratio("B", "Bhat", "xs"), ALONE).below(
+                1.0, "better", "error of B_xs over error of B̂_xs"
             ),
-            Criterion("left", "the smaller of both errors", ">", SATISFACTORY, per_body(smaller_error)),
+            per_body(smaller_error).above(SATISFACTORY, "left", "the smaller of both errors"),
         ),
         side_by_side(_xs),
         sizes_in_xs,

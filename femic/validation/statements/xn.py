@@ -11,7 +11,7 @@ from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import (
     FOLLOWS,
     POOR,
-    Criterion,
+    Numbers,
     Statement,
     per_body,
     per_geometry,
@@ -163,33 +163,17 @@ STATEMENTS = (
         "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
         "convex one.",
         (
-            Criterion(
-                "poor",
-                "error of B_xn, both bodies together",
-                ">",
-                POOR,
-                per_geometry(partial(_prismatic, "B", body="combined")),
+            per_geometry(partial(_prismatic, "B", body="combined")).above(
+                POOR, "poor", "error of B_xn, both bodies together"
             ),
-            Criterion(
-                "in B",
-                "rms of B_xn on s = 1.6 mm: concave body over convex body",
-                ">",
-                1.0,
-                per_geometry(concave_over_convex("B")),
+            per_geometry(concave_over_convex("B")).above(
+                1.0, "in B", "rms of B_xn on s = 1.6 mm: concave body over convex body"
             ),
-            Criterion(
-                "in B̂",
-                "rms of B̂_xn on s = 1.6 mm: concave body over convex body",
-                ">",
-                1.0,
-                per_geometry(concave_over_convex("Bhat")),
+            per_geometry(concave_over_convex("Bhat")).above(
+                1.0, "in B̂", "rms of B̂_xn on s = 1.6 mm: concave body over convex body"
             ),
-            Criterion(
-                "in C",
-                "rms of C_xn on s = 1.6 mm: convex body over concave body",
-                ">",
-                1.0,
-                per_geometry(convex_over_concave_c),
+            per_geometry(convex_over_concave_c).above(
+                1.0, "in C", "rms of C_xn on s = 1.6 mm: convex body over concave body"
             ),
         ),
         side_by_side(_source_panels),
@@ -198,21 +182,13 @@ STATEMENTS = (
         7,
         "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
         (
-            Criterion(
-                "close",
-                "error of B̂′_xn on the lines along x",
-                "<",
-                FOLLOWS,
-                per_geometry(b_hat_prime_error, fitted=True),
+            per_geometry(b_hat_prime_error, fitted=True).below(
+                FOLLOWS, "close", "error of B̂′_xn on the lines along x"
             ),
-            Criterion(
-                "too large",
-                "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths",
-                ">",
-                0.0,
-                per_geometry(excess, fitted=True),
+            per_geometry(excess, fitted=True).above(
+                0.0, "too large", "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths"
             ),
-            Criterion("geometry", "the same: Geometry 1 minus Geometry 2", ">", 0.0, first_minus_second),
+            Numbers(first_minus_second).above(0.0, "geometry", "the same: Geometry 1 minus Geometry 2"),
         ),
         side_by_side(_fitted, fitted=True),
     ),
@@ -220,8 +196,8 @@ STATEMENTS = (
         13,
         "Without a fit, A_xn is better than B_xn and B̂_xn (both without curvature along x).",
         (
-            Criterion("B", "error of A_xn over error of B_xn, off s = 0", "<", 1.0, per_body(a_over("B"))),
-            Criterion("B̂", "error of A_xn over error of B̂_xn, off s = 0", "<", 1.0, per_body(a_over("Bhat"))),
+            per_body(a_over("B")).below(1.0, "B", "error of A_xn over error of B_xn, off s = 0"),
+            per_body(a_over("Bhat")).below(1.0, "B̂", "error of A_xn over error of B̂_xn, off s = 0"),
         ),
         side_by_side(_source_panels),
         xn_errors,
