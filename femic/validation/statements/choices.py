@@ -10,7 +10,7 @@ from compare.ics.compute import Results, ics_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement, per_body
-from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, error, panel
+from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
@@ -33,7 +33,7 @@ def regret(at_own_nu: Results, at_other_nu: Results, body: str, component: str) 
 
 
 def _errors(results: Results, body: str, component: str) -> Array:
-    return np.array([error(results, variant, body, component) for variant in COMPARED_VARIANTS])
+    return np.array([Curve(results, body, component).error(variant) for variant in COMPARED_VARIANTS])
 
 
 def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numbers:
@@ -51,13 +51,10 @@ def _both_nu(runs: Runs) -> list[Panel]:
     panels = []
     for name in GEOMETRIES:
         at_own_nu, at_other_nu = runs.geometry(name), runs.other_nu(name)
-        for body, component in (("combined", "nn"), ("combined", "xn"), ("lower", "sn")):
-            line = along(at_own_nu, "s" if component == "sn" else "x")[0]
-            more = {
-                f"{variant}, other ν": curve(at_other_nu, variant, body, component, [line])
-                for variant in ("C", "B")
-            }
-            panels.append(panel(at_own_nu, ("B",), (body, component), line, more))
+        for place in (("combined", "nn", BESIDE), ("combined", "xn", BESIDE), ("lower", "sn", ACROSS)):
+            other = Curve(at_other_nu, *place)
+            more = {f"{variant}, other ν": other.variant(variant) for variant in ("C", "B")}
+            panels.append(Curve(at_own_nu, *place).panel("B", more=more))
     return panels
 
 
@@ -74,7 +71,7 @@ def mix_over_best(results: Results, body: str, pooled: Callable[[Array], float])
 def _variant_errors(results: Results, body: str) -> dict[str, Array]:
     """Return errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
     return {
-        variant: np.array([error(results, variant, body, component) for component in INDEPENDENT])
+        variant: np.array([Curve(results, body, component).error(variant) for component in INDEPENDENT])
         for variant in results.scene.variants
         if not np.any(np.isnan(ics_of(results, variant, body)))
     }
@@ -91,15 +88,8 @@ def mean_errors(runs: Runs) -> Mapping[str, float]:
 
 def _mix(runs: Runs) -> list[Panel]:
     fitted = runs.fitted(GEOMETRIES[0])
-    return [
-        panel(
-            fitted,
-            ("Bhat", "mix"),
-            ("combined", component),
-            along(fitted, "x" if component in ("xx", "xn") else "s")[0],
-        )
-        for component in INDEPENDENT
-    ]
+    lines = {component: BESIDE if component in ("xx", "xn") else ACROSS for component in INDEPENDENT}
+    return [Curve(fitted, "combined", c, line).panel("Bhat", "mix") for c, line in lines.items()]
 
 
 STATEMENTS = (

@@ -7,7 +7,7 @@ import numpy as np
 from compare.ics.compute import Results
 from compare.report.panels import Panel
 from femic.validation.statements.criteria import POOR, SMALL_PART, Numbers, Statement
-from femic.validation.statements.curves import CONCAVE, THROUGH, curve, line_of, panel, rms
+from femic.validation.statements.curves import CONCAVE, THROUGH, Curve, line_of, rms
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
@@ -28,12 +28,7 @@ def curvature_share(runs: Runs) -> Mapping[str, float]:
 
 
 def _rms_through(results: Results) -> float:
-    return rms(_through(results))
-
-
-def _through(results: Results) -> Array:
-    """Return C_xn on s = 0, (n,), dimensionless."""
-    return curve(results, "C", *XN, [line_of(results, THROUGH)])
+    return rms(Curve(results, *XN, THROUGH).variant("C"))
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
@@ -60,22 +55,25 @@ def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
 def _term(runs: Runs) -> Array:
     """Return -½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
     wheel = runs.geometry(GEOMETRIES[1])
-    line = line_of(wheel, THROUGH)
-    a_xx, a_nn = (curve(wheel, "A", CONCAVE, component, [line]) for component in ("xx", "nn"))
-    alpha = -line.x / wheel.scene.bodies[CONCAVE].surface.rolling_radius
+    a_xx, a_nn = (Curve(wheel, CONCAVE, component, THROUGH).variant("A") for component in ("xx", "nn"))
+    alpha = -line_of(wheel, THROUGH).x / wheel.scene.bodies[CONCAVE].surface.rolling_radius
     return np.asarray(-(a_xx + a_nn) * np.sin(alpha) / 2)
 
 
 def _change(runs: Runs) -> Array:
     """Return C_xn of Geometry 2 minus C_xn with a prismatic wheel, on s = 0, (n,), dimensionless."""
-    return _through(runs.geometry(GEOMETRIES[1])) - _through(runs.not_revolved())
+    revolved, prismatic = (
+        Curve(results, *XN, THROUGH).variant("C")
+        for results in (runs.geometry(GEOMETRIES[1]), runs.not_revolved())
+    )
+    return np.asarray(revolved - prismatic)
 
 
 def _geometry_panels(runs: Runs) -> list[Panel]:
-    first, wheel = (runs.geometry(name) for name in GEOMETRIES)
-    line = line_of(wheel, THROUGH)
-    more = {"C, not revolved": _through(runs.not_revolved())}
-    return [panel(wheel, (), XN, line, more), panel(first, (), XN, line_of(first, THROUGH))]
+    first, wheel, prismatic = (
+        Curve(results, *XN, THROUGH) for results in (*map(runs.geometry, GEOMETRIES), runs.not_revolved())
+    )
+    return [wheel.panel(more={"C, not revolved": prismatic.variant("C")}), first.panel()]
 
 
 def _curvature(runs: Runs) -> list[Panel]:

@@ -20,12 +20,9 @@ from femic.validation.statements.curves import (
     CONVEX,
     STEEP,
     THROUGH,
+    Curve,
     across_over_along,
     error_ratio,
-    line_of,
-    panel,
-    relative,
-    value_at,
 )
 
 AWAY, HALF_WAY = 10.0, 5.0  # coordinates [mm], with the load at 0
@@ -34,12 +31,12 @@ NN = ("combined", "nn")
 
 def relative_error_across(variant: str, s: float = AWAY) -> Callable[[Results], float]:
     """Measure |v / C - 1| of the combined nn of a variant v at s [mm] on the line along s."""
-    return lambda results: relative(results, variant, NN, (ACROSS, s))
+    return lambda results: Curve(results, *NN, ACROSS).relative(variant, s)
 
 
 def relative_error_along(variant: str) -> Callable[[Results, str], float]:
     """Measure |v / C - 1| of the combined nn of a variant v at x = 10 mm on a line along x."""
-    return lambda results, line: relative(results, variant, NN, (line, AWAY))
+    return lambda results, line: Curve(results, *NN, line).relative(variant, AWAY)
 
 
 def growth_with_distance(results: Results) -> float:
@@ -49,21 +46,21 @@ def growth_with_distance(results: Results) -> float:
 
 def b_over_a(results: Results) -> float:
     """Return |B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm."""
-    a, b, c = (value_at(results, variant, NN, (ACROSS, AWAY)) for variant in ("A", "B", "C"))
+    a, b, c = (Curve(results, *NN, ACROSS).at(variant, AWAY) for variant in ("A", "B", "C"))
     return abs(b - c) / abs(a - c)
 
 
 def _both_ways(results: Results) -> list[Panel]:
-    return [panel(results, ("A", "B"), NN, line_of(results, name)) for name in (ACROSS, BESIDE)]
+    return [Curve(results, *NN, line).panel("A", "B") for line in (ACROSS, BESIDE)]
 
 
 def _body_panels(results: Results) -> list[Panel]:
-    across = [panel(results, ("A",), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
-    return [*across, panel(results, ("A",), (CONCAVE, "nn"), line_of(results, THROUGH)).beyond(STEEP)]
+    across = [Curve(results, body, "nn", ACROSS).panel("A") for body in BODIES]
+    return [*across, Curve(results, CONCAVE, "nn", THROUGH).panel("A").beyond(STEEP)]
 
 
 def _with_b_hat(results: Results) -> list[Panel]:
-    return [panel(results, ("B", "Bhat"), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
+    return [Curve(results, body, "nn", ACROSS).panel("B", "Bhat") for body in BODIES]
 
 
 STATEMENTS = (

@@ -13,11 +13,11 @@ from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
 from femic.validation.statements.criteria import Numbers, Statement
-from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, largest, panel
+from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, one_body
-from geometries.patches import COMPONENTS, OffsetLine, Patch
+from geometries.patches import COMPONENTS, Patch
 from geometries.surfaces import LOWER, UPPER
 
 TINY = 1e-9  # of a line's scale: smaller estimates count as this, as of what vanishes by symmetry
@@ -68,9 +68,9 @@ def _worst(shares: Mapping[str, Array]) -> float:
 
 def _both_engines(runs: Runs) -> list[Panel]:
     return [
-        panel(results, ("C_solid",), ("lower", component), along(results, direction)[0])
+        Curve(results, "lower", component, line).panel("C_solid")
         for results in map(runs.with_both_engines, GEOMETRIES)
-        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        for component, line in (("nn", ACROSS), ("sn", ACROSS), ("xn", BESIDE))
     ]
 
 
@@ -94,15 +94,15 @@ def _deviation_from_a(results: Results, variant: str, body: str) -> float:
 def deviation_from_limit(results: Results, body: str) -> float:
     """Return the largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| if A_ij is 0."""
     return max(
-        largest(results, "A", (body, component), [line]) / _limit_scale(results, body, component, line)
+        Curve(results, body, component, line.name).largest("A")
+        / (_largest_a(results, body, component, line.name) or _largest_a(results, body, "nn", line.name))
         for line in results.scene.lines
         for component in INDEPENDENT
     )
 
 
-def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) -> float:
-    size, nn = (float(np.max(np.abs(curve(results, "A", body, name, [line])))) for name in (component, "nn"))
-    return size or nn
+def _largest_a(results: Results, body: str, component: str, line: str) -> float:
+    return float(np.max(np.abs(Curve(results, body, component, line).variant("A"))))
 
 
 def _over_estimate(results: Results, body: str) -> float:
@@ -180,12 +180,11 @@ def _cylinder_panels() -> list[Panel]:
 
 def _limits(runs: Runs) -> list[Panel]:
     plane, nearly = runs.plane(), runs.nearly_plane()
-    shown = ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
-    variants = ("A", "B", "Bhat")
-    panels = [
-        panel(results, variants, ("lower", component), along(results, "s")[0]) for results, component in shown
+    curves = [
+        Curve(results, "lower", component, ACROSS)
+        for results, component in ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
     ]
-    return panels + _cylinder_panels()
+    return [curve.panel("A", "B", "Bhat") for curve in curves] + _cylinder_panels()
 
 
 def per_nu(number: Callable[[float], float]) -> Numbers:

@@ -20,20 +20,7 @@ from femic.validation.statements.criteria import (
     per_geometry,
     side_by_side,
 )
-from femic.validation.statements.curves import (
-    ACROSS,
-    ALONE,
-    CONCAVE,
-    CONVEX,
-    curve,
-    deviation,
-    difference,
-    error,
-    error_ratio,
-    line_of,
-    panel,
-    unit,
-)
+from femic.validation.statements.curves import ACROSS, ALONE, CONCAVE, CONVEX, Curve, error_ratio, line_of
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 from geometries.patches import N, S
@@ -52,8 +39,8 @@ def mean_deviation_from_a(results: Results, body: str) -> float:
     The source draws each body in its own frame, in which A_sn of both bodies has the same sign; here A_sn of
     the lower and of the upper body have opposite signs.
     """
-    line = line_of(results, ACROSS)
-    c, a = (curve(results, variant, body, "sn", [line])[line.s > 0] for variant in ("C", "A"))
+    positive = line_of(results, ACROSS).s > 0
+    c, a = (Curve(results, body, "sn", ACROSS).variant(name)[positive] for name in ("C", "A"))
     return float(np.mean((c - a) * np.sign(a) / np.max(np.abs(a))))
 
 
@@ -73,16 +60,13 @@ def furthest_misfit(results: Results) -> float:
 
 def within_arc(results: Results, variant: str) -> float:
     """Return the largest |v - C| of sn between the joints, as a share of max |C_sn| on all lines."""
-    line = line_of(results, ACROSS)
-    on_arc = np.abs(line.s) <= _joint(results)
-    return float(
-        np.max(np.abs(difference(results, variant, SN, [line]))[on_arc])
-        / np.max(np.abs(curve(results, "C", *SN)))
-    )
+    on_arc = np.abs(line_of(results, ACROSS).s) <= _joint(results)
+    differences = Curve(results, *SN, ACROSS).difference(variant)
+    return float(np.max(np.abs(differences[on_arc])) / np.max(np.abs(Curve(results, *SN).variant("C"))))
 
 
 def _c_minus_b_hat(results: Results) -> Array:
-    return difference(results, "Bhat", SN, [line_of(results, ACROSS)])
+    return Curve(results, *SN, ACROSS).difference("Bhat")
 
 
 def _joint(results: Results) -> float:
@@ -113,7 +97,8 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
 def _with_over_without(variant: str) -> Callable[[Results, str], float]:
     def ratio(results: Results, body: str) -> float:
         differences = with_factor(results, variant, body) - reference_of(results, body).ic
-        return deviation(results, differences, body, "sn") / error(results, variant, body, "sn")
+        curve = Curve(results, body, "sn")
+        return curve.deviation(differences) / curve.error(variant)
 
     return ratio
 
@@ -139,23 +124,22 @@ def with_factor(results: Results, variant: str, body: str) -> Array:
 
 
 def _body_panels(results: Results) -> list[Panel]:
-    line = line_of(results, ACROSS)
-    extras = (("combined", ("Bhat_prime",)), (CONVEX, ()), (CONCAVE, ()))
-    return [panel(results, ("A", "B", "Bhat", *extra), (body, "sn"), line) for body, extra in extras]
+    return [
+        Curve(results, *SN, ACROSS).panel("A", "B", "Bhat", "Bhat_prime"),
+        *(Curve(results, body, "sn", ACROSS).panel("A", "B", "Bhat") for body in ALONE),
+    ]
 
 
 def _factor(results: Results) -> list[Panel]:
-    line = line_of(results, ACROSS)
-    part = results.lines[line.name]
-
-    def more(body: str) -> dict[str, Array]:
-        return {
-            f"{SYMBOLS[variant]} with the factor": unit(results)
-            * with_factor(results, variant, body)[S, N, part]
+    panels = []
+    for body in ALONE:
+        curve = Curve(results, body, "sn", ACROSS)
+        more = {
+            f"{SYMBOLS[variant]} with the factor": curve.of(with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
-
-    return [panel(results, ("B", "Bhat"), (body, "sn"), line, more(body)) for body in ALONE]
+        panels.append(curve.panel("B", "Bhat", more=more))
+    return panels
 
 
 STATEMENTS = (

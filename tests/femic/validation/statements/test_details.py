@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.validation.statements import bodies, choices, curvature, nn, sn, tangential, xn
-from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, error
+from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, Curve
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S
@@ -203,8 +203,8 @@ def test_errors_of_xn_are_told_with_curvature_along_x_and_without():
     assert prismatic > 1e-3
     assert errors[f"error of B̂, not revolved: {SECOND}, {CONVEX}"] == pytest.approx(0, abs=1e-12)
     for variant in "AB":
-        told = errors[f"error of {variant}: {SECOND}, {CONCAVE}"]
-        assert told == error(results, variant, CONCAVE, "xn") > 0
+        of_wheel = errors[f"error of {variant}: {SECOND}, {CONCAVE}"]
+        assert of_wheel == Curve(results, CONCAVE, "xn").error(variant) > 0
 
 
 def test_mean_errors_are_told_of_all_variants_that_there_are():

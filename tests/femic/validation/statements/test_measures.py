@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.validation.statements import bodies, choices, curvature, curves, nn, sn, tangential, xn
-from femic.validation.statements.curves import ACROSS, CONCAVE, CONVEX, INDEPENDENT, THROUGH, error
+from femic.validation.statements.curves import ACROSS, CONCAVE, CONVEX, INDEPENDENT, THROUGH, Curve
 from femic.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S, X
 from tests.femic.validation.statements.handmade import (
@@ -32,7 +32,7 @@ def test_how_much_better_b_is():
     assert nn.b_over_a(results) == pytest.approx(1 / 3)
     wrong = made(FIRST, times("A", (N, N), lambda of: np.where(of.on(ACROSS), 1.5, 1.25)))
     ratio = curves.across_over_along("nn")(wrong, "combined")
-    a = curves.curve(wrong, "A", "combined", "nn")
+    a = Curve(wrong, "combined", "nn").variant("A")
     across, along = (np.max(np.abs(a[wrong.lines[name]])) for name in (ACROSS, THROUGH))
     assert ratio == pytest.approx(2 * across / along)
 
@@ -248,7 +248,7 @@ def test_nu_changes_errors_not_c():
     assert choices.error_change(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
     assert choices.regret(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
     of_b = made(FIRST, between("A", "B", 1.0))
-    assert choices.regret(one, of_b, CONVEX, "sn") == pytest.approx(error(of_b, "A", CONVEX, "sn"))
+    assert choices.regret(one, of_b, CONVEX, "sn") == pytest.approx(Curve(of_b, CONVEX, "sn").error("A"))
 
 
 def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
@@ -261,7 +261,7 @@ def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
         return out
 
     results = made(FIRST, c)
-    singles = [[error(results, v, CONVEX, i) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
+    singles = [[Curve(results, CONVEX, i).error(v) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
     worst, mean = min(max(of) for of in singles), min(sum(of) / 6 for of in singles)
     assert choices.mix_over_best(results, CONVEX, np.max) == pytest.approx(0.25 / worst)
     assert choices.mix_over_best(results, CONVEX, np.mean) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)
