@@ -48,11 +48,6 @@ def remaining_share(results: Results, component: str) -> float:
     return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
 
 
-def b_ss_error_across(results: Results, body: str) -> float:
-    """Return the largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
-    return Curve(results, body, "ss", ACROSS).share("B")
-
-
 def alignment_in_ss(results: Results, way: str) -> float:
     """Return the cosine between both bodies' C_ss - A_ss on all lines "along x" or "along s"."""
     convex, concave = (Curve(results, body, "ss", way[-1]).difference("A") for body in ALONE)
@@ -168,7 +163,7 @@ STATEMENTS = (
             per_geometry(alignment_in_ss, ("along x", "along s")).below(
                 -MUCH, "ss", "cosine between both bodies' C_ss - A_ss"
             ),
-            per_body(b_ss_error_across).below(
+            per_body(lambda r, body: Curve(r, body, "ss", ACROSS).share("B")).below(
                 FOLLOWS, "B_ss", "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there"
             ),
         ),

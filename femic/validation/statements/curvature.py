@@ -12,7 +12,7 @@ from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
 XN = ("combined", "xn")
-PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x [mm] at which eq. (16) is compared
+PLACES = (8.0, 16.0)  # x [mm] at which eq. (16) is compared
 
 
 def second_over_first(runs: Runs) -> Mapping[str, float]:
@@ -28,28 +28,33 @@ def curvature_share(runs: Runs) -> Mapping[str, float]:
 
 
 def _rms_through(results: Results) -> float:
-    return rms(Curve(results, *XN, THROUGH).variant("C"))
+    return rms(_c_through(results))
+
+
+def _c_through(results: Results) -> Array:
+    """Return C_xn on s = 0, (n,), dimensionless."""
+    return Curve(results, *XN, THROUGH).variant("C")
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
     """Return |term / change - 1| at each place: term of eq. (16), change of C_xn by curvature along x."""
-    return {f"x = {name}": abs(term / change - 1) for name, (term, change) in _at_places(runs).items()}
+    terms, changes = _at_places(runs, _term(runs)), _at_places(runs, _change(runs))
+    return {place: abs(term / changes[place] - 1) for place, term in terms.items()}
 
 
 def terms_and_changes(runs: Runs) -> Mapping[str, float]:
     """Return the terms and the changes at all places, dimensionless."""
-    pairs = _at_places(runs)
-    terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in pairs.items()}
-    return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in pairs.items()}
-
-
-def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
-    x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
-    term, change = _term(runs), _change(runs)
+    curves = {"-½ (A_xx + A_nn) sin α_x": _term(runs), "C_xn less C_xn not revolved": _change(runs)}
     return {
-        name: (float(np.interp(place, x, term)), float(np.interp(place, x, change)))
-        for name, place in PLACES.items()
+        f"{name}: {place}": value
+        for name, values in curves.items()
+        for place, value in _at_places(runs, values).items()
     }
+
+
+def _at_places(runs: Runs, values: Array) -> dict[str, float]:
+    x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
+    return {f"x = {place:g} mm": float(np.interp(place, x, values)) for place in PLACES}
 
 
 def _term(runs: Runs) -> Array:
@@ -62,18 +67,12 @@ def _term(runs: Runs) -> Array:
 
 def _change(runs: Runs) -> Array:
     """Return C_xn of Geometry 2 minus C_xn with a prismatic wheel, on s = 0, (n,), dimensionless."""
-    revolved, prismatic = (
-        Curve(results, *XN, THROUGH).variant("C")
-        for results in (runs.geometry(GEOMETRIES[1]), runs.not_revolved())
-    )
-    return np.asarray(revolved - prismatic)
+    return _c_through(runs.geometry(GEOMETRIES[1])) - _c_through(runs.not_revolved())
 
 
 def _geometry_panels(runs: Runs) -> list[Panel]:
-    first, wheel, prismatic = (
-        Curve(results, *XN, THROUGH) for results in (*map(runs.geometry, GEOMETRIES), runs.not_revolved())
-    )
-    return [wheel.panel(more={"C, not revolved": prismatic.variant("C")}), first.panel()]
+    first, wheel = (Curve(runs.geometry(name), *XN, THROUGH) for name in GEOMETRIES)
+    return [wheel.panel(more={"C, not revolved": _c_through(runs.not_revolved())}), first.panel()]
 
 
 def _curvature(runs: Runs) -> list[Panel]:

@@ -1,19 +1,13 @@
-"""Figures of a statement: its curves, and its numbers beside their thresholds."""
+"""A figure of the numbers of a statement beside their thresholds."""
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.report.panels import panel_figure
 from compare.report.styles import RC
 from femic.validation.statements.verdicts import Finding
 
 MET, UNMET = "tab:green", "tab:red"
-
-
-def curves(finding: Finding) -> Figure:
-    """Draw all panels of a statement."""
-    return panel_figure(finding.evidence.panels, finding.statement.columns)
 
 
 def numbers(finding: Finding) -> Figure:

@@ -33,7 +33,6 @@ class Runs:
     options: RunOptions
     tolerance: float  # of C
     done: dict[str, Results] = field(default_factory=dict)
-    fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
     comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
@@ -125,9 +124,7 @@ class Runs:
 
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
         """Return effective properties of a geometry, fitted to C_xn of one load position."""
-        if name not in self.fits:
-            self.fits[name] = calibrate(self._scene(name), self.options).scene.effective
-        return self.fits[name]
+        return calibrate(self._scene(name), self.options).scene.effective
 
     def _compute(self, scene: Scene) -> Results:
         return compute(scene, self.options)

@@ -63,11 +63,6 @@ def _beside(results: Results, body: str) -> Curve:
 # --- 7 --------------------------------------------------------------------------------------------------
 
 
-def b_hat_prime_error(results: Results) -> float:
-    """Return the error of B-hat-prime_xn on the lines along x."""
-    return Curve(results, *XN, "x").error("Bhat_prime")
-
-
 def excess(results: Results) -> float:
     """Return the mean of (B-hat-prime - C) sgn C / max |C| of xn near the load on the lines along x."""
     curve = Curve(results, *XN, "x")
@@ -164,7 +159,7 @@ STATEMENTS = (
         7,
         "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
         (
-            per_geometry(b_hat_prime_error, fitted=True).below(
+            per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True).below(
                 FOLLOWS, "close", "error of B̂′_xn on the lines along x"
             ),
             per_geometry(excess, fitted=True).above(

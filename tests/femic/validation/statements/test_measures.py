@@ -134,7 +134,7 @@ def test_a_fit_that_is_too_large_near_the_load():
     assert xn.excess(results) == pytest.approx(0.1, rel=0.35)
     exact = made(FIRST, lambda of: of.half_by("Bhat_prime"), fitted=True)
     assert xn.excess(exact) == pytest.approx(0, abs=1e-12)
-    assert xn.b_hat_prime_error(exact) == pytest.approx(0, abs=1e-12)
+    assert Curve(exact, *xn.XN, "x").error("Bhat_prime") == pytest.approx(0, abs=1e-12)
 
 
 def test_what_curvature_explains():

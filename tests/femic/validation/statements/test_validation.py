@@ -9,12 +9,13 @@ import pytest
 from approx import forms
 from approx.effective import EffectiveProperties, Transition
 from approx.rotation import Rotation, rotation_between
+from compare.report.panels import panel_figure
 from femic.cache.store import Store
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference import result
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
-from femic.validation.statements import figures, nn, verdicts
+from femic.validation.statements import nn, verdicts
 from femic.validation.statements.criteria import Criterion, Statement
 from femic.validation.statements.curves import Evidence
 from femic.validation.statements.registry import STATEMENTS
@@ -122,7 +123,7 @@ def test_every_criterion_is_measured_in_some_case(runs):
         assert all(finding.evidence.values.values())
         assert all(np.isfinite(value) for _, _, value in finding.numbers), number
         assert finding.evidence.panels
-        figures.curves(finding)  # there is a style for each curve
+        panel_figure(finding.evidence.panels, finding.statement.columns)  # there is a style for each curve
 
 
 # --- from the code to verdicts --------------------------------------------------------------------------
