@@ -31,10 +31,10 @@ def beyond_estimates(name: str) -> Numbers:
         with_c = {n: dataset.sel(ics="C") for n, dataset in by_element_count(runs).items()}
         return {
             f"{few} and {many} elements, {name}": float(
-                abs(one[name] - other[name]) - one[f"estimate_{name}"] - other[f"estimate_{name}"]
+                abs(coarse[name] - fine[name]) - coarse[f"estimate_{name}"] - fine[f"estimate_{name}"]
             )
-            / float(other[name])
-            for (few, one), (many, other) in pairwise(with_c.items())
+            / float(fine[name])
+            for (few, coarse), (many, fine) in pairwise(with_c.items())
         }
 
     return Numbers(measure)

@@ -3,8 +3,9 @@
 Both have the same supports, and nothing is fitted between them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -14,7 +15,7 @@ from compare.finite_elements.deviations import deviations, differences, estimate
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.contact.finite_elements.fineness import CELLS, FEWEST
-from femic.validation.statements.criteria import Measure, Numbers, Statement
+from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Runs
 
 AGREES = 0.02  # of a number, beside the estimate of finite elements
@@ -74,39 +75,30 @@ def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[s
     }
 
 
-def details(contacts: Contacts) -> Measure:
-    """Measure deviations of all ICs from finite elements, and the estimates of the latter.
+def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
+    """Return deviations of all ICs from finite elements, and the estimates of the latter.
 
     They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
     """
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
-        names = [*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())]
-        details: dict[str, float] = {}
-        for name in names:
-            in_unit = name in OF_PLACE
-            off = (differences if in_unit else deviations)(dataset, name)
-            to = (estimates if in_unit else relative_estimates)(dataset, name)
-            for k, case in enumerate(dataset.case.values):
-                details |= {
-                    f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])
-                    for ics in map(str, off.ics.values)
-                }
-                details[f"{case}, {name}: estimate of FE"] = float(to[k])
-        return details
-
-    return measure
+    dataset = contacts.dataset(runs)
+    details: dict[str, float] = {}
+    for name in (*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())):
+        in_unit = name in OF_PLACE
+        deviation = (differences if in_unit else deviations)(dataset, name)
+        estimate = (estimates if in_unit else relative_estimates)(dataset, name)
+        for k, case in enumerate(dataset.case.values):
+            details |= {
+                f"{case}, {name} by {SYMBOLS[ics]}": float(deviation.sel(ics=ics)[k])
+                for ics in map(str, deviation.ics.values)
+            }
+            details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
+    return details
 
 
-def panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
-    """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
-
-    def draw(runs: Runs) -> list[Panel]:
-        dataset = contacts.dataset(runs)
-        return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
-
-    return draw
+def panels(contacts: Contacts, runs: Runs) -> list[Panel]:
+    """Return pressures across the patch by finite elements and with ICs, a panel per load."""
+    dataset = contacts.dataset(runs)
+    return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
 
 
 def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
@@ -144,8 +136,8 @@ STATEMENTS = (
                 "nothing fitted",
             ),
         ),
-        panels(CENTRED),
-        details(CENTRED),
+        partial(panels, CENTRED),
+        partial(details, CENTRED),
     ),
     Statement(
         23,
@@ -169,7 +161,7 @@ STATEMENTS = (
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
             ),
         ),
-        panels(BESIDE),
-        details(BESIDE),
+        partial(panels, BESIDE),
+        partial(details, BESIDE),
     ),
 )
