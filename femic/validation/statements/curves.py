@@ -62,13 +62,17 @@ class Curve:
         """Return C minus a variant, (n,)."""
         return np.asarray(self.variant("C") - self.variant(variant))
 
+    def size(self, variant: str) -> float:
+        """Return the largest |v| of a variant v, or of C."""
+        return float(np.max(np.abs(self.variant(variant))))
+
     def largest(self, variant: str) -> float:
         """Return the largest |v - C| of a variant v."""
         return float(np.max(np.abs(self.difference(variant))))
 
     def share(self, variant: str) -> float:
         """Return the largest |v - C| of a variant v as a share of max |C| on the same lines."""
-        return self.largest(variant) / float(np.max(np.abs(self.variant("C"))))
+        return self.largest(variant) / self.size("C")
 
     def at(self, variant: str, coordinate: float) -> float:
         """Return the component of a variant, or of C, at a coordinate [mm] along the only line."""
@@ -81,12 +85,11 @@ class Curve:
 
     def error(self, variant: str) -> float:
         """Return the largest error [-] of a variant."""
-        return self.deviation(
-            ics_of(self.results, variant, self.body) - reference_of(self.results, self.body).ic
-        )
+        return self.error_of(ics_of(self.results, variant, self.body))
 
-    def deviation(self, differences: Array) -> float:
-        """Return the largest of differences (3, 3, n_points) [mm/N] as a share of the component."""
+    def error_of(self, ics: Array) -> float:
+        """Return the largest error [-] of ICs (3, 3, n_points) [mm/N]."""
+        differences = ics - reference_of(self.results, self.body).ic
         shares = measure_of(self.results, self.body).shares(differences)
         return max(float(shares[line.name][indices(self.component)]) for line in self.lines)
 

@@ -93,16 +93,11 @@ def _deviation_from_a(results: Results, variant: str, body: str) -> float:
 
 def deviation_from_limit(results: Results, body: str) -> float:
     """Return the largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| if A_ij is 0."""
-    return max(
-        Curve(results, body, component, line.name).largest("A")
-        / (_largest_a(results, body, component, line.name) or _largest_a(results, body, "nn", line.name))
-        for line in results.scene.lines
-        for component in INDEPENDENT
-    )
-
-
-def _largest_a(results: Results, body: str, component: str, line: str) -> float:
-    return float(np.max(np.abs(Curve(results, body, component, line).variant("A"))))
+    deviations = []
+    for line, component in product(results.scene.lines, INDEPENDENT):
+        curve, nn = (Curve(results, body, name, line.name) for name in (component, "nn"))
+        deviations.append(curve.largest("A") / (curve.size("A") or nn.size("A")))
+    return max(deviations)
 
 
 def _over_estimate(results: Results, body: str) -> float:

@@ -1,13 +1,14 @@
 """Statements 9 and 10: the lateral displacement under a normal load."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
 from approx.forms import FORMS
 from approx.halfspace import HalfSpace
 from approx.rotation import rotation_between
-from compare.ics.compute import Results, parts_of, reference_of
+from compare.ics.compute import Results, parts_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import (
@@ -16,7 +17,6 @@ from femic.validation.statements.criteria import (
     POOR,
     Numbers,
     Statement,
-    per_body,
     per_geometry,
     side_by_side,
 )
@@ -62,7 +62,7 @@ def within_arc(results: Results, variant: str) -> float:
     """Return the largest |v - C| of sn between the joints, as a share of max |C_sn| on all lines."""
     on_arc = np.abs(line_of(results, ACROSS).s) <= _joint(results)
     differences = Curve(results, *SN, ACROSS).difference(variant)
-    return float(np.max(np.abs(differences[on_arc])) / np.max(np.abs(Curve(results, *SN).variant("C"))))
+    return float(np.max(np.abs(differences[on_arc])) / Curve(results, *SN).size("C"))
 
 
 def _c_minus_b_hat(results: Results) -> Array:
@@ -88,19 +88,15 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
     Where both bodies are equal, the combined A_sn cancels, and the factor with it.
     """
     return {
-        f"error with over without: {case}, {variant}": ratio
-        for variant in WITH_FACTOR
-        for case, ratio in per_body(_with_over_without(variant), ALONE)(runs).items()
+        f"error with over without: {name}, {body}, {variant}": _with_over_without(
+            Curve(runs.geometry(name), body, "sn"), variant
+        )
+        for variant, name, body in product(WITH_FACTOR, GEOMETRIES, ALONE)
     }
 
 
-def _with_over_without(variant: str) -> Callable[[Results, str], float]:
-    def ratio(results: Results, body: str) -> float:
-        differences = with_factor(results, variant, body) - reference_of(results, body).ic
-        curve = Curve(results, body, "sn")
-        return curve.deviation(differences) / curve.error(variant)
-
-    return ratio
+def _with_over_without(curve: Curve, variant: str) -> float:
+    return curve.error_of(with_factor(curve.results, variant, curve.body)) / curve.error(variant)
 
 
 def with_factor(results: Results, variant: str, body: str) -> Array:

@@ -46,7 +46,7 @@ def difference_in_xx(runs: Runs) -> Mapping[str, float]:
 
 def _relative_xx_deviation(results: Results) -> Array:
     curves = [Curve(results, "combined", "xx", line.name) for line in results.scene.lines]
-    return np.concatenate([curve.difference("A") / np.max(np.abs(curve.variant("C"))) for curve in curves])
+    return np.concatenate([curve.difference("A") / curve.size("C") for curve in curves])
 
 
 def deficit(results: Results, body: str) -> float:

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from compare.ics.compute import Results, reference_of
+from compare.ics.compute import Results
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import (
@@ -69,7 +69,7 @@ def excess(results: Results) -> float:
     c, fit = curve.variant("C"), curve.variant("Bhat_prime")
     x = np.abs(np.concatenate([line.x for line in curve.lines]))
     near = (x > results.scene.patch.a) & (x <= NEAR_LOAD * results.scene.reference_length)
-    return float(np.mean(((fit - c) * np.sign(c))[near]) / np.max(np.abs(c)))
+    return float(np.mean(((fit - c) * np.sign(c))[near]) / curve.size("C"))
 
 
 def first_minus_second(runs: Runs) -> Mapping[str, float]:
@@ -113,8 +113,7 @@ def xn_errors(runs: Runs) -> Mapping[str, float]:
 
 def prismatic_error(curve: Curve, variant: str) -> float:
     """Return the error of a variant without curvature along x."""
-    results, body = curve.results, curve.body
-    return curve.deviation(not_revolved(results, variant, body) - reference_of(results, body).ic)
+    return curve.error_of(not_revolved(curve.results, variant, curve.body))
 
 
 # --- panels ---------------------------------------------------------------------------------------------
