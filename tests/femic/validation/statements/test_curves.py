@@ -73,11 +73,16 @@ def test_without_curvature_along_x_a_wheel_is_its_section():
 
 def test_closeness_to_a_threshold_is_a_share_of_it():
     """0.002 of it; of 1 where it is 0."""
-    at_zero, at_half = (criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5))
+    at_zero, at_half, tiny = (
+        criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5, 1e-12)
+    )
     assert at_zero.close(0.0019)
     assert not at_zero.close(0.0021)
     assert at_half.close(0.5009)
+    assert at_half.close(0.4991)
     assert not at_half.close(0.5011)
+    assert not at_half.close(0.4989)
+    assert not tiny.close(1e-15)
 
 
 def test_numbers_are_measured_without_a_fit_by_default():
