@@ -18,7 +18,6 @@ from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
-from femic.reference.accuracy import component_of
 from femic.validation import record
 from femic.validation.statements import figures
 from femic.validation.statements.changes import CHANGES
@@ -116,12 +115,11 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     results = runs.done[name]
     estimate, weight = (
         max(
-            component_of(line_shares, component)
+            float(np.max(line_shares))
             for body in results.scene.compared
             for line_shares in shares(
                 measure_of(results, body), reference_of(results, body).estimate
             ).values()
-            for component in results.scene.components
         )
         for shares in (Measure.shares, Measure.weights)
     )
