@@ -4,7 +4,6 @@ Both have the same supports, and nothing is fitted between them.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,39 +13,23 @@ from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.contact.finite_elements.fineness import CELLS, FEWEST
+from femic.contact.finite_elements.fineness import FEWEST
 from femic.validation.statements.criteria import Numbers, Statement
-from femic.validation.statements.runs import Runs
+from femic.validation.statements.runs import Contacts, Runs
 
 AGREES = 0.02  # of a number, beside the estimate of finite elements
 AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
 
-
-@dataclass(frozen=True)
-class Contacts:
-    """Contacts of a built-in scene: loads [N], position of the upper body [mm], fineness of meshes."""
-
-    scene: str
-    loads: tuple[float, ...]
-    shift: float = 0.0
-    cells: float = CELLS
-
-    def dataset(self, runs: Runs) -> xr.Dataset:
-        """Return the numbers with ICs and by finite elements."""
-        return runs.fe_contact(self.scene, self.loads, shift=self.shift, cells=self.cells)
-
-
 CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
-BESIDE = Contacts(
-    "tall", (58e3,), shift=0.1, cells=FEWEST
-)  # touching first where the rail inclines by 61 deg
+# touching first where the rail inclines by 61 deg
+BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
 
 
 def deviations_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Numbers:
     """Measure deviations of numbers with C from finite elements, less the estimate of the latter."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
+        dataset = runs.fe_contact(contacts)
         return _by_case(
             dataset,
             {name: abs(deviations(dataset, name)) - relative_estimates(dataset, name) for name in names},
@@ -59,7 +42,7 @@ def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: boo
     """Measure the same of a number that vanishes by symmetry, in its unit or over the load."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
+        dataset = runs.fe_contact(contacts)
         beyond = abs(differences(dataset, name)) - estimates(dataset, name)
         return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
 
@@ -80,7 +63,7 @@ def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
 
     They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
     """
-    dataset = contacts.dataset(runs)
+    dataset = runs.fe_contact(contacts)
     details: dict[str, float] = {}
     for name in (*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())):
         in_unit = name in OF_PLACE
@@ -97,7 +80,7 @@ def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
 
 def panels(contacts: Contacts, runs: Runs) -> list[Panel]:
     """Return pressures across the patch by finite elements and with ICs, a panel per load."""
-    dataset = contacts.dataset(runs)
+    dataset = runs.fe_contact(contacts)
     return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
 
 

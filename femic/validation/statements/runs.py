@@ -26,6 +26,19 @@ OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
 NEARLY_PLANE = 1e4  # mm, radius of the arcs
 
 
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a built-in scene: loads [N], shift of the upper body along y [mm], fineness of meshes.
+
+    `cells` lie along the shorter half-length of the patch.
+    """
+
+    scene: str
+    loads: tuple[float, ...]
+    shift: float = 0.0
+    cells: float = CELLS
+
+
 @dataclass(eq=False)
 class Runs:
     """Results of scenes with all nine components of C and every variant, each computed once."""
@@ -75,19 +88,15 @@ class Runs:
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
         return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
 
-    def fe_contact(
-        self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
-    ) -> xr.Dataset:
-        """Return numbers of the contacts of a scene with ICs and by finite elements, at some loads [N].
-
-        The upper body is moved by `shift` [mm] along y; `cells` lie along the patch's shorter half-length.
-        """
-        key = f"{name}, shift {shift:g} mm"
+    def fe_contact(self, contacts: Contacts) -> xr.Dataset:
+        """Return numbers of contacts with ICs and by finite elements."""
+        key = f"{contacts.scene}, shift {contacts.shift:g} mm"
         if key not in self.contacts:
             self.options.watch.on_stage(f"  {key}: contact with ICs and by finite elements")
-            scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
+            changes = {"loads": list(contacts.loads), "shift": contacts.shift}
+            scene = load_scene(contacts.scene, {"contact": changes})
             with_ics = to_dataset(compute_contact(scene, self.options))
-            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, cells)
+            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, contacts.cells)
         return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
