@@ -46,7 +46,7 @@ class HalfSpaces:
     ratio: float = 1.0  # E of the upper body over E of the lower body
 
     def error(self) -> float:
-        """The largest relative error of a component of A of both bodies [-].
+        """Return the largest relative error of a component of A of both bodies [-].
 
         It is infinite if a component that vanishes is not computed as 0.
         """
@@ -83,7 +83,7 @@ class Rotated:
     side: int = UPPER
 
     def error(self) -> float:
-        """The largest error of an entry of the rotation T between the two elements [-]."""
+        """Return the largest error of an entry of the rotation T between the two elements [-]."""
         angle = np.radians(self.flank)
         surface = Surface(self.side, arc(10.0, angle, angle), self.rolling_radius)
         computed = rotation_between(surface, (np.array(self.x), np.array(self.s)), self.s_load).matrix

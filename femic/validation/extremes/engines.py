@@ -130,7 +130,7 @@ def _scene(scene_case: SceneCase, engine: str, engine_settings: Changes = NO_CHA
 def flat(
     *, nu: float = 0.28, aspect: float = 1.0, size: float = 0.2, distance: float = 25.0, beside: float = 4.0
 ) -> SceneCase:
-    """One half-space, with lines along x through and beside the patch, and a line along s.
+    """Return one half-space, with lines along x through and beside the patch, and a line along s.
 
     `size` is half the side of the patch along s [mm], `aspect` that along x over it. The line along s lies at
     `distance` times the smaller half-side, the line beside the patch at `beside` times `size`.
@@ -146,11 +146,11 @@ def flat(
         "patch": {"a": a, "b": b},
         "lines": _lines(beside * b, distance * min(a, b), 25 * max(a, b), POINTS),
     }
-    return SceneCase(label, "flat", {**_compared("lower"), **changes})
+    return SceneCase(label, "flat", {**_comparison("lower"), **changes})
 
 
 def on_outline() -> SceneCase:
-    """One half-space, with points on the outline of the patch."""
+    """Return one half-space, with points on the outline of the patch."""
     plane = flat()
     patch = plane.changes["patch"]
     lines = [
@@ -160,7 +160,7 @@ def on_outline() -> SceneCase:
     return SceneCase("on the outline of the patch", plane.base, {**plane.changes, "lines": lines})
 
 
-def _compared(body: str) -> Changes:
+def _comparison(body: str) -> Changes:
     return {"bodies": [body], "components": list(SIX), "variants": ["A"]}
 
 
@@ -176,7 +176,7 @@ def _lines(s: float, x: float, reach: float, points: int) -> list[dict[str, Any]
 
 def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> SceneCase:
     return SceneCase(
-        label, "geometry1", {**_compared(body), "lines": _lines(1.6, 1.6, reach, 101), **changes}
+        label, "geometry1", {**_comparison(body), "lines": _lines(1.6, 1.6, reach, 101), **changes}
     )
 
 
@@ -185,12 +185,12 @@ def _arc(flank: float, radius: float = 10.0) -> Changes:
 
 
 def curved(flank: float) -> SceneCase:
-    """The lower body of Geometry 1 with another flank inclination [deg]."""
+    """Return the lower body of Geometry 1 with another flank inclination [deg]."""
     return _of_geometry1(f"{flank:g}°", {"lower": _arc(flank), "upper": _arc(flank)})
 
 
 def wheel(rolling_radius: float) -> SceneCase:
-    """The upper body of Geometry 1, revolved with a rolling radius [mm]."""
+    """Return the upper body of Geometry 1, revolved with a rolling radius [mm]."""
     changes = {"upper": {"rolling_radius": rolling_radius}}
     return _of_geometry1(f"{rolling_radius:g} mm", changes, "upper", min(25.0, rolling_radius / 5))
 
@@ -201,7 +201,7 @@ def ratio(over: float) -> SceneCase:
 
 
 def moduli(over: float) -> SceneCase:
-    """Both half-spaces, the modulus of elasticity of the upper one `over` times 210 GPa."""
+    """Return both half-spaces; the upper one's modulus of elasticity is `over` times 210 GPa."""
     plane = flat()
     changes = {**plane.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
     return SceneCase(f"{over:g}", plane.base, changes)

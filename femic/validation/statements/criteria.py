@@ -10,7 +10,7 @@ from typing import Literal
 
 from compare.ics.compute import Results
 from compare.report.panels import Panel
-from femic.validation.statements.curves import BODIES, Evidence
+from femic.validation.statements.curves import BODIES
 from femic.validation.statements.runs import GEOMETRIES, Runs
 
 FOLLOWS = 0.10  # largest error of a curve that follows another one
@@ -75,11 +75,6 @@ class Statement:
     panels: Callable[[Runs], Sequence[Panel]]
     details: Measure = lambda _: {}
     columns: int = 2  # one for each geometry
-
-    def evidence(self, runs: Runs) -> Evidence:
-        """Measure all numbers and make all panels."""
-        values = {criterion.name: criterion.measure(runs) for criterion in self.criteria}
-        return Evidence(values, tuple(self.panels(runs)), self.details(runs))
 
 
 def per_geometry(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:

@@ -1,7 +1,7 @@
 """Curves of statements: components of ICs along lines, their errors, and panels that show them."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,15 +20,6 @@ INDEPENDENT = ("nn", "ss", "xx", "xs", "xn", "sn")  # the other components are r
 ACROSS, BESIDE, THROUGH = "x = 1.6 mm", "s = 1.6 mm", "s = 0 mm"  # the lines of the geometries
 
 STEEP = 0.15  # reference lengths from the load: steep curves are drawn from here on
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """The numbers of a statement by criterion and case, its panels, and further numbers."""
-
-    values: Mapping[str, Mapping[str, float]]
-    panels: tuple[Panel, ...] = ()
-    details: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ MET, UNMET = "tab:green", "tab:red"
 def numbers(finding: Finding) -> Figure:
     """Draw every number beside its threshold, with a separate scale for each criterion."""
     criteria = finding.statement.criteria
-    values = finding.evidence.values
+    values = finding.values
     heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
     with mpl.rc_context(RC):
         figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")

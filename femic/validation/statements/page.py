@@ -103,10 +103,9 @@ def _statement(finding: Finding) -> dict[str, Any]:
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }
             for criterion in finding.statement.criteria
-            if not finding.failed
-            for values in (finding.evidence.values[criterion.name],)
+            if (values := finding.values.get(criterion.name))
         ],
-        "details": {case: finite(value) for case, value in finding.evidence.details.items()},
+        "details": {case: finite(value) for case, value in finding.details.items()},
     }
 
 
@@ -218,6 +217,6 @@ def _pictures(finding: Finding) -> Iterator[Picture]:
     if finding.failed:
         return
     name = f"statement{finding.statement.number}"
-    if finding.evidence.panels:
-        yield Picture(f"{name}_curves", panel_figure(finding.evidence.panels, finding.statement.columns))
+    if finding.panels:
+        yield Picture(f"{name}_curves", panel_figure(finding.panels, finding.statement.columns))
     yield Picture(f"{name}_numbers", figures.numbers(finding))

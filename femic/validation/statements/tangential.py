@@ -78,7 +78,7 @@ def smaller_error(results: Results, body: str) -> float:
 
 
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
-    """Largest |C_xs - A_xs| of each body, dimensionless."""
+    """Return the largest |C_xs - A_xs| of each body, dimensionless."""
     sizes = per_body(xs_deviation, ALONE)(runs)
     return {f"largest |C_xs - A_xs| E L: {case}": size for case, size in sizes.items()}
 

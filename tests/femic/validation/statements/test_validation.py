@@ -17,7 +17,6 @@ from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from femic.validation.statements import nn, verdicts
 from femic.validation.statements.criteria import Criterion, Statement
-from femic.validation.statements.curves import Evidence
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from femic.validation.statements.verdicts import (
@@ -94,7 +93,7 @@ def runs(store):
     ],
 )
 def test_a_verdict_follows_from_the_criteria(near, large, verdict, unmet):
-    finding = Finding(MADE, Evidence({"near": near, "large": large}))
+    finding = Finding(MADE, {"near": near, "large": large})
     assert finding.verdict == verdict
     assert len(finding.unmet) == unmet
 
@@ -119,11 +118,11 @@ def test_statements_are_numbered_and_their_criteria_named():
 def test_every_criterion_is_measured_in_some_case(runs):
     for number in OF_GEOMETRIES:
         finding = assess(number, runs)
-        assert set(finding.evidence.values) == {criterion.name for criterion in finding.statement.criteria}
-        assert all(finding.evidence.values.values())
+        assert set(finding.values) == {criterion.name for criterion in finding.statement.criteria}
+        assert all(finding.values.values())
         assert all(np.isfinite(value) for _, _, value in finding.numbers), number
-        assert finding.evidence.panels
-        panel_figure(finding.evidence.panels, finding.statement.columns)  # there is a style for each curve
+        assert finding.panels
+        panel_figure(finding.panels, finding.statement.columns)  # there is a style for each curve
 
 
 # --- from the code to verdicts --------------------------------------------------------------------------
