@@ -18,6 +18,7 @@ from femic.cache.threads import one_blas_thread
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.results import registry
+from femic.campaigns.running.registrations import differing
 from femic.campaigns.running.scene_task import SceneTask, merged_outcome, scene_task
 from femic.reference.at_points import references
 from femic.reference.job import Job
@@ -37,10 +38,11 @@ class Unusable(Failure):
 
 @dataclass(frozen=True)
 class Origin:
-    """The program that submits tasks: the location of its store, and the digest of its code."""
+    """The program that submits tasks: its store, the digest of its code, and what it has registered."""
 
     store: str
     digest: str
+    registrations: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -113,13 +115,20 @@ def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> Ta
 
 
 def require_same_code(origin: Origin) -> None:
-    """Raise Unusable where this process has other code than the program that submits tasks."""
+    """Raise Unusable where this process has other code or registrations than what submits tasks."""
     mine = results_digest(__name__)
     if mine != origin.digest:
         raise Unusable(
             f"a worker has other code or libraries (digest {mine}) than this program ({origin.digest}): "
             "install the same version of femic and of its libraries on all workers (pip install -c "
             "constraints.txt), and start them again"
+        )
+    different = differing(origin.registrations)
+    if different:
+        raise Unusable(
+            f"{', '.join(different)}: not registered in a worker as in this program: register it in a module "
+            "that workers import (dask worker --preload MODULE); workers on this machine import the script "
+            "that is run, without what is below `if __name__ == '__main__'`"
         )
 
 

@@ -20,6 +20,7 @@ from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, tasks
 from femic.campaigns.running.cluster import NO_DASHBOARD, existing_cluster, size_for
 from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew, report_of
+from femic.campaigns.running.registrations import registrations
 from femic.campaigns.running.run import Options, Progress
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from femic.campaigns.running.tasks import Origin, Unusable
@@ -79,7 +80,7 @@ def test_a_worker_of_other_code_is_said_before_and_during_the_work(
 
 def test_a_worker_that_does_not_see_the_store_is_said(tmp_path):
     assert "does not see the store" in tasks.worker_problem(
-        Origin(str(tmp_path), tasks.results_digest(tasks.__name__))
+        Origin(str(tmp_path), tasks.results_digest(tasks.__name__), registrations())
     )
 
 
