@@ -9,7 +9,7 @@ import xarray as xr
 from compare.report.parts import join_words
 from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
+from femic.campaigns.report.crossings import REPORTED, extreme_crossings, known_count, lines_of, main_axis
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
 from femic.campaigns.report.scales import share
 
@@ -116,5 +116,5 @@ def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
         return "there"
     if not is_grid(dataset):
         return f"in {np.mean(sizes.values[np.isfinite(sizes.values)] > REPORTED):.0%} of the scenes"
-    lines = Lines.of(sizes, axes)
-    return ", ".join(crossing.along(lines.axis) for crossing in lines.crossings(REPORTED))
+    crossings = extreme_crossings(lines_of(sizes, axes), REPORTED)
+    return ", ".join(crossing.along(main_axis(axes)) for crossing in crossings)

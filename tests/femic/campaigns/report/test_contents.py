@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.report.tables import Cell
 from femic.campaigns.report.axes import prepared
 from femic.campaigns.report.contents import fields_of
 from femic.campaigns.report.fields import COLUMN, ROW
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
-from femic.campaigns.report.tables import _cell, worst_table
+from femic.campaigns.report.tables import worst_table
 from tests.femic.campaigns.report.datasets import ESTIMATE, error
 
 
@@ -23,7 +24,7 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
     assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
     cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
-    assert cell == _cell("4.75 %", "flank = 60, ratio = 1.05")
+    assert cell == Cell("4.75 %", below="flank = 60, ratio = 1.05")
 
 
 def test_contacts_are_compared_with_that_by_c(curve):

@@ -7,12 +7,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.report.tables import Cell
 from femic.campaigns.report.axes import ShownAxis, axes_of
 from femic.campaigns.report.contents import fields_of
-from femic.campaigns.report.crossings import EVERYWHERE, NOWHERE, Crossing, Line, Lines, exceeded
+from femic.campaigns.report.crossings import (
+    EVERYWHERE,
+    NOWHERE,
+    Crossing,
+    Line,
+    exceeded,
+    extreme_crossings,
+    known_count,
+    lines_of,
+)
 from femic.campaigns.report.fields import LEVELS
 from femic.campaigns.report.page import CROSSINGS, write_sweep
-from femic.campaigns.report.tables import _cell, crossing_table
+from femic.campaigns.report.tables import crossing_table
 from tests.femic.campaigns.report.datasets import (
     RATIOS,
     SHARES,
@@ -40,9 +50,9 @@ def test_a_level_that_is_exceeded_again_and_gaps_are_told():
     assert again.crossing(1.0) == Crossing("from 0.5 to 1.5", more="again from 2.5 to 3.5")
     assert again.extent(1.0) == 0.5
     sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
-    lines = Lines.of(sizes, [axis])
-    assert (lines.crossings(1.0), lines.known_count) == ([Crossing(NOWHERE)], "3 of 5 scenes")
-    assert Lines.of(sizes * np.nan, [axis]).crossings(1.0) == []
+    assert extreme_crossings(lines_of(sizes, [axis]), 1.0) == [Crossing(NOWHERE)]
+    assert known_count(sizes) == "3 of 5 scenes"
+    assert extreme_crossings(lines_of(sizes * np.nan, [axis]), 1.0) == []
 
 
 def test_small_values_have_the_digits_of_the_span():
@@ -64,7 +74,7 @@ def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_leas
             (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
             most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
             more = f"at ratio = 1.05; {least} at ratio = 1.5"
-            assert row.cells[k] == _cell(most, more if most != least else "")
+            assert row.cells[k] == Cell(most, below=more if most != least else "")
 
 
 def test_all_crossings_are_in_a_file(grid, tmp_path):
