@@ -8,7 +8,7 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (for
   the scene, without models that other scenes have solved; NaN: not computed yet) and coordinates: `digest`
   (of all inputs of the results; 0: not computed yet, or to be computed again), `checksum` (of the
-  results: `femic.campaigns.dataset.checksums`).
+  results: `femic.campaigns.dataset.integrity`).
 - over these dims and its own: every variable of `femic.campaigns.results`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
@@ -28,22 +28,18 @@ import xarray as xr
 
 from femic.cache.files import write_dataset
 from femic.campaigns.dataset.arrays import DIGEST, SceneArrays
-from femic.campaigns.dataset.checksums import (
+from femic.campaigns.dataset.frame import attributes_of, continues, swept_coords, swept_dims, with_free_text
+from femic.campaigns.dataset.integrity import (
     CHECKSUM,
     LAYOUT,
     SCENE_VARIABLES,
+    Verified,
     layout_of,
     outcome_checksums,
+    require_layout,
     value_checksums,
+    verified,
 )
-from femic.campaigns.dataset.frame import (
-    attributes_of,
-    continues,
-    swept_coords,
-    swept_dims,
-    with_free_text,
-)
-from femic.campaigns.dataset.integrity import Verified, require_layout, verified
 from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import FILE, ZARR, open_sweep
 from femic.campaigns.files.campaign import Campaign

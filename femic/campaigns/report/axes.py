@@ -88,9 +88,8 @@ class ShownAxis:
         if not self.is_number:
             places = np.arange(len(self.categories))
             upwards = which == "x" and max(map(len, self.categories)) >= WORD
-            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0)
-            for label in ruler.get_ticklabels():
-                label.set_horizontalalignment("right" if upwards or which == "y" else "center")
+            aligned = "right" if upwards or which == "y" else "center"
+            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0, ha=aligned)
             return
         if self.is_logarithmic:
             set_scale("log")

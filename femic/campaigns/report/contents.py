@@ -32,12 +32,7 @@ MEANINGS = {
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
-DIMS = {
-    "case": "load",
-    "load": "load",
-    "friction": "friction",
-    "xi": "creepage",
-}  # dims in words
+DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 ANY = "any component"
 VANISHING = (
@@ -66,11 +61,12 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     body, columns = body_of(dataset), {}
     of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
     for component in SHOWN_ORDER:
-        one = of_body.sel(i=component[0], j=component[1], drop=True)
-        worst = one.error.max("line").load()
+        of_component = of_body.sel(i=component[0], j=component[1], drop=True)
+        worst = of_component.error.max("line").load()
         if worst.max() > ROUNDING:
-            mark = VANISHES if (one.vanishes == 1).any() else ""
-            columns[component + mark] = worst.where((worst.variant != C) | (one.vanishes != 1))
+            vanishes = of_component.vanishes == 1
+            mark = VANISHES if vanishes.any() else ""
+            columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
     if not columns:
         return
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)

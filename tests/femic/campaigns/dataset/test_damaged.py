@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 import zarr
 
-from femic.campaigns.dataset.checksums import value_checksums
+from femic.campaigns.dataset.integrity import value_checksums
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import Options
 from tests.femic.campaigns.campaigns import LIGHT, campaign_in, swept
