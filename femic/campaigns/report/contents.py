@@ -8,6 +8,7 @@ import xarray as xr
 
 from compare.contact.compute import reference_name
 from compare.report.parts import join_words
+from compare.report.styles import symbol_of
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -17,7 +18,6 @@ from femic.campaigns.report.fields import (
     Field,
     body_of,
     furthest_along,
-    label_of,
     swept_dims,
 )
 from femic.campaigns.results.contact import CURVES_LARGEST
@@ -113,9 +113,9 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact with {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        f"Numbers of the contact with {symbol_of(reference)}{f', at the last {several}' if several else ''}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
-        reference=label_of(reference),
+        reference=symbol_of(reference),
     )
 
 
@@ -124,7 +124,7 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
     deviations, estimates = zip(
         *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
     )
-    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), symbol_of(reference)
     values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(

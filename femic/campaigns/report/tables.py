@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from compare.report.styles import symbol_of
 from compare.report.tables import Cell, Row, Table
 from femic.cache.files import replacing
 from femic.campaigns.report.axes import ShownAxis, point_of, swept, text_of
@@ -20,7 +21,7 @@ from femic.campaigns.report.crossings import (
     lines_of,
     main_axis,
 )
-from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
+from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, plain, swept_dims
 from femic.campaigns.report.scales import share
 
 MOST_FAILURES = 20
@@ -92,7 +93,7 @@ def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
 def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell | str]]) -> list[Row]:
     """Return rows by column and row of a field, with cells for the sizes of each."""
     return [
-        Row(f"{column}, {label_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
+        Row(f"{column}, {symbol_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
         for column, row in product(field.columns, field.rows)
     ]
 
@@ -100,7 +101,7 @@ def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell | str]]) -> li
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:
     """Return the largest number of each row and column with its scene; of values the range."""
     rows = [
-        Row(label_of(row), [_worst_cell(field, dataset, row, column) for column in field.columns])
+        Row(symbol_of(row), [_worst_cell(field, dataset, row, column) for column in field.columns])
         for row in field.rows
     ]
     if field.floor is not None and np.any(np.isfinite(field.floor)):
