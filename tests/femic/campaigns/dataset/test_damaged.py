@@ -60,7 +60,7 @@ DAMAGES = (deleted, emptied, truncated, flipped, a_folder)
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_chunk_is_made_anew_and_that_is_said(large, damage):
+def test_damaged_chunk_is_reported_and_restored(large, damage):
     """After each damage the dataset is whole again."""
     first, path, go_on = large
     for part in PARTS:
@@ -73,7 +73,7 @@ def test_a_damaged_chunk_is_made_anew_and_that_is_said(large, damage):
 
 
 @pytest.mark.parametrize("damage", [deleted, flipped])
-def test_damaged_descriptions_are_made_anew(large, damage):
+def test_damaged_descriptions_are_restored(large, damage):
     """Not all of them say anything that matters."""
     first, path, go_on = large
     for part in ("", *PARTS):
@@ -81,7 +81,7 @@ def test_damaged_descriptions_are_made_anew(large, damage):
         xr.testing.assert_identical(go_on()[1], first)
 
 
-def test_a_part_that_is_gone_is_made_anew(large):
+def test_missing_variable_is_reported_and_restored(large):
     first, path, go_on = large
     for part in PARTS:
         shutil.rmtree(path / part)
@@ -90,7 +90,7 @@ def test_a_part_that_is_gone_is_made_anew(large):
         assert "all its scenes are computed again" in said[0]
 
 
-def test_only_scenes_whose_values_were_changed_are_computed_again(large, light_scenes):
+def test_only_changed_scenes_are_computed_again(large, light_scenes):
     """By the smallest amount, to something that is no number, exchanged, without their message."""
     _, path, go_on = large
     group = zarr.open_group(path, mode="a")
@@ -114,7 +114,7 @@ def test_only_scenes_whose_values_were_changed_are_computed_again(large, light_s
     assert again["sum"].sel(E=7).isnull().all()
 
 
-def test_scenes_that_were_exchanged_are_computed_again(large):
+def test_exchanged_scenes_are_computed_again(large):
     first, path, go_on = large
     chunks = [path / "powers" / "c" / str(k) / "0" / "0" for k in (2, 3)]
     contents = [chunk.read_bytes() for chunk in chunks]
@@ -141,7 +141,7 @@ def test_damage_where_scenes_are_appended(large, client, tmp_path):
     np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
 
 
-def test_checksums_of_values_tell_them_apart():
+def test_checksums_of_different_values_differ():
     values = np.array([[1.0, 2.0], [2.0, 1.0], [1.0, -2.0], [np.nan, 2.0], [2.0, np.nan], [0.0, -0.0]])
     numbers = value_checksums("y", values, 1)
     assert len({*numbers.tolist()}) == 6
@@ -149,7 +149,7 @@ def test_checksums_of_values_tell_them_apart():
     assert [int(value_checksums("y", row)) for row in values] == numbers.tolist()
 
 
-def test_what_is_missing_has_no_checksum_and_all_nan_are_alike():
+def test_checksum_of_nan_is_zero_whatever_its_bits():
     assert not value_checksums("y", np.full((3, 2, 4), np.nan), 2).any()
     negative = np.array([1.0, np.copysign(np.nan, -1)])
     assert value_checksums("y", negative) == value_checksums("y", np.array([1.0, np.nan]))

@@ -20,7 +20,7 @@ from tests.femic.campaigns.campaigns import LIGHT, campaign_in, light, of_parts,
 
 @pytest.mark.parametrize("chunk", [1, 50, 1e6])
 @pytest.mark.usefixtures("light_scenes")
-def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
+def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk):
     campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
     _, small = swept(campaign, tmp_path / "small", client, store=store)
     all_are_large(monkeypatch, chunk)
@@ -38,7 +38,7 @@ def all_are_large(monkeypatch, chunk=50.0):
         monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
 
 
-def test_a_large_dataset_is_gone_on_with_as_it_is(light_scenes, client, tmp_path, monkeypatch):
+def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, client, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
     campaign = campaign_in(tmp_path, LIGHT)
     _, first = swept(campaign, tmp_path, client)
@@ -77,7 +77,7 @@ def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, tmp_path, monkeypatch):
+def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, client, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
     swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
@@ -102,7 +102,7 @@ def digests_in(campaign, folder):
     return lambda number: task_of(campaign, number, Store(folder / "store")).digest
 
 
-def test_a_scene_that_is_removed_is_not_there_any_more(taken):
+def test_removed_scene_is_missing(taken):
     digest = int(taken.digests[4])
     assert taken.has(4, digest)
     assert not taken.has(4, digest + 1)
@@ -114,7 +114,7 @@ def test_a_scene_that_is_removed_is_not_there_any_more(taken):
     assert result.attrs["computed"] == 27 - 3 - 1
 
 
-def test_a_digest_goes_before_its_values_change(taken, tmp_path):
+def test_digest_is_removed_before_its_values_change(taken, tmp_path):
     """A run that is killed between leaves no scene with a digest and values of something else."""
     taken.remove(4)
     taken._arrays.flush()
@@ -122,20 +122,20 @@ def test_a_digest_goes_before_its_values_change(taken, tmp_path):
     assert list(np.flatnonzero(digests == 0)) == [4]
 
 
-def test_values_without_a_digest_are_removed_too(taken):
+def test_values_without_a_digest_are_removed(taken):
     """Those that a run wrote before it was killed, of files that may have changed since."""
     taken.seconds[4], taken.digests[4] = np.nan, 0
     taken.remove(4)
     assert np.isnan(open_sweep(taken.write())["sum"].values.ravel()[4])
 
 
-def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
+def test_run_killed_at_its_start_loses_nothing(taken, tmp_path):
     result = open_sweep(tmp_path)
     assert np.all(result.digest.values.ravel() == taken.digests)
     assert int((result.failure == "seven").sum()) == 3
 
 
-def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
+def test_large_dataset_of_other_files_is_discarded(taken, tmp_path):
     """Its variables may have had other shapes."""
     collected = Collected(taken.campaign, tmp_path)
     collected.begin(lambda number: 1 + number, code_of_dataset())
@@ -143,7 +143,7 @@ def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
     assert np.all(np.isnan(collected.seconds))
 
 
-def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkeypatch):
+def test_differing_labels_are_numbered_in_a_large_dataset(tmp_path, monkeypatch):
     """Also where they are numbers, and have been written as such."""
     all_are_large(monkeypatch)
     collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
@@ -155,7 +155,7 @@ def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkey
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_full_disk_under_a_large_dataset_is_said(client, tmp_path, monkeypatch):
+def test_full_disk_under_a_large_dataset_is_reported(client, tmp_path, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -166,7 +166,7 @@ def test_a_full_disk_under_a_large_dataset_is_said(client, tmp_path, monkeypatch
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_path, monkeypatch):
+def test_campaign_that_becomes_small_or_large_leaves_one_dataset(client, tmp_path, monkeypatch):
     """And one that becomes large."""
     campaign = campaign_in(tmp_path, LIGHT)
     shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
@@ -180,7 +180,7 @@ def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_pa
     xr.testing.assert_identical(again, small)
 
 
-def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path, monkeypatch):
+def test_dataset_that_becomes_large_keeps_its_scenes(client, tmp_path, monkeypatch):
     """The first scenes lack what makes it large."""
 
     def large(scene, _means):

@@ -140,14 +140,14 @@ def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
     np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
 
 
-def test_nodes_are_c_to_rounding(make, tmp_path):
+def test_map_is_c_at_nodes_to_rounding(make, tmp_path):
     name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
     ic, _ = read(name, scene)
     np.testing.assert_allclose(ic, true_c(scene, steep), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
-def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ratio, modulus):
+def test_estimate_bounds_the_error_between_nodes(make, tmp_path, ratio, modulus):
     """It is not that of exact values, and not without bounds: seven times for nodes twice as far apart, 2.25
     for kinks that are not there, on two axes, on the steepest of the lines around."""
     name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
@@ -158,7 +158,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
     assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
 
 
-def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
+def test_contact_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
     found = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
@@ -171,7 +171,7 @@ def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
     assert abs(float(found.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
 
 
-def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
+def test_contact_is_solved_on_the_grid_of_the_map(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
     ((grid, _),) = grids_of(scene.contact_problem, maps_of_scene(scene))
@@ -181,7 +181,7 @@ def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
         compute_contact(small, given=maps_of_scene(small))
 
 
-def test_the_reference_is_c_then_a_map_then_bhat():
+def test_reference_is_c_else_a_map_else_bhat():
     assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
     assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
     assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
@@ -199,7 +199,7 @@ def test_the_reference_is_c_then_a_map_then_bhat():
         ({"lower": {"E": 4e5}}, r"lower\.E, upper\.E give E = .* the same"),
     ],
 )
-def test_scenes_that_are_not_of_the_map_are_refused(make, tmp_path, changes, said):
+def test_scenes_outside_the_map_are_refused(make, tmp_path, changes, said):
     name = make()
     keys = {"lower": {"E": 3e5}, "upper": {"E": 3e5}}
     scene = load_scene(
@@ -210,14 +210,14 @@ def test_scenes_that_are_not_of_the_map_are_refused(make, tmp_path, changes, sai
         read(name, scene)
 
 
-def test_what_does_not_change_c_may_differ(make, tmp_path):
+def test_keys_without_influence_on_c_may_differ(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, engine={"tolerance": 0.1}, contact={"loads": [3e3]}, title="other")
     for found, expected in zip(read(name, scene), read(name, scene_at(tmp_path, 1.15, 3e5)), strict=True):
         np.testing.assert_array_equal(found, expected)
 
 
-def test_nothing_is_extrapolated_and_missing_nodes_are_named(make, tmp_path):
+def test_extrapolation_is_refused_and_missing_nodes_are_named(make, tmp_path):
     name = make(left_out=(0,))
     with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
         read(name, scene_at(tmp_path, 1.4, 3e5))
@@ -235,7 +235,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_map_is_not_used(make, tmp_path, damage):
+def test_damaged_map_is_refused(make, tmp_path, damage):
     variable, place, value, said = damage
     path = tmp_path / "sweep.nc"
     shutil.copy(make().removeprefix("map:"), path)
@@ -247,7 +247,7 @@ def test_a_damaged_map_is_not_used(make, tmp_path, damage):
         read(f"map:{path}", scene)
 
 
-def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
+def test_large_map_with_an_unreadable_chunk_is_refused(make, tmp_path, monkeypatch):
     make()
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     path = collect(tmp_path, (), BASE, CAMPAIGN)

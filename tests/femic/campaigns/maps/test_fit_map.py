@@ -62,14 +62,14 @@ def fits(tmp_path_factory):
     return open_fits(collected.write())
 
 
-def test_fits_between_scenes_are_those_of_c_between_them(fits):
+def test_fit_between_scenes_recovers_the_smooth_properties(fits):
     found = fit_at(fits, (33.0, 1.3)).effective.mismatch_k
     expected = true(np.radians(33), 1.3).mismatch_k
     assert found.far == pytest.approx(expected.far, rel=0.02)
     assert found.r_inf == pytest.approx(expected.r_inf, rel=0.02)
 
 
-def test_at_a_scene_it_is_its_own_fit(fits):
+def test_fit_at_a_scene_is_the_own_fit_of_the_scene(fits):
     """C is that of the scene to rounding; it hardly determines r_inf and n, whose digits are fewer."""
     own = fits.dataset.fit_value.sel(flank=30.0, ratio=1.5).isel(fitted_body=0).values
     found = [parameter.value for parameter in fit_at(fits, (30.0, 1.5)).parameters]
@@ -81,7 +81,7 @@ def test_nothing_is_extrapolated(fits):
         fit_at(fits, (51.0, 1.0))
 
 
-def test_nodes_that_are_left_out_are_predicted_by_the_others(fits):
+def test_left_out_nodes_are_predicted_by_the_others(fits):
     """Every inner node along each axis, once; the map is nearly as good there as the node's own fit."""
     tried = leave_one_out(fits)
     assert tried.sizes["node"] == 3 + 3

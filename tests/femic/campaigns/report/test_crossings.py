@@ -44,7 +44,7 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
     assert ends([2.0, 2.0, 2.0, 2.0], 2.0) == []
 
 
-def test_a_level_that_is_exceeded_again_and_gaps_are_told():
+def test_repeated_crossings_and_gaps_are_reported():
     axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     again = Line(axis, {}, np.array([0.0, 2.0, 0.0, 2.0, 0.0]))
     assert again.crossing(1.0) == Crossing("from 0.5 to 1.5", more="again from 2.5 to 3.5")
@@ -55,7 +55,7 @@ def test_a_level_that_is_exceeded_again_and_gaps_are_told():
     assert extreme_crossings(lines_of(sizes * np.nan, [axis]), 1.0) == []
 
 
-def test_small_values_have_the_digits_of_the_span():
+def test_small_values_are_rounded_to_the_span():
     axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
     low = 6.0345e-5
     sizes = np.array([0.0, 0.002]) - low
@@ -66,7 +66,7 @@ def shown(place):
     return f"from {float(f'{place:.3g}'):g} on" if place < 60 else NOWHERE
 
 
-def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_least(grid):
+def test_crossings_of_largest_and_least_extent_are_exact(grid):
     (field,) = fields_of(grid)
     table = crossing_table(field, axes_of(grid))
     for k, level in enumerate(LEVELS):
@@ -77,7 +77,7 @@ def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_leas
             assert row.cells[k] == Cell(most, below=more if most != least else "")
 
 
-def test_all_crossings_are_in_a_file(grid, tmp_path):
+def test_all_crossings_are_written_to_a_file(grid, tmp_path):
     write_sweep(grid, tmp_path)
     with (tmp_path / CROSSINGS).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -90,7 +90,7 @@ def test_all_crossings_are_in_a_file(grid, tmp_path):
             assert (float(row["flank_from"]), row["flank_to"]) == (pytest.approx(expected, rel=1e-5), "")
 
 
-def test_text_is_told_as_categories():
+def test_text_values_are_categories():
     names = np.array(["steel", "bronze", "polyamide"])
     axis = ShownAxis("material", "material", names)
     assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).crossing(1.0) == Crossing("at steel and polyamide")

@@ -35,7 +35,7 @@ def entered():
         pytest.fail("it goes on")
 
 
-def test_a_cluster_that_is_interrupted_while_it_begins_ends_in_order(stand_in):
+def test_cluster_interrupted_at_its_start_is_shut_down(stand_in):
     happened, _ = stand_in
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
@@ -44,7 +44,7 @@ def test_a_cluster_that_is_interrupted_while_it_begins_ends_in_order(stand_in):
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_second_interruption_does_not_wait(stand_in):
+def test_second_interruption_takes_effect_at_once(stand_in):
     happened, interruptions = stand_in
     interruptions[0] = 2
     with pytest.raises(KeyboardInterrupt):

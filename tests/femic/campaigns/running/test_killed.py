@@ -14,7 +14,7 @@ from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of
 
 
-def test_a_killed_worker_costs_one_task(tmp_path):
+def test_killed_worker_costs_one_task(tmp_path):
     """With one worker the task at hand is begun again; the results are those of a run by itself."""
     campaign, killed = campaign_in(tmp_path, OF_UPPER), []
     with local_cluster(size_for(1, 2, 400.0)) as client:

@@ -19,7 +19,7 @@ from tests.femic.campaigns.campaigns import (
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
 
-def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
+def test_failed_kind_of_results_leaves_the_others(client, tmp_path, monkeypatch):
     """The first scenes in the order are among those that fail."""
 
     def not_below_six(scene, _means):
@@ -43,14 +43,14 @@ def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
     assert set(both.failure.values) == {""}
 
 
-def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
+def test_kinds_that_fail_alike_give_one_message(client, tmp_path, monkeypatch):
     of_parts(monkeypatch, errors=light, advice=light)
     campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
     _, dataset = swept(campaign, tmp_path, client)
     assert set(dataset.failure.sel(E=7).values) == {"seven"}
 
 
-def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, monkeypatch):
+def test_model_that_kills_workers_leaves_stored_results(client, tmp_path, monkeypatch):
     def killed(*_):
         return TaskReport("its worker died 4 times")
 

@@ -35,7 +35,7 @@ def looked(*states):
 PAUSED, RUNNING, AT_WORK = worker("paused"), worker("running"), worker("paused", executing=1)
 
 
-def test_a_pause_is_said_once_within_half_a_minute():
+def test_pause_is_reported_once_within_half_a_minute():
     assert REPORTED_AFTER < GIVE_UP_AFTER < 30
     (messages,) = looked((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
     assert messages.startswith(
@@ -44,16 +44,16 @@ def test_a_pause_is_said_once_within_half_a_minute():
     assert "--memory-limit" in messages
 
 
-def test_short_pauses_are_not_said():
+def test_short_pauses_are_not_reported():
     assert looked((8, PAUSED), (1, RUNNING), (8, PAUSED), (1, RUNNING)) == []
 
 
-def test_a_campaign_whose_workers_all_stay_paused_ends_with_what_to_do():
+def test_campaign_whose_workers_all_stay_paused_ends_with_advice():
     with pytest.raises(Failure, match=r"2 of 2 workers are paused .* none has a task at work: give workers"):
         looked((29, PAUSED, PAUSED))
 
 
-def test_paused_workers_that_still_have_a_task_may_go_on():
+def test_paused_workers_with_a_task_do_not_end_the_campaign():
     assert len(looked((500, PAUSED, AT_WORK), (20, PAUSED, PAUSED), (9, AT_WORK, PAUSED))) == 1
 
 
@@ -94,7 +94,7 @@ def test_a_campaign_on_paused_workers_does_not_wait_forever(own, tmp_path, monke
     assert len(messages) == 1
 
 
-def test_a_cluster_of_paused_workers_has_workers(monkeypatch):
+def test_paused_workers_count_as_workers(monkeypatch):
     """They are told of as paused: to wait for workers would be to wait for the end of the pause."""
     monkeypatch.setattr(cluster, "WORKS_WITHIN", 1.0)
     one = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "memory_limit": 0, "protocol": "tcp"}
@@ -112,7 +112,7 @@ def test_a_cluster_of_paused_workers_has_workers(monkeypatch):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_campaign_goes_on_with_the_workers_that_are_left(own, tmp_path, monkeypatch):
+def test_campaign_continues_with_the_remaining_workers(own, tmp_path, monkeypatch):
     monkeypatch.setattr(paused, "REPORTED_AFTER", 0.0)
     crew = Crew(own, lambda _: None)
     assert crew.window == 2 * SCENES_PER_WORKER

@@ -12,7 +12,7 @@ from tests.approx.new_forms import faded, register
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, swept
 
 
-def test_registrations_of_other_processes_are_compared_and_different_ones_are_refused(tmp_path, monkeypatch):
+def test_worker_with_other_registrations_is_refused(tmp_path, monkeypatch):
     with local_cluster(ClusterSize(1, 1000.0)) as client:
         assert list(client.run(differing, registrations()).values()) == [[]]
         register(monkeypatch)
@@ -22,7 +22,7 @@ def test_registrations_of_other_processes_are_compared_and_different_ones_are_re
     assert outcomes.keys_in(Store(tmp_path / "store")) == {PROBE}
 
 
-def test_a_form_with_another_definition_is_different(monkeypatch):
+def test_form_with_another_definition_is_different(monkeypatch):
     submitted = registrations()
     monkeypatch.setitem(FORMS, "B", Form(faded))
     assert differing(submitted) == ["form 'B'", "variant 'B'", "variant 'mix'"]

@@ -34,7 +34,7 @@ def test_the_dataset_has_the_swept_keys_as_dims(client, tmp_path):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_failed_scene_is_recorded_and_the_others_go_on(client, tmp_path):
+def test_failed_scene_is_recorded_and_the_others_continue(client, tmp_path):
     done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     assert done.failed == 3
     assert np.all(dataset.failure.sel(E=7) == "seven")
@@ -43,7 +43,7 @@ def test_a_failed_scene_is_recorded_and_the_others_go_on(client, tmp_path):
     assert np.all(dataset.seconds >= 0)
 
 
-def test_a_second_run_computes_nothing_not_even_failures(light_scenes, client, tmp_path):
+def test_second_run_computes_nothing(light_scenes, client, tmp_path):
     campaign = campaign_in(tmp_path, LIGHT)
     _, first = swept(campaign, tmp_path, client)
     assert len(light_scenes) == 27
@@ -66,7 +66,7 @@ def test_failures_are_tried_again_when_asked(light_scenes, client, tmp_path):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_errors_of_the_program_are_recorded_but_tried_again(client, tmp_path, monkeypatch):
+def test_unexpected_errors_are_recorded_but_not_stored(client, tmp_path, monkeypatch):
     campaign = campaign_in(tmp_path, LIGHT)
     monkeypatch.setattr(registry, "KINDS", {"errors": ResultKind(lambda *_: 1 / 0, lambda _: [])})
     _, dataset = swept(campaign, tmp_path, client)
@@ -75,7 +75,7 @@ def test_errors_of_the_program_are_recorded_but_tried_again(client, tmp_path, mo
     assert len(outcomes.keys_in(Store(tmp_path / "store"))) == 1  # the probe
 
 
-def test_an_interrupted_campaign_goes_on(light_scenes, client, tmp_path):
+def test_interrupted_campaign_continues(light_scenes, client, tmp_path):
     """What is finished is in the dataset, too."""
     campaign = campaign_in(tmp_path, LIGHT)
 
@@ -95,7 +95,7 @@ def test_an_interrupted_campaign_goes_on(light_scenes, client, tmp_path):
     np.testing.assert_array_equal(dataset["sum"].values[seen], early["sum"].values[seen])
 
 
-def test_more_values_take_only_what_is_new(light_scenes, client, tmp_path):
+def test_only_scenes_of_new_values_are_computed(light_scenes, client, tmp_path):
     swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     del light_scenes[:]
     more = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
@@ -114,7 +114,7 @@ def test_random_points_are_samples(client, tmp_path):
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path, monkeypatch):
+def test_scenes_are_submitted_in_the_order_of_the_campaign(light_scenes, client, tmp_path, monkeypatch):
     """They are submitted in exactly this order, coarse first; within a window Dask may swap some."""
     submitted, following = [], running._Run.next_unfinished
 
@@ -136,7 +136,7 @@ def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_no_more_than_a_window_is_with_the_scheduler(client, tmp_path, monkeypatch):
+def test_at_most_one_window_is_submitted(client, tmp_path, monkeypatch):
     with_scheduler = []
     finish = running._Run._finish_scene
 
@@ -150,7 +150,7 @@ def test_no_more_than_a_window_is_with_the_scheduler(client, tmp_path, monkeypat
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
+def test_scene_with_results_of_another_shape_has_failed(client, tmp_path, monkeypatch):
     def longer(scene, _means):
         n = 3 if scene.bodies["lower"].material.E == 3 else 2
         return xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})
@@ -162,7 +162,7 @@ def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
+def test_differing_labels_are_numbered(client, tmp_path, monkeypatch):
     def named(scene, _means):
         return xr.Dataset(
             {"y": (("line", "k"), np.ones((1, 2)))},
