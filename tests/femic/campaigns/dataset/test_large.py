@@ -15,7 +15,16 @@ from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import code_of_dataset
 from femic.campaigns.running.scene_task import task_of
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import LIGHT, campaign_in, light, of_parts, swept
+from tests.femic.campaigns.campaigns import (
+    LIGHT,
+    LONGER,
+    RANDOM,
+    assert_sums,
+    campaign_in,
+    light,
+    register,
+    swept,
+)
 
 
 @pytest.mark.parametrize("chunk", [1, 50, 1e6])
@@ -38,53 +47,45 @@ def all_are_large(monkeypatch, chunk=50.0):
         monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
 
 
-def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, client, tmp_path, monkeypatch):
+def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
-    campaign = campaign_in(tmp_path, LIGHT)
-    _, first = swept(campaign, tmp_path, client)
+    _, first = sweep()
     first.load()
     shutil.rmtree(tmp_path / "store")
-    done, again = swept(campaign, tmp_path, client)
+    done, again = sweep()
     assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 27)
     xr.testing.assert_identical(again.load(), first)
 
 
-def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path, monkeypatch):
     """More values at the end of both axes; nothing that is there is read back or computed."""
     all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    sweep()
     del light_scenes[:]
     shutil.rmtree(tmp_path / "store")
-    longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
-    longer = longer.replace("0.3]", "0.3, 0.4]")
-    done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
+    done, dataset = sweep(LONGER.replace("0.3]", "0.3, 0.4]"))
     assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
     assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
-    assert set(dataset.failure.sel(E=7).values) == {"seven"}
+    assert_sums(dataset)
 
 
-def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+def test_random_points_are_appended_to_a_large_dataset(light_scenes, sweep, client, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
-    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
-    swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
+    sweep(RANDOM % 6)
     shutil.rmtree(tmp_path / "store")
-    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
+    campaign = campaign_in(tmp_path, RANDOM % 11)
     done, dataset = swept(campaign, tmp_path, client)
     assert (done.reused, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
     np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, client, tmp_path, monkeypatch):
+def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep, monkeypatch):
     all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
-    between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
-    done, dataset = swept(between, tmp_path, client)
+    sweep()
+    done, dataset = sweep(LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
     assert (done.reused, len(light_scenes)) == (27, 36)
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    assert_sums(dataset)
 
 
 @pytest.fixture
@@ -155,32 +156,31 @@ def test_differing_labels_are_numbered_in_a_large_dataset(tmp_path, monkeypatch)
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_full_disk_under_a_large_dataset_is_reported(client, tmp_path, monkeypatch):
+def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     all_are_large(monkeypatch)
     monkeypatch.setattr("femic.campaigns.dataset.arrays.SceneArrays.flush", full)
     with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
-        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+        sweep()
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_campaign_that_becomes_small_or_large_leaves_one_dataset(client, tmp_path, monkeypatch):
+def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path, monkeypatch):
     """And one that becomes large."""
-    campaign = campaign_in(tmp_path, LIGHT)
-    shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
-    _, small = swept(shorter, tmp_path, client)
+    shorter = LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
+    _, small = sweep(shorter)
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 800)  # 48 bytes a scene
-    _, large = swept(campaign, tmp_path, client)
+    _, large = sweep()
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
     np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
-    _, again = swept(shorter, tmp_path, client)
+    _, again = sweep(shorter)
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
     xr.testing.assert_identical(again, small)
 
 
-def test_dataset_that_becomes_large_keeps_its_scenes(client, tmp_path, monkeypatch):
+def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatch):
     """The first scenes lack what makes it large."""
 
     def large(scene, _means):
@@ -190,8 +190,8 @@ def test_dataset_that_becomes_large_keeps_its_scenes(client, tmp_path, monkeypat
         return xr.Dataset({"many": ("k", np.full(1000, e))})
 
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 27 * 900)
-    of_parts(monkeypatch, errors=light, advice=large)
-    _, dataset = swept(campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT), tmp_path, client)
+    register(monkeypatch, errors=light, advice=large)
+    _, dataset = sweep('keep = ["errors", "advice"]' + LIGHT)
     assert (tmp_path / "sweep.zarr").is_dir()
     ok = dataset.sel(E=[2, 3, 4, 6, 8])
     np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))

@@ -106,7 +106,7 @@ def test_estimates_hold_at_95_percent_of_random_places(kink):
         if not kink:
             f = np.poly1d(random.normal(size=5)), np.poly1d(random.normal(size=4))
             f = lambda x, y, f=f: f[0](x) * f[1](y) + np.sin(2 * x * y)  # noqa: E731
-        held.append(missed(axes, f, point) <= told(axes, f, point))
+        held.append(actual_error(axes, f, point) <= estimated_error(axes, f, point))
     assert np.mean(held) >= 0.95
 
 
@@ -115,11 +115,11 @@ def at(axes, f, stencils):
     return float(interpolate(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
 
 
-def missed(axes, f, point):
+def actual_error(axes, f, point):
     return abs(at(axes, f, [axis.at(value) for axis, value in zip(axes, point, strict=True)]) - f(*point))
 
 
-def told(axes, f, point):
+def estimated_error(axes, f, point):
     """The estimate of `CMap`, written for two axes."""
     (x, y), (of_x, of_y) = axes, point
     along_x = [
@@ -137,9 +137,9 @@ def told(axes, f, point):
 
 def test_left_out_nodes_are_inner_neighbours_and_not_in_their_stencils():
     for value, expected in ((0.3, {1, 2, 3}), (1.7, {1, 2, 3}), (5.5, {2, 3, 4}), (2.5, {1, 2, 3})):
-        found = AXIS.left_out(value)
-        assert {node for node, _ in found} == expected
-        assert all(node not in stencil.nodes for node, stencil in found)
+        left_out = AXIS.left_out(value)
+        assert {node for node, _ in left_out} == expected
+        assert all(node not in stencil.nodes for node, stencil in left_out)
 
 
 def test_axes_are_combined_one_after_the_other():

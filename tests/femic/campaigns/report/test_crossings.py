@@ -23,11 +23,7 @@ from femic.campaigns.report.crossings import (
 from femic.campaigns.report.fields import LEVELS
 from femic.campaigns.report.page import CROSSINGS, write_sweep
 from femic.campaigns.report.tables import crossing_table
-from tests.femic.campaigns.report.datasets import (
-    RATIOS,
-    SHARES,
-    crossing,
-)
+from tests.femic.campaigns.report.datasets import RATIOS, SHARES, crossing
 
 
 def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
@@ -81,9 +77,11 @@ def test_all_crossings_are_written_to_a_file(grid, tmp_path):
     write_sweep(grid, tmp_path)
     with (tmp_path / CROSSINGS).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    found = {(row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows}
+    by_place = {
+        (row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows
+    }
     for variant, level, ratio in product(SHARES, LEVELS, RATIOS):
-        expected, row = crossing(variant, level, ratio), found.get(("sn", variant, level, ratio))
+        expected, row = crossing(variant, level, ratio), by_place.get(("sn", variant, level, ratio))
         if expected >= 60:
             assert row is None
         else:

@@ -69,9 +69,9 @@ def test_of_many_failures_the_first_are_listed(samples):
 
 def test_rank_correlations_depend_on_order_only(samples):
     (field,) = fields_of(samples)
-    found = correlations(field, axes_of(samples)).sel({ROW: "A", COLUMN: "sn"})
-    assert float(found.sel(axis="flank")) > 0.4
-    assert float(found.sel(axis="ratio")) < -0.4
+    coefficients = correlations(field, axes_of(samples)).sel({ROW: "A", COLUMN: "sn"})
+    assert float(coefficients.sel(axis="flank")) > 0.4
+    assert float(coefficients.sel(axis="ratio")) < -0.4
     same = xr.zeros_like(field.values) + samples.flank**3
     of_order = type(field)("", "error", "", "", same)
     np.testing.assert_allclose(correlations(of_order, axes_of(samples)).sel(axis="flank"), 1.0)

@@ -64,12 +64,12 @@ def test_ics_equal_those_of_a_single_run(scene, options):
 
 def test_known_errors_exceed_errors_by_at_most_the_estimate_of_c(scene, options):
     advice = KINDS["advice"].compute(scene, options)
-    found = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
+    errors = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
     known = advice.known_error.sel(body="combined")
     of_c = float(known.sel(variant="C"))
     assert of_c > 0
     for name in ("A", "Bhat"):
-        error = float(found.sel(variant=name, body="combined"))
+        error = float(errors.sel(variant=name, body="combined"))
         assert error <= float(known.sel(variant=name)) <= error + of_c * (1 + 1e-12)
 
 
@@ -89,8 +89,8 @@ def test_cheapest_sufficient_ics_are_advised(known, seconds, tolerance, advised)
 
 @pytest.mark.parametrize("kind", CONTACTS)
 def test_contacts_equal_those_of_a_single_run(kind, options):
-    wanted, computed = CONTACTS[kind]
-    scene = rail_and_wheel(10.8, **wanted)
+    specification, computed = CONTACTS[kind]
+    scene = rail_and_wheel(10.8, **specification)
     kept, alone = KINDS["contact"].compute(scene, options), computed(scene)
     assert names_of(kept) <= KINDS["contact"].names
     assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
@@ -104,18 +104,18 @@ def test_models_of_contact_on_automatic_grids_are_listed(kind, monkeypatch):
     """Scenes that share them wait for one."""
     scene = rail_and_wheel(10.8, **CONTACTS[kind][0] | {"ics": ["A", "C"]})
     assert scene.contact.automatic
-    asked = []
+    jobs_of_run = []
 
-    def noted(jobs, *_, **__):
-        asked.extend(jobs.values())
+    def note_jobs(jobs, *_, **__):
+        jobs_of_run.extend(jobs.values())
         raise Failure("only noted")
 
-    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", noted)
+    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", note_jobs)
     with pytest.raises(Failure, match="only noted"):
         KINDS["contact"].compute(scene, RunOptions(1))
     known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]
-    assert len(asked) == 2
-    assert [key_of(job) for job in known[:2]] == [key_of(job) for job in asked]
+    assert len(jobs_of_run) == 2
+    assert [key_of(job) for job in known[:2]] == [key_of(job) for job in jobs_of_run]
 
 
 def key_of(job):

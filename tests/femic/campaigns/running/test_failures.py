@@ -11,32 +11,26 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
-from distributed import KilledWorker, LocalCluster
+from distributed import KilledWorker
 
 from femic.cache.folders import locked
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, tasks
-from femic.campaigns.running.cluster import NO_DASHBOARD, existing_cluster, size_for
+from femic.campaigns.running.cluster import existing_cluster, size_for
 from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew, report_of
 from femic.campaigns.running.registrations import registrations
 from femic.campaigns.running.run import Options, Progress
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from femic.campaigns.running.tasks import Origin, Unusable
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import (
-    LIGHT,
-    campaign_in,
-    of_parts,
-    swept,
-)
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, register, swept, threads
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(client, tmp_path, monkeypatch):
-    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
-    system = type(store._fs)
+def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(sweep, tmp_path, monkeypatch):
+    system = type(Store(tmp_path / "store")._fs)
     write, written = system.pipe_file, []
 
     def full(fs, path, data):
@@ -48,33 +42,30 @@ def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(client, tmp_path,
 
     monkeypatch.setattr(system, "pipe_file", full)
     with pytest.raises(Unusable, match=r"accepts no more data \(.*No space left on device\): make room"):
-        swept(campaign, tmp_path, client)
+        sweep()
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) == 5  # and the probe
     monkeypatch.setattr(system, "pipe_file", write)
-    done, _ = swept(campaign, tmp_path, client)
+    done, _ = sweep()
     assert (done.reused, done.finished) == (5, 27)
 
 
-def test_full_disk_is_reported_before_any_scene(light_scenes, client, tmp_path, monkeypatch):
+def test_full_disk_is_reported_before_any_scene(light_scenes, sweep, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(type(Store(tmp_path)._fs), "pipe_file", full)
     with pytest.raises(Unusable, match="accepts no more data"):
-        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+        sweep()
     assert not light_scenes
 
 
-def test_worker_with_other_code_is_refused_before_and_during_the_work(
-    light_scenes, client, tmp_path, monkeypatch
-):
-    campaign = campaign_in(tmp_path, LIGHT)
+def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scenes, sweep, monkeypatch):
     monkeypatch.setattr(tasks, "results_digest", lambda *_: "0123456789ab")
     with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
-        swept(campaign, tmp_path, client)
+        sweep()
     monkeypatch.setattr(tasks, "worker_problem", lambda _: "")  # it joins later
     with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
-        swept(campaign, tmp_path, client)
+        sweep()
     assert not light_scenes
 
 
@@ -140,10 +131,7 @@ def test_worker_that_dies_repeatedly_fails_its_scene():
 
 @pytest.mark.usefixtures("light_scenes")
 def test_lost_scheduler_is_reported_and_finished_scenes_are_kept(tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT)
-    hasty = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
-    one_thread = {"n_workers": 1, "threads_per_worker": 1, "processes": False}
-    with hasty, LocalCluster(**one_thread, scheduler_kwargs=NO_DASHBOARD) as own:
+    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}), threads() as own:
 
         def go(progress):
             if progress.finished == 3:
@@ -153,20 +141,19 @@ def test_lost_scheduler_is_reported_and_finished_scenes_are_kept(tmp_path):
             existing_cluster(own.scheduler_address, timeout=1.0) as client,
             pytest.raises(Failure, match="the scheduler is gone; finished scenes are stored"),
         ):
-            swept(campaign, tmp_path, client, Options(go))
+            swept(campaign_in(tmp_path, LIGHT), tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_second_run_in_the_same_folder_is_refused(client, tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT)
+def test_second_run_in_the_same_folder_is_refused(sweep, tmp_path):
     with locked(tmp_path), pytest.raises(Failure, match="another femic writes there"):
-        swept(campaign, tmp_path, client)
-    done, _ = swept(campaign, tmp_path, client)
+        sweep()
+    done, _ = sweep()
     assert done.finished == 27
 
 
-def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(client, tmp_path, monkeypatch):
+def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(sweep, tmp_path, monkeypatch):
     file, points = tmp_path / "gap.txt", "0 0 0\n1 0 0\n0 1 {}\n"
     file.write_text(points.format(0), encoding="utf-8")
 
@@ -175,10 +162,8 @@ def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(client, 
             file.write_text(points.format(scene.bodies["upper"].material.nu), encoding="utf-8")
         return xr.Dataset({"y": ((), 1.0)})
 
-    of_parts(monkeypatch, errors=changing)
-    _, dataset = swept(
-        campaign_in(tmp_path, LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n'), tmp_path, client
-    )
+    register(monkeypatch, errors=changing)
+    _, dataset = sweep(LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n')
     message = "a file that the scene names was changed meanwhile: run again"
     assert set(dataset.failure.sel(E=5).values) == {message}
     assert not dataset.digest.values[dataset.failure.values == message].any()

@@ -31,5 +31,5 @@ def test_killed_worker_costs_one_task(tmp_path):
     assert (done.finished, done.failed) == (2, 0)
     assert 3 <= done.models <= 4  # the lower body and two upper ones, one of them perhaps twice
     results = compute(campaign.scene((12.0,)), RunOptions(1, Store(tmp_path / "alone")))
-    found = open_sweep(tmp_path).sel(R=12).error
-    np.testing.assert_array_equal(found, errors_of(results).error.transpose(*found.dims))
+    computed = open_sweep(tmp_path).sel(R=12).error
+    np.testing.assert_array_equal(computed, errors_of(results).error.transpose(*computed.dims))

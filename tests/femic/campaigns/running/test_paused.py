@@ -3,17 +3,16 @@
 import time
 
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 from distributed.core import Status
 
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, paused
-from femic.campaigns.running.cluster import NO_DASHBOARD
 from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew
 from femic.campaigns.running.paused import GIVE_UP_AFTER, REPORTED_AFTER, Pauses
 from femic.campaigns.running.run import Options
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import LIGHT, campaign_in, swept
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, in_this_process, swept, threads
 
 
 def worker(status, executing=0):
@@ -21,8 +20,8 @@ def worker(status, executing=0):
     return {"status": status, "memory_limit": 1000 * 2**20, "metrics": metrics}
 
 
-def looked(*states):
-    """What is noted where workers have some states one after the other, for some seconds each."""
+def messages_after(*states):
+    """The messages where workers have some states one after the other, for some seconds each."""
     messages, now = [], [0.0]
     pauses = Pauses(messages.append, lambda: now[0])
     for seconds, *workers in states:
@@ -37,7 +36,7 @@ PAUSED, RUNNING, AT_WORK = worker("paused"), worker("running"), worker("paused",
 
 def test_pause_is_reported_once_within_half_a_minute():
     assert REPORTED_AFTER < GIVE_UP_AFTER < 30
-    (messages,) = looked((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
+    (messages,) = messages_after((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
     assert messages.startswith(
         "1 of 2 workers are paused by Dask for their memory (900 of 1000 MB): the campaign goes"
     )
@@ -45,27 +44,22 @@ def test_pause_is_reported_once_within_half_a_minute():
 
 
 def test_short_pauses_are_not_reported():
-    assert looked((8, PAUSED), (1, RUNNING), (8, PAUSED), (1, RUNNING)) == []
+    assert messages_after((8, PAUSED), (1, RUNNING), (8, PAUSED), (1, RUNNING)) == []
 
 
 def test_campaign_whose_workers_all_stay_paused_ends_with_advice():
     with pytest.raises(Failure, match=r"2 of 2 workers are paused .* none has a task at work: give workers"):
-        looked((29, PAUSED, PAUSED))
+        messages_after((29, PAUSED, PAUSED))
 
 
 def test_paused_workers_with_a_task_do_not_end_the_campaign():
-    assert len(looked((500, PAUSED, AT_WORK), (20, PAUSED, PAUSED), (9, AT_WORK, PAUSED))) == 1
+    assert len(messages_after((500, PAUSED, AT_WORK), (20, PAUSED, PAUSED), (9, AT_WORK, PAUSED))) == 1
 
 
 @pytest.fixture
 def own():
     """A cluster of two workers in this process, without limits of memory."""
-    with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=False, memory_limit=0, scheduler_kwargs=NO_DASHBOARD
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+    with in_this_process(n_workers=2, memory_limit=0) as client:
         yield client
 
 
@@ -95,16 +89,15 @@ def test_a_campaign_on_paused_workers_does_not_wait_forever(own, tmp_path, monke
 
 
 def test_paused_workers_count_as_workers(monkeypatch):
-    """They are told of as paused: to wait for workers would be to wait for the end of the pause."""
+    """To wait for workers would be to wait for the end of the pause."""
     monkeypatch.setattr(cluster, "WORKS_WITHIN", 1.0)
-    one = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "memory_limit": 0, "protocol": "tcp"}
-    with LocalCluster(**one, scheduler_kwargs=NO_DASHBOARD) as served:
+    with threads(memory_limit=0, protocol="tcp") as served:
         with Client(served, set_as_default=False) as client:
             pause(client, 1)
         with cluster.existing_cluster(served.scheduler_address) as client:
             assert paused.running(client.scheduler_info(n_workers=-1)["workers"]) == 0
     with (
-        LocalCluster(**one | {"n_workers": 0}, scheduler_kwargs=NO_DASHBOARD) as served,
+        threads(n_workers=0, protocol="tcp") as served,
         pytest.raises(Failure, match="has no workers: start some"),
         cluster.existing_cluster(served.scheduler_address),
     ):

@@ -9,12 +9,7 @@ from femic.cache.store import Store
 from femic.campaigns.running import plan as planning
 from femic.campaigns.running.plan import sweep_plan
 from femic.reference.run_options import RunOptions
-from tests.femic.campaigns.campaigns import (
-    OF_UPPER,
-    campaign_in,
-    errors_of,
-    swept,
-)
+from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of, swept
 
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
@@ -56,16 +51,16 @@ def test_campaign_in_the_same_store_reuses_results(real, client, tmp_path):
     other = campaign_in(
         tmp_path, OF_UPPER.replace('"A", "Bhat"', '"A", "B"').replace("[11.0, 12.0]", "[12.0]")
     )
-    done, found = swept(other, tmp_path, client, store=Store(folder / "store"))
+    done, reused = swept(other, tmp_path, client, store=Store(folder / "store"))
     assert (done.models, done.reused) == (0, 0)
     same = {"variant": ["A", "C"]}
     xr.testing.assert_equal(
-        found.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
+        reused.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
     )
     again = campaign_in(tmp_path, OF_UPPER.replace("[sweep.R]", "[sweep.other]"), "third")
-    done, found = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
+    done, reused = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
     assert (done.models, done.reused) == (0, 2)
-    xr.testing.assert_equal(found.rename(other="R"), dataset)
+    xr.testing.assert_equal(reused.rename(other="R"), dataset)
 
 
 def test_plan_counts_models_and_stored_scenes(real, tmp_path):

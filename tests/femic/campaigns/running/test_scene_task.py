@@ -4,16 +4,10 @@ import pytest
 
 from femic.cache.store import Store
 from femic.campaigns.running.scene_task import scene_task, tasks_of
-from tests.femic.campaigns.campaigns import (
-    OF_UPPER,
-    campaign_in,
-)
-
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in
 
 
 def test_check_with_the_other_engine_is_left_out(tmp_path):
-    """It would take minutes for every scene."""
     campaign = campaign_in(tmp_path, OF_UPPER.replace("check = false", "check = true"))
     ((_, task), *_) = tasks_of(campaign, Store(tmp_path))
     assert campaign.scene(campaign.point(0)).check is not None

@@ -3,11 +3,10 @@
 import socket
 
 import pytest
-from distributed import LocalCluster
 
-from femic.campaigns.running.cluster import NO_DASHBOARD
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from geometries.errors import Failure, WrongInput
+from tests.femic.campaigns.campaigns import threads
 
 NONE = (
     "",
@@ -72,10 +71,7 @@ def test_address_where_nothing_listens_is_reported(host):
 
 
 def test_scheduler_is_accepted_and_worker_is_refused():
-    own = LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", scheduler_kwargs=NO_DASHBOARD
-    )
-    with own:
+    with threads(protocol="tcp") as own:
         require_scheduler(address_of(own.scheduler_address))
         (worker,) = own.workers.values()
         with pytest.raises(Failure, match="is a worker, not a scheduler"):
