@@ -33,12 +33,12 @@ from femic.campaigns.dataset.integrity import (
     CHECKSUM,
     LAYOUT,
     SCENE_VARIABLES,
-    Verified,
+    StoreCondition,
     layout_of,
     outcome_checksums,
     require_layout,
+    store_condition,
     value_checksums,
-    verified,
 )
 from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import FILE, ZARR, open_sweep
@@ -96,7 +96,7 @@ class Collected:
             if LAYOUT not in earlier.attrs:  # nothing was finished, or by other code
                 return ""
             require_layout(earlier)
-            condition = verified(path, earlier) if continues(self.campaign, code, earlier) else None
+            condition = store_condition(path, earlier) if continues(self.campaign, code, earlier) else None
         except Exception as error:  # whatever zarr and xarray raise
             return f"{path}: damaged ({error or type(error).__name__}): all its scenes are computed again"
         if condition is None:
@@ -161,7 +161,7 @@ class Collected:
         }
         return frame.assign_attrs(attributes | {LAYOUT: layout_of(frame, self.template, attributes)})
 
-    def _take(self, path: Path, earlier: xr.Dataset, condition: Verified) -> int:
+    def _take(self, path: Path, earlier: xr.Dataset, condition: StoreCondition) -> int:
         """Take the undamaged scenes of an earlier zarr store; returns the number of damaged ones."""
         shape, swept = self.campaign.shape, swept_dims(self.campaign)
         there = tuple(slice(earlier.sizes[dim]) for dim in swept)
@@ -231,11 +231,11 @@ class Collected:
         failure = np.full(campaign.size, "", dtype=object)
         failure[list(self.failures)] = list(self.failures.values())
         columns = (failure, self.seconds, self.digests, self.checksums)
-        of_scenes = {
+        outcomes = {
             name: (swept, values.reshape(campaign.shape), ABOUT[name])
             for name, values in zip(SCENE_VARIABLES, columns, strict=True)
         }
-        frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
+        frame = xr.Dataset(outcomes, coords=swept_coords(campaign) | self._labels())
         return frame.set_coords([DIGEST, CHECKSUM])
 
     def _labels(self) -> dict[str, Any]:

@@ -31,7 +31,7 @@ Checksums = np.ndarray[Any, np.dtype[np.uint64]]
 
 
 @dataclass(frozen=True, eq=False)
-class Verified:
+class StoreCondition:
     """The condition of a zarr store: damaged scenes over the swept dims, and unreadable chunks."""
 
     damaged: Mask
@@ -117,7 +117,7 @@ def open_undamaged(path: Path) -> xr.Dataset:
     with damage_reported(path):
         dataset = open_sweep(path)
         require_layout(dataset)
-        damaged = verified(path, dataset).damaged if path.is_dir() else damaged_in_memory(dataset)
+        damaged = store_condition(path, dataset).damaged if path.is_dir() else damaged_in_memory(dataset)
     if np.any(damaged):
         raise Failure(f"{path}: {np.sum(damaged)} scenes are damaged: {REMEDY}")
     return dataset
@@ -133,7 +133,7 @@ def damaged_in_memory(dataset: xr.Dataset) -> Mask:
     return _differing(dataset, sums)
 
 
-def verified(path: Path, dataset: xr.Dataset) -> Verified:
+def store_condition(path: Path, dataset: xr.Dataset) -> StoreCondition:
     """Return the condition of the zarr store of a dataset, read chunk by chunk."""
     group, dims = zarr.open_group(path, mode="r"), dataset[CHECKSUM].ndim
     sums = np.zeros(dataset[CHECKSUM].shape, dtype=np.uint64)
@@ -155,7 +155,7 @@ def verified(path: Path, dataset: xr.Dataset) -> Verified:
                 chunks.append(chunk)
             else:
                 sums[box] += value_checksums(str(name), part, dims)
-    return Verified(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
+    return StoreCondition(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
 
 
 def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:

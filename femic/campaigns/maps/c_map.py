@@ -87,8 +87,8 @@ class CMap:
         """Raise BadScene where C of the scene differs from C of the map's scene at the same point."""
         scene = self.scene
         for name in ("lower", "upper"):
-            mine, others = (_inputs_of_c(one, name) for one in (scene, own))
-            different = [what for what, value in mine.items() if value != others[what]]
+            inputs, own_inputs = _inputs_of_c(scene, name), _inputs_of_c(own, name)
+            different = [what for what, value in inputs.items() if value != own_inputs[what]]
             if different:
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
@@ -120,8 +120,8 @@ class CMap:
 
     def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
         """Return the difference of corrections from other nodes and those at the node itself [-]."""
-        predicted, known = (interpolate(self._corrections(of), of) for of in (others, itself))
-        return np.abs(predicted - known)
+        predicted = interpolate(self._corrections(others), others)
+        return np.abs(predicted - interpolate(self._corrections(itself), itself))
 
 
 def open_map(name: str, scene: Scene) -> CMap:

@@ -90,9 +90,9 @@ class SceneGrid:
         others = [dim for dim in chosen[name].dims if dim not in nodes]
         known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)
         at = np.argwhere(~known.transpose(*nodes).values)[0]
-        one = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
-        where = ", ".join(f"{axis} = {float(one[axis]):g}" for axis in nodes)
-        why = str(one.values) or "not computed yet"
+        failure = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
+        where = ", ".join(f"{axis} = {float(failure[axis]):g}" for axis in nodes)
+        why = str(failure.values) or "not computed yet"
         return f"{self.path}: nothing at {where}: {why}; run the campaign again"
 
 

@@ -59,12 +59,12 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
     body, columns = body_of(dataset), {}
-    of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
+    dataset_of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
     for component in SHOWN_ORDER:
-        of_component = of_body.sel(i=component[0], j=component[1], drop=True)
-        worst = of_component.error.max("line").load()
+        component_errors = dataset_of_body.sel(i=component[0], j=component[1], drop=True)
+        worst = component_errors.error.max("line").load()
         if worst.max() > ROUNDING:
-            vanishes = of_component.vanishes == 1
+            vanishes = component_errors.vanishes == 1
             mark = VANISHES if vanishes.any() else ""
             columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
     if not columns:
@@ -171,11 +171,11 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
     )
     kinds = {"Bhat": dataset.Bhat_worst, "Bhat_prime": dataset.fit_worst}
     for number, body in enumerate(map(str, dataset.fitted_body.values)):
-        of_body = [one.sel(fitted_body=body, drop=True).drop_attrs() for one in kinds.values()]
+        errors = [values.sel(fitted_body=body, drop=True).drop_attrs() for values in kinds.values()]
         yield Field(
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
             f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
-            xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
+            xr.concat(errors, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )
