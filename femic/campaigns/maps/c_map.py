@@ -18,6 +18,7 @@ from typing import Any
 import joblib
 import numpy as np
 
+from femic.campaigns.files.keys import is_number
 from femic.campaigns.maps.interpolation import KINK, AxisNodes, Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.approximations import approximate_matrix
@@ -158,7 +159,7 @@ def _rounded(axis: AxisNodes, value: float) -> float:
 
 def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
     value = key_of(table, key, axis)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if not is_number(value):
         raise BadScene(f"{key} = {value!r}: a map of C over {axis} needs a number there")
     return float(value)
 
