@@ -55,8 +55,8 @@ def _error_bounds(results: Results, body: str) -> list[float]:
     floor = _worst(results, measure.shares(c.estimate))
     bounds = {
         variant: _worst(results, measure.shares(ics - c.ic)) + floor
-        for (variant, of_body), ics in results.approximations.items()
-        if of_body == body
+        for (variant, compared), ics in results.approximations.items()
+        if compared == body
     }
     return [float(np.max(bounds.get(variant, floor))) for variant in results.variants]
 
