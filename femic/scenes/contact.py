@@ -16,7 +16,7 @@ from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, SceneTable, keys_of, shared
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput
 
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface

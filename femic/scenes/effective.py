@@ -10,7 +10,7 @@ from approx.variants import VARIANTS, needs_effective
 from femic.key_types import Length, Signed
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 
 Exponent = Annotated[float, Field(gt=0, le=1000)]

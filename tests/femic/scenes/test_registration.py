@@ -15,7 +15,7 @@ from femic.scenes.contours import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries import contours
 from tests.femic.scenes.changes import line
 

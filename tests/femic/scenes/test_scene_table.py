@@ -10,7 +10,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import SceneTable, keys_of, shared, tables
+from femic.scenes.scene_table import SceneTable, keys_of, shared, tables
 from geometries.errors import WrongInput
 
 
