@@ -12,13 +12,13 @@ from time import perf_counter, process_time, sleep
 
 import numpy as np
 import xarray as xr
+from campaign import campaign_in
 from distributed import as_completed
 
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.dataset.outcomes import SceneOutcome
-from femic.campaigns.files.load import load_campaign
 from femic.campaigns.results import registry
 from femic.campaigns.results.kind import ResultKind
 from femic.campaigns.running.cluster import ClusterSize, local_cluster
@@ -162,12 +162,6 @@ def _seconds_a_scene(folder, n, client):
 
 def _nothing_is_computed():
     registry.KINDS = {"errors": ResultKind(lambda *_: errors(), lambda _: [])}
-
-
-def campaign_in(folder, text):
-    path = Path(folder) / "campaign.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_campaign(path)
 
 
 def listed(n):
