@@ -139,15 +139,19 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:
     """Make names of files in a scene table relative to a folder instead of the working directory."""
-    places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
-    for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
-        inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
-        if isinstance(inner, dict) and isinstance(inner.get(keys[1]), str):
-            inner[keys[1]] = str(folder / inner[keys[1]])
-    contact = table.get("contact", {})
-    ics = contact.get("ics") if isinstance(contact, dict) else None
-    if isinstance(ics, list):
-        contact["ics"] = [_with_folder(name, folder) for name in ics]
+    places = [(_table_in(_table_in(table, body), "contour"), "file") for body in ("lower", "upper")]
+    contact = _table_in(table, "contact")
+    for inner, key in (*places, (contact, "extra_gap")):
+        if isinstance(inner.get(key), str):
+            inner[key] = str(folder / inner[key])
+    if isinstance(contact.get("ics"), list):
+        contact["ics"] = [_with_folder(name, folder) for name in contact["ics"]]
+
+
+def _table_in(table: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return the table at a key; an empty one where there is none."""
+    inner = table.get(key)
+    return inner if isinstance(inner, dict) else {}
 
 
 def _with_folder(ics: Any, folder: Path) -> Any:
