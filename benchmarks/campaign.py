@@ -51,8 +51,8 @@ MEMORY = 2000.0  # MB of a worker
 
 
 def main(share=1.0):
-    for name, given, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
-        swept(name, SCENES.format(**given), workers)
+    for name, axes, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
+        swept(name, SCENES.format(**axes), workers)
     single(share)
 
 

@@ -34,8 +34,8 @@ STEPS = 2  # of load in compressions, each in halves
 def curve(case: RandomContact) -> GridComparison:
     """Return creepage without force, slope, creepage at half of friction times load."""
 
-    def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
-        return continuation(of, problem).curve().free
+    def solved(contact: RandomContact, problem: FrictionalProblem) -> Measured:
+        return continuation(contact, problem).curve().free
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
@@ -61,9 +61,9 @@ def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuatio
 def compression(case: RandomContact) -> GridComparison:
     """Press the bodies on each other in steps; the reference has four times as many of these, too."""
 
-    def steps(of: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
+    def steps(random: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
         contacts = compressed(problem, [Loading(load) for load in loads])
-        return [measured(of.on_grid, contact, OF_COMPRESSION) for contact in contacts]
+        return [measured(random.on_grid, contact, OF_COMPRESSION) for contact in contacts]
 
     loads = [case.load * (number + 1) / STEPS for number in range(STEPS)]
     halves, quarters = in_halves(loads), in_halves(in_halves(in_halves(loads)))
@@ -83,7 +83,7 @@ def print_coverage(study: str, contacts: list[GridComparison]) -> None:
     rows = []
     for name in contacts[0].numbers:
         shares = (coverage(contacts, name, differences=flag) for flag in (True, False))
-        cells = [(f"{of.held:.1%}", f"{of.worst:.1f}", f"{of.median:.1f}") for of in shares]
+        cells = [(f"{share.held:.1%}", f"{share.worst:.1f}", f"{share.median:.1f}") for share in shares]
         rows.append([name, *cells[0], *cells[1]])
     print_table([f"{study}, {len(contacts)} contacts", *columns], rows)
 

@@ -22,6 +22,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from queue import Queue
 from time import perf_counter
@@ -89,11 +90,11 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
         todo = [mutant for mutant in chosen if mutant not in trials]
         files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
-        seconds = dict(zip(files, pool.map(lambda of: baseline(trees, of), files), strict=True))
+        seconds = dict(zip(files, pool.map(partial(baseline, trees), files), strict=True))
 
         def attempt(mutant: Mutant) -> Trial:
-            of = tuple(tests[mutant.module])
-            return trial_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
+            chosen_tests = tuple(tests[mutant.module])
+            return trial_in(trees, mutant, chosen_tests, max(LEAST, LIMIT * seconds[chosen_tests]))
 
         for n, trial in enumerate(pool.map(attempt, todo), start=1):
             mutant = trial.mutant

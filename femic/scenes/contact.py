@@ -57,11 +57,11 @@ AnyContact = Annotated[SerializeAsAny[ContactKeys], PlainValidator(ContactTable.
 
 def contact_of(table: ContactKeys) -> ContactSpecification:
     """Return the specification of a table; raise BadScene for a file that has no extra gap."""
-    given = dict(table)
-    friction = FrictionSpecification(given["friction"], **shared(table, FrictionSpecification))
+    keys = dict(table)
+    friction = FrictionSpecification(keys["friction"], **shared(table, FrictionSpecification))
     resolved = {
-        "extra_gap": _extra_gap(given["extra_gap"]),
-        "friction": friction if MOTIONS[given["motion"]].has_friction else None,
+        "extra_gap": _extra_gap(keys["extra_gap"]),
+        "friction": friction if MOTIONS[keys["motion"]].has_friction else None,
     }
     return ContactSpecification(**shared(table, ContactSpecification) | resolved)
 

@@ -183,9 +183,9 @@ def arm_of(on_grid: PairOnGrid) -> float:
     return float(np.max(np.abs(on_grid.x)) + np.max(np.abs(on_grid.grid.strips)))
 
 
-def differ(one: Any, other: Any, size: float = 0.0) -> bool:
+def differ(actual: Any, expected: Any, size: float = 0.0) -> bool:
     """Whether two vectors differ by more than differences of the contour explain; `size` is what cancels."""
-    return bool(np.max(np.abs(one - other)) > SAME * max(size, np.max(np.abs(other))))
+    return bool(np.max(np.abs(actual - expected)) > SAME * max(size, np.max(np.abs(expected))))
 
 
 def _first(*checks: tuple[Any, str]) -> str:

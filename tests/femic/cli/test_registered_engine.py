@@ -42,7 +42,7 @@ def femic(tmp_path, monkeypatch, capsys):
     return run
 
 
-def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
+def test_run_has_the_c_of_the_registered_engine(femic, tmp_path):
     code, output = femic("run")
     assert (code, "Report:" in output) == (DONE, True)
     with xr.open_dataset(tmp_path / "out" / "mine" / "ics.nc", engine="h5netcdf") as ics:
@@ -60,7 +60,7 @@ def test_without_matrices_commands_that_need_them_say_so_before_any_work(command
 
 
 @pytest.mark.parametrize("command", ["contact", "export"])
-def test_they_work_with_approximations(command, femic):
+def test_commands_without_c_accept_the_engine(command, femic):
     code, output = femic(command, "--ics", "A")
     assert (code, "engine" in output) == (DONE, False), output
 
