@@ -67,7 +67,7 @@ def print_row(n_s: int, n_x: int) -> None:
 
 
 def single_loads(n: int) -> None:
-    """Seconds of n single loads, extrapolated from one."""
+    """Print the seconds of n single loads, extrapolated from one."""
     engine = {"check": False, "tolerance": TOLERANCE}
     start = perf_counter()
     compute(load_scene("geometry2", {"engine": engine}), RunOptions(2))

@@ -55,7 +55,7 @@ def with_cells(job: Job, factor: float) -> Job:
 
 
 def in_fresh_process(request: Request) -> RawICs:
-    """Its peak memory is its own, and idle threads of a direct solver slow down nothing else."""
+    """Solve in a fresh process: its peak memory is its own, and its idle threads slow down nothing else."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
         return pool.submit(raw_ics, request).result()
 

@@ -106,7 +106,7 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
 
 @contextmanager
 def copies(workers: int) -> Iterator[Queue[Path]]:
-    """Copies of the tree, for one worker each."""
+    """Yield a queue of copies of the tree, one for each worker."""
     free: Queue[Path] = Queue()
     with tempfile.TemporaryDirectory() as folder:
         for worker in range(workers):

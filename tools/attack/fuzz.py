@@ -292,7 +292,7 @@ def _gently(value: Any, words: Sequence[str], chance: random.Random) -> Any:
 
 
 def _roughly(value: Any, chance: random.Random) -> Any:
-    """Anything."""
+    """Return a value of any type."""
     return chance.choice(
         (
             chance.choice(ODD_NUMBERS),
@@ -333,7 +333,7 @@ def _by_code(code: int) -> str:
 
 @contextmanager
 def limited() -> Iterator[None]:
-    """A context of so many seconds."""
+    """Raise RuntimeError in what takes longer than `LONGEST` seconds."""
 
     def late(*_: object) -> None:
         raise RuntimeError(f"does not end in {LONGEST} s")
