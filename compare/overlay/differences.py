@@ -9,7 +9,7 @@ from typing import Any
 
 from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import scene_of_text
-from femic.scenes.section import tables
+from femic.scenes.scene_table import tables
 
 ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None
 FILLED_IN = {  # settings of results that have computed defaults, and the scene file's keys for them
