@@ -21,7 +21,7 @@ from compare.ics.compute import Results, compute, jobs
 from compare.ics.errors import refinement_shares_of
 from compare.matrix.compute import matrix_jobs
 from femic.reference.accuracy import component_of
-from femic.reference.harmonic.engine import raw_ics
+from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.level import Level
 from femic.reference.matrix.reference import matrices
@@ -122,7 +122,7 @@ def growth() -> None:
 
 
 def timed(request: HarmonicRequest, cells: float, domain: float) -> None:
-    cost = raw_ics(request, workers=2).cost
+    cost = solve(request, workers=2).cost
     n = int(cost.solver.split()[1])
     seconds = sum(cost.seconds.values())
     per_wave = 1000 * cost.seconds["solution"] / n

@@ -8,7 +8,6 @@ import pytest
 from approx.pair import Solid
 from femic.reference.discount import fit_discount, rigid_part
 from femic.reference.discount_rules import ApproachRule, NoRule
-from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.tuned import cells
@@ -23,6 +22,7 @@ from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import Load, N, Patch, S
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.reference.harmonic.fields import raw_ics
 
 RADIUS, NU, FAR = 10.0, 0.28, 320.0
 CENTRE = Points(np.zeros(1), np.zeros(1))

@@ -238,7 +238,7 @@ def test_displacements_that_are_wrong_raise(changed, asked, change):
 def test_displacements_that_are_wrong_end_a_run(changed):
     changed(lambda u: 1.5 * u)
     with pytest.raises(NotConverged, match="residual"):
-        engine.raw_ics(TASK.request)
+        engine.solve(TASK.request)
 
 
 def test_the_residual_grows_with_what_is_wrong(changed, asked):

@@ -8,7 +8,6 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.reference.accuracy import line_errors
-from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
@@ -25,6 +24,7 @@ from geometries.materials import Material, one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
+from tests.femic.reference.harmonic.fields import raw_ics
 from tests.femic.reference.solid import test_sphere as sphere
 from tests.femic.reference.solid.test_flat import LINES, OTHERS, halfspace, job, shares
 

@@ -7,7 +7,8 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.at_points import references
-from femic.reference.harmonic.modulus import DIGITS, model_key, stored_model, with_unit_modulus
+from femic.reference.harmonic.modulus import DIGITS, with_unit_modulus
+from femic.reference.harmonic.nesting import model_key, stored_model
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level

@@ -8,12 +8,12 @@ from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
-from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import SectionSize
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Settings
 from femic.reference.level import Level
 from femic.reference.matrix.job import MatrixJob
@@ -156,7 +156,9 @@ def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(rad
     In the last case only some cells were more than three times too large. A few always are.
     """
     grid = Grid(20, n_s, 0.4, 0.4)
-    body = Body(UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_for(0.01, grid), np.inf))
+    body = Body(
+        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_of_grid(0.01, grid), np.inf)
+    )
     settings = Settings(HARMONIC, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2)
     request = MatrixJob(body, grid, settings).request(Level(cells=-1))
     assert request.cells.growth > 1
