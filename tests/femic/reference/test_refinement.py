@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.reference.accuracy import NotConverged
-from femic.reference.at_points import AtPoints, references
+from femic.reference.at_points import assess_references, references
 from femic.reference.estimate import EstimatedICs, total
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.level import Level, factors
@@ -129,12 +129,12 @@ def test_the_sum_of_both_bodies_is_judged_too(models):
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
     jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
-    assert refine(jobs, found, AtPoints(jobs, combined=False).assess(found)) == {}
-    assert set(refine(jobs, found, AtPoints(jobs, combined=True).assess(found))) == {"upper"}
+    assert refine(jobs, found, assess_references(jobs, found, combined=False)) == {}
+    assert set(refine(jobs, found, assess_references(jobs, found, combined=True))) == {"upper"}
     found_sum = total([good.c, worse.c])
     np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
     assert (
-        refine(jobs, found | {"upper": poor}, AtPoints(jobs, combined=True).assess(found | {"upper": poor}))
+        refine(jobs, found | {"upper": poor}, assess_references(jobs, found | {"upper": poor}, combined=True))
         == {}
     )
 
@@ -173,4 +173,4 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     c = total([reference.c for reference in found.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
     assert share == pytest.approx(0.7 * job.settings.tolerance)
-    assert refine(jobs, found, AtPoints(jobs, combined=True).assess(found)) == {}
+    assert refine(jobs, found, assess_references(jobs, found, combined=True)) == {}

@@ -8,11 +8,11 @@ from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.estimate import EstimatedICs
-from femic.reference.harmonic.grids import far_radius_for
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Settings
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import AtLags
+from femic.reference.matrix.reference import assess_matrices
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.errors import WrongInput
@@ -139,7 +139,7 @@ def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_su
     """ICs of 1 are far above the floor, and near the load 5 A_nn is far below: the worst is near."""
     jobs = {"lower": job(), "upper": job(SOFT, UPPER)}
     found = {"lower": columns([1, 1, 3, 1, 1, 1]), "upper": columns([2, 2, 2, 2, 5, 2])}
-    judged = AtLags(jobs, True).assess(found)
+    judged = assess_matrices(jobs, found, combined=True)
     least = {name: 5 * np.min(a_nn(of.body.material, of.body.side)[~FAR]) for name, of in jobs.items()}
     together = sum(least.values())
     assert judged.own["lower"].line.split(" (")[0].endswith("under strip 2")
@@ -148,7 +148,7 @@ def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_su
         judged.own["upper"].total * least["upper"] / together, rel=1e-6
     )
     assert judged.combined.total == pytest.approx(judged.in_combined["upper"].total * 6 / 5)
-    alone = AtLags(jobs, False).assess(found)
+    alone = assess_matrices(jobs, found, combined=False)
     assert alone.own == judged.own
     assert alone.combined is None
 
@@ -159,9 +159,9 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert job(tolerance=1e-3 / 8).first_cells == tuned.scaled(0.5)
     assert job(tolerance=1.0).first_cells == tuned.scaled(1.25)
     wide = Grid(7, 60, 0.4, 0.5)
-    assert far_radius_for(1e-3, GRID) == far_radius_for(0.1, GRID) == 1280.0
-    assert far_radius_for(1e-3, wide) == pytest.approx(600 * 15)
-    assert far_radius_for(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
+    assert far_radius_of_grid(1e-3, GRID) == far_radius_of_grid(0.1, GRID) == 1280.0
+    assert far_radius_of_grid(1e-3, wide) == pytest.approx(600 * 15)
+    assert far_radius_of_grid(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
 
 
 def test_cells_that_are_given_are_taken():

@@ -7,10 +7,10 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.modulus import stored_model
+from femic.reference.harmonic.nesting import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
-from femic.reference.matrix.reference import AtLags, matrices
+from femic.reference.matrix.reference import assess_matrices, matrices
 from femic.reference.refinement import refine
 from femic.reference.run_options import RunOptions
 from geometries.contours import arc
@@ -144,7 +144,7 @@ def test_only_the_components_that_are_asked_are_judged(combined):
     errors = {}
     for components in (NN, COMPONENTS):
         jobs = {name: replace(of_all("wheel"), grid=grid, components=components) for name in ("a", "b")}
-        assessed = AtLags(jobs, combined).assess(dict.fromkeys(jobs, found))
+        assessed = assess_matrices(jobs, dict.fromkeys(jobs, found), combined=combined)
         errors[components] = [assessed.own["a"], *([assessed.combined] if combined else [])]
         errors[components] += [assessed.in_combined["b"]] if combined else []
     for of_nn, of_all_components in zip(*errors.values(), strict=True):
@@ -160,15 +160,15 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
     job = changed(first, cells=first.first_cells.scaled(1.6), tolerance=np.inf)
     coarse = solved(job, Store())
     shares = {
-        components: AtLags({"body": replace(job, components=components)}, combined=False)
-        .assess({"body": coarse})
-        .own["body"]
+        components: assess_matrices(
+            {"body": replace(job, components=components)}, {"body": coarse}, combined=False
+        ).own["body"]
         for components in (NN, COMPONENTS)
     }
     tolerance = np.sqrt(shares[NN].total * shares[COMPONENTS].total)
     assert shares[NN].total < tolerance < shares[COMPONENTS].total
     asked = {"body": changed(replace(job, components=NN), tolerance=tolerance)}
-    assert not refine(asked, {"body": coarse}, AtLags(asked, combined=False).assess({"body": coarse}))
+    assert not refine(asked, {"body": coarse}, assess_matrices(asked, {"body": coarse}, combined=False))
 
 
 # --- store and plan ------------------------------------------------------------------------------------

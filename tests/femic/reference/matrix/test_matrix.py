@@ -13,17 +13,17 @@ from femic.reference.at_points import references
 from femic.reference.discount import generalized
 from femic.reference.estimate import total
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.lags import syntheses
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import strip_force
 from femic.reference.harmonic.synthesis import displacements
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import AtLags, matrices
+from femic.reference.matrix.reference import assess_matrices, matrices
 from femic.reference.models import Points
 from femic.reference.result import scales
 from femic.reference.run_options import RunOptions
@@ -43,7 +43,7 @@ ROUGH = 0.03  # tolerance of C where nothing is said of its error
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
     """After the source's discount C is comparable with ICs of half-spaces, and with single loads."""
-    body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
+    body = Body(side, contour, STEEL, Domain(far_radius_of_grid(tolerance, grid), np.inf), radius)
     settings = Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM)
     return MatrixJob(body, grid, settings, discounts=("source", "approach"))
 
@@ -155,7 +155,7 @@ def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane)
     job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=4e-4)
     finer = solved({"lower": job})["lower"]
     assert finer.level.cells > 0
-    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 4e-4
+    assert assess_matrices({"lower": job}, {"lower": finer}, combined=False).own["lower"].total <= 4e-4
 
 
 @pytest.mark.slow
@@ -209,7 +209,7 @@ def test_tractions_always_do_work(on_arcs):
 
 def test_the_sum_is_judged_with_its_own_scale(on_arcs):
     jobs = {name: found.job for name, found in on_arcs.items()}
-    assessed = AtLags(jobs, combined=True).assess(on_arcs)
+    assessed = assess_matrices(jobs, on_arcs, combined=True)
     assert assessed.combined.total <= ROUGH
     strip = 2
     c = total([found.column(strip) for found in on_arcs.values()])

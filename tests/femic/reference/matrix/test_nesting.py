@@ -8,7 +8,7 @@ import pytest
 from femic.cache.store import Store
 from femic.reference.harmonic import nesting
 from femic.reference.harmonic.condensation import Condensation
-from femic.reference.harmonic.modulus import stored_model
+from femic.reference.harmonic.nesting import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
 from femic.reference.matrix.reference import matrices
