@@ -13,8 +13,7 @@ from scipy.sparse import csr_matrix
 from skfem import ElementTriP4, MeshTri, MeshTri2
 
 from femic.reference.harmonic.section_size import SectionSize, set_section_size
-from femic.reference.meshing.collected import collected
-from femic.reference.meshing.edges import edge_numbers
+from femic.reference.meshing.collected import collected, edge_numbers
 from femic.reference.meshing.gmsh_session import gmsh_session
 from femic.reference.meshing.outline import add_section
 from femic.reference.symmetry import held_by_supports
