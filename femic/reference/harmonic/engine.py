@@ -52,8 +52,8 @@ def _fit_cells(request: HarmonicRequest) -> FitCells | None:
     if not request.fit_patches:
         return None
     b = min(patch.b for patch in request.fit_patches)
-    of_strips = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
-    smallest = request.cells.smallest * b / min(of_strips, default=b)
+    half_widths = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
+    smallest = request.cells.smallest * b / min(half_widths, default=b)
     behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
     growth = FINER_GROWTH * request.cells.growth
     return FitCells(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)

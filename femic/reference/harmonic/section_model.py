@@ -85,9 +85,9 @@ class _Blocks:
         places = self._places
         indices = np.empty(places.size, dtype=np.int32)
         indices[places] = 3 * self.row[:, None, None] + np.arange(3)[:, None]
-        of_entries = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
+        entry_places = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
         k0, k1, k2 = (
-            np.bincount(of_entries, part.ravel(), places.size).astype(float, copy=False)
+            np.bincount(entry_places, part.ravel(), places.size).astype(float, copy=False)
             for part in cell_matrices
         )
         n = len(self.starts) - 1
@@ -119,11 +119,11 @@ def _places(pairs: Indices, n_nodes: int, last: Indices) -> Indices:
     values = np.where(column == row, float(n_nodes), -1.0)
     starts = np.searchsorted(column, np.arange(n_nodes + 1))
     graph = csc_matrix((values, row, starts), shape=(n_nodes, n_nodes))
-    found = splu(
+    elimination = splu(
         graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     ).perm_c.astype(np.int64)
-    found[last] += n_nodes
-    return np.argsort(np.argsort(found))
+    elimination[last] += n_nodes
+    return np.argsort(np.argsort(elimination))
 
 
 def _require_unfolded(basis: Basis) -> None:
@@ -146,9 +146,9 @@ def _cell_matrices(body: Body, basis: Basis) -> tuple[Array, Array, Array]:
         flat = stresses.reshape(len(strains), -1, strains.shape[-1])
         return [other.reshape(flat.shape).swapaxes(1, 2) @ flat for other in others]
 
-    (of_constant,) = virtual_work(constant, constant)
-    mixed, of_linear = virtual_work(linear, constant, linear)
-    return of_constant, mixed + np.swapaxes(mixed, 1, 2), of_linear
+    (static,) = virtual_work(constant, constant)
+    mixed, quadratic = virtual_work(linear, constant, linear)
+    return static, mixed + np.swapaxes(mixed, 1, 2), quadratic
 
 
 def _stretch(body: Body, basis: Basis) -> Array:

@@ -61,9 +61,9 @@ class MatrixReference:
         u = job.matrices.displacements(self.solved, job.fit_loads, job.fit_points(name))
         return {
             variation: fit_discount(
-                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
+                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, load_u, strict=True))
             )
-            for variation, of_loads in {"": u.u, **u.perturbed}.items()
+            for variation, load_u in {"": u.u, **u.perturbed}.items()
         }
 
     @property
