@@ -47,7 +47,7 @@ def test_a_file_stays_as_it_was_where_writing_fails(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_dataset_that_cannot_be_read_back_takes_no_place(tmp_path, monkeypatch):
+def test_dataset_that_cannot_be_read_back_is_not_written(tmp_path, monkeypatch):
     path = write_dataset(DATASET, tmp_path / "a.nc")
     opened = xr.open_dataset
 
@@ -77,7 +77,7 @@ def test_of_two_processes_that_write_a_file_one_has_written_it(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_killed_process_leaves_the_file_as_it_was_and_the_next_run_removes_the_rest(tmp_path):
+def test_killed_process_leaves_the_old_file_and_the_next_run_removes_the_unfinished_one(tmp_path):
     path = write_text("before", tmp_path / "a.txt")
     code = (
         "import sys, time; from pathlib import Path; from femic.cache.files import replacing\n"

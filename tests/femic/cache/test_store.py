@@ -107,7 +107,7 @@ def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
 
 
 @pytest.mark.parametrize("kind", ["entry", "part"])
-def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplog):
+def test_exchanged_entries_are_not_read(tmp_path, kind, caplog):
     """Its content is undamaged; it may be copied, moved, or come from other code."""
     store = Store(tmp_path)
     for name, value in (("one", 1.0), ("other", 2.0)):
@@ -126,7 +126,7 @@ def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplo
     assert "another entry" in caplog.text
 
 
-def test_an_entry_of_other_code_is_not_believed(tmp_path, monkeypatch):
+def test_entries_of_other_code_are_not_read(tmp_path, monkeypatch):
     store = Store(tmp_path)
     monkeypatch.setattr("femic.cache.store.code_digest", lambda: "0123456789ab")
     store.put("key", ENTRY)
@@ -150,7 +150,7 @@ def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog
 
 
 @pytest.mark.parametrize("read", ["get", "part"])
-def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog, monkeypatch):
+def test_unparsable_entries_are_logged_and_computed_again(tmp_path, read, caplog, monkeypatch):
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
@@ -162,7 +162,7 @@ def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
-def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path, error, monkeypatch, caplog):
+def test_run_goes_on_with_one_warning_where_nothing_can_be_stored(tmp_path, error, monkeypatch, caplog):
     store, key = Store(tmp_path), Store().key("kind")
     store.put(key, ENTRY)
 

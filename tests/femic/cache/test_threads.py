@@ -20,7 +20,7 @@ def test_results_come_in_the_order_of_arguments(workers):
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_an_early_end_waits_for_what_is_at_work_and_begins_nothing_more(error):
+def test_early_end_waits_for_running_calls_and_starts_no_others(error):
     begun, ended, go_on = [], [], Event()
 
     def work(n):

@@ -53,7 +53,7 @@ def test_loaded_strips_add_up_at_each_observing_strip():
     assert found.displacement_error[S, S] == pytest.approx(1.8 / 24)
 
 
-def test_what_a_component_causes_is_a_share_of_what_it_can_cause():
+def test_displacement_error_of_a_component_is_a_share_of_its_own_displacements():
     """xn: 2 x 0.5 on strip 0, 2 x 0.02 on strip 1."""
     found = collected([(of(xn={(1, 0): 0.25}), C)])
     assert found.own_displacement_error[X, N] == pytest.approx(0.5)
@@ -90,7 +90,7 @@ def test_entries_below_ten_times_their_estimate_vanish(known, gone):
 
 
 @pytest.mark.parametrize(("known", "gone"), [(0.049, False), (0.051, True)])
-def test_what_causes_less_than_ten_times_its_estimate_vanishes(known, gone):
+def test_displacements_below_ten_times_their_estimate_vanish(known, gone):
     """C_xn causes 2 x 0.5 on strip 0; the estimate of an element counts on both sides."""
     found = collected([(of(xn={(1, 0): 0.3}), C)], of(xn={(2, 0): known}))
     assert found.negligible[X, N] == gone

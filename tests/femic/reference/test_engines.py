@@ -36,7 +36,7 @@ def test_an_engine_solves_the_models_that_give_c_and_its_error(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
-def test_what_is_asked_of_an_engine_is_what_it_solves(engine):
+def test_engine_solves_the_requested_models(engine):
     job = Job(BODY, PATCH, ("sn",), POINTS, {"all": slice(None)}, Settings(engine))
     request = job.request(Level())
     assert request.loads[: len(job.loads)] == job.loads
@@ -65,7 +65,7 @@ def test_a_new_engine_is_driven_by_its_record_alone(tolerance):
     assert set(found.models) >= {"fine", "coarse"}
 
 
-def test_its_growth_says_when_a_model_would_be_too_large():
+def test_growth_of_unknowns_limits_refinement():
     unknowns = c_of(1e-3).models["fine"].unknowns
     with pytest.raises(NotConverged, match="`most_unknowns`"):
         c_of(1e-3, most_unknowns=unknowns // 2)

@@ -99,7 +99,7 @@ def test_errors_of_ij_and_ji_are_pooled():
         np.testing.assert_array_equal(found[i, j], np.maximum(error[i, j], error[j, i]))
 
 
-def test_what_was_not_solved_is_no_number_and_does_not_spoil_its_twin():
+def test_unsolved_components_are_nan_and_do_not_affect_their_transposes():
     error = np.abs(EXACT)
     error[:, 1] = np.nan
     found = pooled(error)
@@ -173,7 +173,7 @@ def test_close_to_the_far_arc_truncation_falls_slowly():
     assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
 
 
-def test_at_the_very_ends_of_these_places_orders_are_the_usual_ones():
+def test_orders_at_the_limits_of_outline_and_far_arc_are_the_usual_ones():
     margin = ON_OUTLINE * min(A, B)
     ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
     patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
@@ -232,7 +232,7 @@ def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doub
         assert waves_for(tolerance, 1.0, waves)[1] == pytest.approx(larger * 2**waves)
 
 
-def test_wavenumbers_are_as_accurate_as_the_line_needs_where_displacements_are_least():
+def test_accuracy_of_wavenumbers_follows_the_line_with_the_least_displacements():
     """A twentieth of the largest A_nn there, a point load's: (1 - nu) / (2 pi G r)."""
     x = np.array([3.0, -5.0, 8.0, 40.0, -20.0])
     lines = {"near": slice(0, 3), "far": slice(3, 5)}
@@ -292,7 +292,7 @@ def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_so
     assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
 
 
-def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
+def test_variations_of_a_model_are_discounted_like_c():
     """Wavenumbers and the far arc change the displacements where M is fitted, too."""
     job = changed(replace(JOB, components=("nn",)), engine=HARMONIC)
     models = made_up(job, lambda *_: 0.0)

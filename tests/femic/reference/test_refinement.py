@@ -70,7 +70,7 @@ def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
     assert not met(JOB, one_missing)
 
 
-def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
+def test_too_large_model_is_refused_with_numbers_and_remedies(models):
     job = changed(JOB, tolerance=0.01)
     reference = with_errors(models, 0.05, 0.2)
     with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
@@ -93,7 +93,7 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     assert len(found.models) == len(flat)
 
 
-def test_parts_of_which_none_is_too_large_but_their_sum_is(models):
+def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large(models):
     """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
     reference = with_errors(models, 0.004, 0.004, 0.004)
     assert next_level(changed(JOB, tolerance=0.01), reference) == Level(1)
@@ -122,7 +122,7 @@ def test_refinement_that_does_not_help_ends(models):
         next_level(job, reference)
 
 
-def test_the_sum_of_both_bodies_is_judged_too(models):
+def test_sum_of_both_bodies_is_assessed_too(models):
     """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
     job = changed(JOB, tolerance=0.02, most_unknowns=10_000_000)
     good = with_errors(models, 0.001, 0.0)

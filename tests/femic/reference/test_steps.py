@@ -113,7 +113,7 @@ JOBS = {"lower": Asked(), "upper": Asked()}
 FOUND = {"lower": Found(), "upper": Found()}
 
 
-def test_what_meets_its_tolerance_is_left_alone():
+def test_body_within_its_tolerance_is_not_refined():
     just = replace(GOOD, total=0.01)
     assert refine(JOBS, FOUND, Assessment({"lower": just, "upper": GOOD})) == {}
     bad = parts(truncation=0.0101)
@@ -125,7 +125,7 @@ def test_what_is_no_number_does_not_meet_it():
     assert set(refine(JOBS, FOUND, Assessment({"lower": nothing, "upper": GOOD}))) == {"lower"}
 
 
-def test_the_sum_is_judged_only_once_each_body_is_good_and_refines_the_worse_one():
+def test_sum_is_assessed_after_each_body_and_refines_the_worse_one():
     bad, worse = parts(truncation=0.006), parts(truncation=0.007)
     own = {"lower": GOOD, "upper": GOOD}
     together = Assessment(own, parts(truncation=0.013), {"lower": worse, "upper": bad})

@@ -138,7 +138,7 @@ def test_springs_and_border_change_nothing(monkeypatch, section, asked, constant
     assert largest(changed(K, SHARES)[0] - expected) < 1e-8 * largest(expected)
 
 
-def test_an_observer_that_hardly_moves_is_proved_on_the_scale_of_the_loads(section):
+def test_residual_at_a_nearly_fixed_observer_is_a_share_of_the_amplitudes_at_the_loads(section):
     """At a distance of k s = 40 nothing is left but rounding."""
     responses, residual = SectionSolver(section, LOADS[-3:], np.array([-3.5]))(9.0)
     assert largest(responses) < 1e-6 * largest(SectionSolver(section, LOADS[-3:], np.array([1.5]))(9.0)[0])
@@ -276,7 +276,7 @@ def test_two_columns_that_are_exchanged_raise(changed, of_ten_decades):
         of_ten_decades.at(K).responses(np.ones(of_ten_decades.retained, dtype=bool))
 
 
-def test_a_matrix_without_factors_raises_with_what_to_try(asked, monkeypatch):
+def test_matrix_without_factors_raises_with_remedies(asked, monkeypatch):
     def singular(*_, **__):
         raise RuntimeError("Factor is exactly singular")
 
@@ -311,7 +311,7 @@ class Answers:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
+def test_cost_has_the_worst_residual_of_stored_waves_too(workers):
     kept, few_waves = Answers(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
     first = engine.solve(few_waves, cache=kept, workers=workers).cost.residual
     assert first == max(kept.residuals.values())
@@ -321,7 +321,7 @@ def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
     assert engine.solve(few_waves, cache=kept, workers=workers).cost.residual == 3e-7
 
 
-def test_kept_waves_carry_their_residual(tmp_path):
+def test_stored_waves_have_their_residual(tmp_path):
     kept = StoredWaves(Store(tmp_path), "key")
     kept.put("k0.25", (np.eye(3), 4e-11))
     responses, residual = kept.get("k0.25")

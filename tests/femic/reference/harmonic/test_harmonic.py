@@ -44,7 +44,7 @@ def reference(asked):
 # --- coarser cells ---------------------------------------------------------------------------------
 
 
-def test_coarser_cells_at_some_wavenumbers_show_what_they_show_at_all():
+def test_coarser_cells_at_some_wavenumbers_give_the_error_of_all_wavenumbers():
     """The change is interpolated: it differs by less than 2 % from that of a whole model."""
     request = harmonic(job(40.0, 1.0), 2.0).request(Level())
     model, coarser = raw_ics(request), raw_ics(request.coarser)
@@ -171,7 +171,7 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
     assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
 
 
-def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
+def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     """A plane rolled up: what it adds to C_xn and C_nx is what turns A into B-hat, up to a tenth.
 
     Both alike, as reciprocity demands: C_nx = -C_xn on the line of the load.
@@ -196,7 +196,7 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
 
 
-def test_components_of_a_wheel_do_not_depend_on_what_else_is_asked_for():
+def test_components_of_a_wheel_do_not_depend_on_the_other_requested_ones():
     """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
     x = np.array([-16.0, 8.0, 16.0, 25.0])
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}

@@ -75,7 +75,7 @@ def test_the_trace_reads_quartics_of_s_exactly(body, half):
     np.testing.assert_allclose(section.interpolation(at) @ nodal, expected, rtol=1e-10, atol=1e-8)
 
 
-def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
+def test_inner_nodes_that_follow_the_contour_reduce_the_error_of_fields():
     """A polynomial of fourth degree in (y, z), interpolated: at the points of cells on the contour."""
     body = Body(LOWER, arc(10.0, 0.9, 0.9), STEEL, DOMAIN)
     mesh = section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), np.array([[-0.2, 0.2]]))).mesh
@@ -94,7 +94,7 @@ def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
     assert error(left) > 1.5 * error(mesh.doflocs)
 
 
-def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_asks():
+def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_requires():
     """The curvature jumps there: they grow from the joint, too."""
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
     knots = section_mesh(body, SectionSize(Cells(0.05, 0.5, 0.5), np.array([[-0.2, 0.2]]))).knots
@@ -116,7 +116,7 @@ def test_half_of_a_section_is_half_of_it():
 
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("wave", [0.05, 0.02])
-def test_cells_on_a_strip_are_as_short_as_the_waves_ask(wave, half):
+def test_cells_on_a_strip_are_as_short_as_the_waves_require(wave, half):
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
     for low, high in ((-0.3, 0.3), (2.0, 2.6)):
         knots = section_mesh(body, SectionSize(CELLS, np.array([[low, high]]), wave), half_section=half).knots
@@ -150,7 +150,7 @@ def test_shapes_of_triangles():
 @pytest.mark.parametrize(
     ("radius", "flanks", "n_s"), [(10.2, (25, 33), 13), (10.2, (25, 33), 39), (12.24, (32, 34), 12)]
 )
-def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(radius, flanks, n_s):
+def test_cells_growing_like_the_distance_have_the_requested_size(radius, flanks, n_s):
     """Of two unsymmetric flanks Gmsh's frontal algorithm left slivers from the strips to the far arc.
 
     In the last case only some cells were more than three times too large. A few always are.
@@ -173,7 +173,7 @@ def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(rad
 
 
 @pytest.mark.parametrize("aside", [1e-12, 4e-8, 1e-5])
-def test_strips_that_hardly_pass_the_plane_of_symmetry_are_meshed_like_those_that_end_there(aside):
+def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it(aside):
     """Gmsh failed on an edge so short. The responses follow the grid as smoothly as they should."""
 
     def responses(s):

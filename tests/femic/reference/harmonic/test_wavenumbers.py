@@ -54,7 +54,7 @@ def test_interpolation_between_wavenumbers_is_of_sixth_order():
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
-def test_as_accurate_as_asked_and_each_wavenumber_solved_once(accuracy):
+def test_samples_reach_the_accuracy_and_solve_each_wavenumber_once(accuracy):
     """Displacements at some x by a sum over all k, against the sum of the responses themselves."""
     solve = Solver(smooth)
     found = sample(AXIS, solve, ODD, 0.2, accuracy)
@@ -108,7 +108,7 @@ def test_a_ring_is_solved_at_its_orders_only(radius):
     np.testing.assert_allclose(interpolated(found, at), truth, atol=1e-3)
 
 
-def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
+def test_response_that_is_never_smooth_raises_with_remedies():
     rng = np.random.default_rng(1)
     noise = Solver(lambda _: rng.normal(size=(2, 1)))
     with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger `tolerance`"):
@@ -119,7 +119,7 @@ def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
 
 
 @pytest.mark.parametrize("axis", [AXIS, Axis(1e-3, 25.0, 40.0), Axis(0.3, 2.0)])
-def test_the_first_ones_are_even_in_t_and_close_enough_for_the_spline(axis):
+def test_first_wavenumbers_are_even_in_t_and_close_enough_for_the_spline(axis):
     k = axis.first()
     t = np.arcsinh(k / axis.scale)
     assert k[0] == 0
@@ -140,7 +140,7 @@ def test_a_large_ring_needs_few_of_its_lowest_orders(scale, fewest):
     assert (set(range(8)) <= set(orders)) == (fewest == 8)
 
 
-def test_the_middle_is_that_of_t_and_on_a_ring_an_order_in_between():
+def test_middle_of_an_interval_is_in_t_and_on_a_ring_an_order():
     low, high = 0.01, 3.0
     t = np.arcsinh(np.array([low, AXIS.between(low, high), high]) / AXIS.scale)
     assert t[1] == pytest.approx((t[0] + t[2]) / 2)
@@ -160,7 +160,7 @@ def test_at_the_solved_wavenumbers_nothing_is_interpolated(radius):
     np.testing.assert_allclose(odd, np.eye(len(k)), atol=1e-9)
 
 
-def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
+def test_orders_0_and_1_of_a_ring_do_not_affect_other_orders():
     axis = Axis(1e-3, 25.0, 40.0)
     k = axis.first()
     at = np.arange(2, 900) / 40.0
@@ -170,7 +170,7 @@ def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
     np.testing.assert_allclose(matrix @ np.ones(len(k)), 1, rtol=1e-9)
 
 
-def test_sparser_are_the_others_and_none_of_them_came_last():
+def test_sparser_samples_are_the_ones_not_marked_last():
     k, last = np.arange(6.0), np.array([False, True, False, False, True, False])
     responses = np.random.default_rng(0).normal(size=(6, 2, 3))
     found = Samples(AXIS, k, responses, last).sparser
@@ -181,7 +181,7 @@ def test_sparser_are_the_others_and_none_of_them_came_last():
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
-def test_last_are_the_middles_whose_halves_were_not_halved(accuracy):
+def test_last_marks_middles_of_intervals_that_were_not_halved(accuracy):
     """Each lies in the middle of its neighbours; each other one is a first one, or next to a last one."""
     found = sample(AXIS, Solver(smooth), ODD, 0.2, accuracy)
     first = AXIS.first()
@@ -204,9 +204,7 @@ A_LOAD = 0.2
 
 @pytest.mark.parametrize("interval", [0, 2, -1])
 @pytest.mark.parametrize(("share", "rounds"), [(0.99, 1), (1.01, 2)])
-def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_too_large(
-    interval, share, rounds
-):
+def test_intervals_are_halved_only_where_their_error_in_displacements_is_too_large(interval, share, rounds):
     """Wrong in its middle by w: off by w (high - low) / pi, less where the patch is longer than the wave.
 
     An interval of half the length of a spline of fifth degree is 64 times as accurate.
@@ -240,7 +238,7 @@ def test_accuracy_may_differ_from_entry_to_entry():
 
 
 @pytest.mark.parametrize("radius", [1.0, 20.0, 500.0])
-def test_orders_between_which_there_is_nothing_never_came_last(radius):
+def test_adjacent_orders_are_not_marked_as_last(radius):
     """m = 0, 1, 2 of a ring have no middles: the sparser ones have them, too, as all first ones."""
     axis = Axis(1e-3, 25.0, radius)
     found = sample(axis, Solver(smooth), ODD, 0.2, 1e-6)

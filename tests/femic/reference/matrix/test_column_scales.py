@@ -56,7 +56,7 @@ def test_within_four_elements_errors_are_shares_of_five_times_a_nn_there():
     assert np.sum(FAR) not in (0, FAR.size)
 
 
-def test_further_away_a_component_is_measured_by_itself_over_the_lags_of_its_pair_of_strips():
+def test_scale_far_from_the_load_is_the_largest_c_ij_over_the_lags_of_two_strips():
     c = 10 * np.random.default_rng(1).normal(size=(3, 3, 7, 6))  # far above the floor
     c[..., ~FAR] = 1e9  # what is near does not count
     found = column_scale(STRIP, c, [job()])
@@ -65,7 +65,7 @@ def test_further_away_a_component_is_measured_by_itself_over_the_lags_of_its_pai
         np.testing.assert_allclose(found[i, j, far, strip], np.max(np.abs(c[i, j, far, strip])))
 
 
-def test_where_a_component_vanishes_a_twentieth_of_the_largest_a_nn_takes_its_place():
+def test_scale_of_a_vanishing_component_is_a_twentieth_of_the_largest_a_nn():
     a = a_nn(STEEL, LOWER)
     found = column_scale(STRIP, np.zeros((3, 3, 7, 6)), [job()])
     for strip in range(6):
@@ -103,7 +103,7 @@ def test_shares_of_a_column_are_the_worst_of_each_part_and_of_their_sum():
     assert (found.component, found.line) == ("xn", "of strip 1 under strip 3 (worst at lag 5)")
 
 
-def test_what_is_no_number_is_infinitely_wrong():
+def test_nan_is_an_infinite_error():
     c = column(mesh_error={(2, 1, 1, 3): np.nan})
     found = column_shares(0, c, np.ones((3, 3, 7, 6)))
     assert (found.mesh, found.truncation, found.total, found.component) == (np.inf, 0, np.inf, "ns")
@@ -135,7 +135,7 @@ def columns(error_of):
     )
 
 
-def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_sum():
+def test_all_strips_are_assessed_and_the_sum_of_bodies_on_its_own_scale():
     """ICs of 1 are far above the floor, and near the load 5 A_nn is far below: the worst is near."""
     jobs = {"lower": job(), "upper": job(SOFT, UPPER)}
     found = {"lower": columns([1, 1, 3, 1, 1, 1]), "upper": columns([2, 2, 2, 2, 5, 2])}
@@ -164,7 +164,7 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert far_radius_of_grid(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
 
 
-def test_cells_that_are_given_are_taken():
+def test_given_cells_are_used():
     given = job().first_cells.scaled(3)
     assert job(cells=given).first_cells == given
 

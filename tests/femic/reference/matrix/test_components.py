@@ -57,7 +57,7 @@ def both(request, of_nn):
     return whole, solved(alone, of_nn), solved(alone, store)
 
 
-def test_c_asked_alone_is_that_of_all_components_within_both_estimates(both):
+def test_c_of_one_component_agrees_with_c_of_all_within_both_estimates(both):
     whole, alone, _ = both
     for strip in range(GRID.n_s):
         ours, of_whole = alone.column(strip), whole.column(strip)
@@ -88,7 +88,7 @@ def test_entries_of_m_do_not_depend_on_what_is_asked(both):
     assert left_out.tolist() == [[0, 0]]
 
 
-def test_components_that_are_not_asked_are_no_numbers(both):
+def test_components_that_are_not_requested_are_nan(both):
     _, alone, _ = both
     for part in ("ic", "estimate"):
         values = getattr(alone.column(2), part).reshape(9, -1)
@@ -138,7 +138,7 @@ class Known:
 
 
 @pytest.mark.parametrize("combined", [False, True])
-def test_only_the_components_that_are_asked_are_judged(combined):
+def test_only_requested_components_are_assessed(combined):
     grid = Grid(7, 6, 0.4, 0.5)
     found = Known()
     errors = {}

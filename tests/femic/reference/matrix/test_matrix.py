@@ -200,14 +200,14 @@ def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_ar
         assert np.all(reciprocity_defects(rigid).max(axis=(0, 1)) <= np.maximum(rounding, rounding.T))
 
 
-def test_tractions_always_do_work(on_arcs):
+def test_raw_and_summed_matrices_are_positive_definite(on_arcs):
     raw = {name: all_columns(found, raw=True) for name, found in on_arcs.items()}
     together = sum(all_columns(found) for found in on_arcs.values())
     for ics in (*raw.values(), together):
         assert GridOperator.of(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
 
 
-def test_the_sum_is_judged_with_its_own_scale(on_arcs):
+def test_sum_is_assessed_on_its_own_scale(on_arcs):
     jobs = {name: found.job for name, found in on_arcs.items()}
     assessed = assess_matrices(jobs, on_arcs, combined=True)
     assert assessed.combined.total <= ROUGH
@@ -256,7 +256,7 @@ def test_approximations_fill_the_same_matrix():
     np.testing.assert_array_equal(ics[3, 5, 2], at)
 
 
-def test_scales_of_lines_far_from_the_load_are_those_of_single_loads(on_plane):
+def test_scales_far_from_the_load_equal_the_scales_of_single_loads(on_plane):
     job, strip = on_plane.job, 0
     c = on_plane.column(strip).ic
     line = c[:, :, :, 7]

@@ -41,7 +41,7 @@ def test_an_edge_that_must_be_curved_stays_so(straight):
     np.testing.assert_array_equal(_unfolded(straight, nodes, np.array([first + 1])), nodes)
 
 
-def test_what_is_beyond_is_farther_than_the_distance_from_all_points():
+def test_points_beyond_are_farther_than_the_distance_from_all_points():
     near = Near(np.array([[0.0, 4.0], [0.0, 0.0], [0.0, 0.0]]), 1.5)
     at = np.array([[1.4, 2.0, 5.4, 5.6], [0.0] * 4, [0.0] * 4])
     assert near.beyond(at).tolist() == [False, True, False, True]
