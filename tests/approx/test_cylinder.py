@@ -80,16 +80,16 @@ def test_every_harmonic_is_that_of_the_series(ics, side, m, nu):
     """m >= 2: self-balanced, no rigid motion."""
     material = Material(2 * (1 + nu), nu)  # G = 1
     compliance = mode(m, nu, side) / np.pi  # rows n, s; loads cos n, sin s
-    found = {
+    result = {
         (i, j): coefficient(lambda t, i=i, j=j: ics(material, t)[i, j], m, +1 if i == j else -1)
         for i in (0, 1)
         for j in (0, 1)
     }
     # a line load along s is a sum of cos(m theta) s, a quarter of a turn from sin(m theta) s
-    assert found[1, 1] == pytest.approx(compliance[0, 0], rel=1e-8, abs=1e-11)
-    assert found[0, 1] == pytest.approx(compliance[1, 0], rel=1e-8, abs=1e-11)
-    assert found[0, 0] == pytest.approx(compliance[1, 1], rel=1e-8, abs=1e-11)
-    assert found[1, 0] == pytest.approx(-compliance[0, 1], rel=1e-8, abs=1e-11)
+    assert result[1, 1] == pytest.approx(compliance[0, 0], rel=1e-8, abs=1e-11)
+    assert result[0, 1] == pytest.approx(compliance[1, 0], rel=1e-8, abs=1e-11)
+    assert result[0, 0] == pytest.approx(compliance[1, 1], rel=1e-8, abs=1e-11)
+    assert result[1, 0] == pytest.approx(-compliance[0, 1], rel=1e-8, abs=1e-11)
 
 
 def test_uniform_pressure_widens_cavity_and_cylinder_by_lame_s_formula():

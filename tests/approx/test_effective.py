@@ -85,5 +85,5 @@ def test_impossible_properties_are_refused(make, message):
 
 @pytest.mark.parametrize("far", [0.0, 0.5])
 def test_far_poisson_s_ratio_has_the_range_of_materials(far):
-    found = EffectiveProperties(nu=Transition(far, 9.0, 1.0, 1.0)).at(np.array([9.0]), one_body(STEEL, +1))
-    np.testing.assert_allclose(found.nu, far, atol=1e-16)
+    result = EffectiveProperties(nu=Transition(far, 9.0, 1.0, 1.0)).at(np.array([9.0]), one_body(STEEL, +1))
+    np.testing.assert_allclose(result.nu, far, atol=1e-16)

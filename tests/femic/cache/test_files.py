@@ -52,9 +52,9 @@ def test_dataset_that_cannot_be_read_back_is_not_written(tmp_path, monkeypatch):
     opened = xr.open_dataset
 
     def other(*args, **named):
-        found = opened(*args, **named).load()
-        found["p"][2] = np.nan  # what a disk has lost
-        return found
+        result = opened(*args, **named).load()
+        result["p"][2] = np.nan  # what a disk has lost
+        return result
 
     monkeypatch.setattr(files, "open_dataset", other)
     with pytest.raises(Failure, match=r"a\.nc: p of it cannot be read back"):
@@ -72,8 +72,8 @@ def test_of_two_processes_that_write_a_file_one_has_written_it(tmp_path):
     path = tmp_path / "a.nc"
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(write_often, [path] * 2, [1.0, 2.0]))
-    found = xr.load_dataset(path, engine="h5netcdf")
-    np.testing.assert_array_equal(found.u, np.full(20000, found.mark))
+    result = xr.load_dataset(path, engine="h5netcdf")
+    np.testing.assert_array_equal(result.u, np.full(20000, result.mark))
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -14,9 +14,9 @@ def test_results_come_in_the_order_of_arguments(workers):
         time.sleep(0.01 * (4 - n))
         return n, current_thread() is main_thread()
 
-    found = list(in_threads(late, range(5), workers))
-    assert [n for n, _ in found] == list(range(5))
-    assert {in_main for _, in_main in found} == {workers == 1}
+    result = list(in_threads(late, range(5), workers))
+    assert [n for n, _ in result] == list(range(5))
+    assert {in_main for _, in_main in result} == {workers == 1}
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])

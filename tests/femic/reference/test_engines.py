@@ -56,13 +56,13 @@ def c_of(tolerance, **settings):
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 1e-3])
 def test_a_new_engine_is_driven_by_its_record_alone(tolerance):
     """On a plane the discount of A is that of a point, so that C is A but for the share that is wrong."""
-    found = c_of(tolerance)
+    result = c_of(tolerance)
     a = HalfSpace(one_body(STEEL, LOWER)).ics(PATCH, POINTS.x, POINTS.s)[:, 2] / PATCH.area
     scale = np.max(np.abs(a[2]))
-    error = np.max(np.abs(found.raw[:, 2] - a)) / scale
-    assert error == pytest.approx(OFF * found.cells.smallest**3, rel=1e-9)
-    assert np.max(found.c.mesh_error[2, 2]) / scale <= tolerance
-    assert set(found.models) >= {"fine", "coarse"}
+    error = np.max(np.abs(result.raw[:, 2] - a)) / scale
+    assert error == pytest.approx(OFF * result.cells.smallest**3, rel=1e-9)
+    assert np.max(result.c.mesh_error[2, 2]) / scale <= tolerance
+    assert set(result.models) >= {"fine", "coarse"}
 
 
 def test_growth_of_unknowns_limits_refinement():

@@ -81,16 +81,16 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     asked = []
     watch = Watch(asked.append)
     job = changed(JOB, tolerance=0.002)
-    found = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
+    result = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
     assert len(asked) > 1
     flat = [task.level for tasks in asked for task in tasks]
     assert len(set(flat)) == len(flat)
-    assert found.level != Level()
-    assert met(job, found)
-    cells, domain = factors(found.level)
-    assert found.cells == COARSE.scaled(cells)
-    assert found.body.domain == JOB.body.domain.scaled(domain)
-    assert len(found.models) == len(flat)
+    assert result.level != Level()
+    assert met(job, result)
+    cells, domain = factors(result.level)
+    assert result.cells == COARSE.scaled(cells)
+    assert result.body.domain == JOB.body.domain.scaled(domain)
+    assert len(result.models) == len(flat)
 
 
 def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large(models):
@@ -128,13 +128,15 @@ def test_sum_of_both_bodies_is_assessed_too(models):
     good = with_errors(models, 0.001, 0.0)
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
-    jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
-    assert refine(jobs, found, assess_references(jobs, found, combined=False)) == {}
-    assert set(refine(jobs, found, assess_references(jobs, found, combined=True))) == {"upper"}
+    jobs, result = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
+    assert refine(jobs, result, assess_references(jobs, result, combined=False)) == {}
+    assert set(refine(jobs, result, assess_references(jobs, result, combined=True))) == {"upper"}
     found_sum = total([good.c, worse.c])
     np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
     assert (
-        refine(jobs, found | {"upper": poor}, assess_references(jobs, found | {"upper": poor}, combined=True))
+        refine(
+            jobs, result | {"upper": poor}, assess_references(jobs, result | {"upper": poor}, combined=True)
+        )
         == {}
     )
 
@@ -167,10 +169,10 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     job = changed(replace(JOB, components=("xx",)), tolerance=0.02)
     softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
     jobs = {"lower": job, "upper": replace(job, body=softer)}
-    found = {
+    result = {
         name: without_nn(models, of_body, 0.7 * job.settings.tolerance) for name, of_body in jobs.items()
     }
-    c = total([reference.c for reference in found.values()])
+    c = total([reference.c for reference in result.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
     assert share == pytest.approx(0.7 * job.settings.tolerance)
-    assert refine(jobs, found, assess_references(jobs, found, combined=True)) == {}
+    assert refine(jobs, result, assess_references(jobs, result, combined=True)) == {}

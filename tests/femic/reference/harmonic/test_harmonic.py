@@ -65,13 +65,13 @@ def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
     asked = replace(asked, points=own)
     model = raw_ics(asked.request(Level()))
-    found, a = discounted(asked, model.u)[0], halfspace(asked)
+    result, a = discounted(asked, model.u)[0], halfspace(asked)
     assert model.cost.unknowns <= 30_000
     far = np.hypot(asked.points.x, asked.points.s) >= 4 * 0.6
     for part in LINES:
         chosen = np.arange(len(far))[part][far[part]]
-        assert np.all(line_errors((found - a)[..., chosen], a[..., part], a[2, 2, part]) < 1e-3)
-    local = (found - a)[..., -len(near) :] / a[2, 2, -len(near) :]
+        assert np.all(line_errors((result - a)[..., chosen], a[..., part], a[2, 2, part]) < 1e-3)
+    local = (result - a)[..., -len(near) :] / a[2, 2, -len(near) :]
     assert np.max(np.abs(local)) < 5e-3
 
 
@@ -82,8 +82,8 @@ def test_error_falls_at_least_like_h_cubed():
     for factor in factors:
         asked = changed(harmonic(job(10_000.0, 1.0), factor), tolerance=1e-4)
         a = halfspace(asked)
-        found = discounted(asked, raw_ics(asked.request(Level())).u)[0]
-        rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
+        result = discounted(asked, raw_ics(asked.request(Level())).u)[0]
+        rms.append(np.sqrt(np.mean(shares(result - a, a) ** 2)))
     assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 3
 
 
@@ -120,17 +120,17 @@ def test_slender_patches(a, b):
     base = harmonic(job(640.0, 1.0))
     asked = replace(base, patch=patch, points=Points(base.points.x, base.points.s))
     asked = changed(asked, cells=Cells(b / 5, 0.4, 0.4), tolerance=5e-3)
-    found, exact = reference(asked), halfspace(asked)
-    assert np.all(shares(found.c.ic - exact, exact) <= shares(found.c.estimate, exact))
-    assert np.max(shares(found.c.estimate, exact)) < 5e-3
+    result, exact = reference(asked), halfspace(asked)
+    assert np.all(shares(result.c.ic - exact, exact) <= shares(result.c.estimate, exact))
+    assert np.max(shares(result.c.estimate, exact)) < 5e-3
 
 
 PLANES = ((80.0, 1.25), (640.0, 1.0))  # size of the domain, cells
 
 
 def errors_and_estimates(asked):
-    found, a = reference(asked), halfspace(asked)
-    return shares(found.c.ic - a, a), shares(found.c.estimate, a)
+    result, a = reference(asked), halfspace(asked)
+    return shares(result.c.ic - a, a), shares(result.c.estimate, a)
 
 
 @pytest.mark.parametrize(("size", "factor"), PLANES)
@@ -152,10 +152,10 @@ def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
 @pytest.mark.parametrize(("side", "s"), [(UPPER, 0.0), pytest.param(LOWER, 40.0, marks=pytest.mark.slow)])
 def test_the_ball_is_known_to_the_estimate(side, s):
     asked = harmonic(sphere.ball(160.0, 1.0, side, s=s), 2.2)
-    truth, found = sphere.exact(asked), reference(asked)
+    truth, result = sphere.exact(asked), reference(asked)
     error, estimate = (
         np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)
-        for d in (found.c.ic - truth, found.c.estimate)
+        for d in (result.c.ic - truth, result.c.estimate)
     )
     assert np.all(error <= estimate), error / estimate
 
@@ -241,12 +241,12 @@ SLOW = ("roller", "unsymmetric")
 def test_both_engines_agree_within_their_estimates(changes):
     """The same section; that of the solid is clamped at its ends too, which its estimate contains."""
     solid = job(80.0, 2.8, **changes)
-    found = combine(
+    result = combine(
         solid, Level(), {m: solid_raw_ics(solid.request(m)) for m in Level().models(MODELS).values()}
     )
     other = reference(harmonic(solid, 2.0))
-    scale = found.c.ic
-    off, known = (shares(v, scale) for v in (found.c.ic - other.c.ic, found.c.estimate + other.c.estimate))
+    scale = result.c.ic
+    off, known = (shares(v, scale) for v in (result.c.ic - other.c.ic, result.c.estimate + other.c.estimate))
     assert np.all(off <= known), off / known
 
 

@@ -188,10 +188,10 @@ def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it
         assert len(beside) == 6
         return section.knots, SectionSolver(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
 
-    knots, found = responses(aside)
+    knots, result = responses(aside)
     knots_of_none, expected = responses(0.0)
     assert len(knots) == len(knots_of_none)
-    np.testing.assert_allclose(found, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
+    np.testing.assert_allclose(result, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
 
 
 def test_a_mesh_without_slivers_is_that_of_the_first_algorithm(monkeypatch):

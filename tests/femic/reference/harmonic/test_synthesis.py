@@ -9,7 +9,7 @@ from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.synthesis import displacements
 from femic.reference.harmonic.waves import tail
 from geometries.materials import one_body
-from tests.femic.reference.kept_model import BODY, TASK
+from tests.femic.reference.small_model import BODY, TASK
 
 
 def test_displacements_without_responses_are_the_tail_of_the_half_space():

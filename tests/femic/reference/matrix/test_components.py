@@ -73,7 +73,7 @@ def test_it_is_the_same_to_rounding_by_the_same_model(both):
     whole, _, served = both
     for strip in range(GRID.n_s):
         for part in ("ic", "estimate"):
-            ours, of_whole = (getattr(found.column(strip), part)[N, N] for found in (served, whole))
+            ours, of_whole = (getattr(result.column(strip), part)[N, N] for result in (served, whole))
             np.testing.assert_allclose(ours, of_whole, rtol=1e-6, atol=1e-9 * largest(of_whole))
         raw = whole.raw_column(strip)[N, N]
         np.testing.assert_allclose(served.raw_column(strip)[N, N], raw, rtol=0, atol=1e-12 * largest(raw))
@@ -93,7 +93,7 @@ def test_components_that_are_not_requested_are_nan(both):
     for part in ("ic", "estimate"):
         values = getattr(alone.column(2), part).reshape(9, -1)
         known = np.all(np.isfinite(values), axis=1)
-        assert [name for name, found in zip(COMPONENTS, known, strict=True) if found] == ["nn"]
+        assert [name for name, result in zip(COMPONENTS, known, strict=True) if result] == ["nn"]
         assert np.all(np.isnan(values[~known]))
 
 
@@ -140,11 +140,11 @@ class Known:
 @pytest.mark.parametrize("combined", [False, True])
 def test_only_requested_components_are_assessed(combined):
     grid = Grid(7, 6, 0.4, 0.5)
-    found = Known()
+    result = Known()
     errors = {}
     for components in (NN, COMPONENTS):
         jobs = {name: replace(of_all("wheel"), grid=grid, components=components) for name in ("a", "b")}
-        assessed = assess_matrices(jobs, dict.fromkeys(jobs, found), combined=combined)
+        assessed = assess_matrices(jobs, dict.fromkeys(jobs, result), combined=combined)
         errors[components] = [assessed.own["a"], *([assessed.combined] if combined else [])]
         errors[components] += [assessed.in_combined["b"]] if combined else []
     for of_nn, of_all_components in zip(*errors.values(), strict=True):

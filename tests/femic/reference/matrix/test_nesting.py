@@ -43,17 +43,17 @@ def solved(job, store):
 
 @pytest.fixture(scope="module")
 def store():
-    found = Store("memory://nesting")
-    solved(job_on(GRID), found)
-    return found
+    result = Store("memory://nesting")
+    solved(job_on(GRID), result)
+    return result
 
 
 @pytest.fixture
 def factored(monkeypatch):
     """Wavenumbers that are solved from here on."""
-    found, at = [], Condensation.at
-    monkeypatch.setattr(Condensation, "at", lambda self, k: found.append(k) or at(self, k))
-    return found
+    result, at = [], Condensation.at
+    monkeypatch.setattr(Condensation, "at", lambda self, k: result.append(k) or at(self, k))
+    return result
 
 
 @pytest.mark.parametrize(

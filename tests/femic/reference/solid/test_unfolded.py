@@ -25,8 +25,8 @@ def bent(straight, *, by):
 def test_a_cell_that_folds_gets_its_edge_back(straight):
     nodes, first = bent(straight, by=0.6)
     assert len(_folded(MeshTet2(nodes, straight.t))) > 0
-    found = _unfolded(straight, nodes, np.array([first, first + 1]))
-    np.testing.assert_array_equal(found, straight.doflocs)
+    result = _unfolded(straight, nodes, np.array([first, first + 1]))
+    np.testing.assert_array_equal(result, straight.doflocs)
 
 
 def test_a_cell_that_does_not_fold_stays_curved(straight):
