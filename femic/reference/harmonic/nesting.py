@@ -47,7 +47,7 @@ def store_model(responses: Responses, request: HarmonicRequest, store: Store) ->
     key = model_key(request, store)
     store.put(key, to_entry(responses))
     if request.even_strips:
-        store.put_part(_index_key(request, store), key, Outline.of(request).arrays)
+        store.put_part(_index_key(request, store), key, asdict(Outline.of(request)))
 
 
 def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
@@ -101,11 +101,6 @@ class Outline:
             np.array([load.direction for load in request.loads], dtype=float),
             request.observed,
         )
-
-    @property
-    def arrays(self) -> dict[str, Array]:
-        """The outline as arrays by name."""
-        return asdict(self)
 
     @property
     def loads(self) -> tuple[Load, ...]:

@@ -47,11 +47,6 @@ class SectionMesh:
     half_section: bool
 
     @property
-    def nodes_of_cells(self) -> Indices:
-        """Numbers of the nodes of each cell, shape (cells, 15)."""
-        return np.asarray(self.mesh.dofs.element_dofs.T)
-
-    @property
     def supported(self) -> Mask:
         """Amplitudes that the far arc and the hub hold, shape (n_nodes, 3)."""
         y, z = self.mesh.p[:, : self.mesh.nvertices]

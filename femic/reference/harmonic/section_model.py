@@ -74,17 +74,12 @@ class _Blocks:
         first = 9 * node_starts[column] + 3 * (np.arange(len(row)) - node_starts[column])
         return cls(of_cells, row, first, heights[column], np.append(starts.ravel(), 9 * len(row)))
 
-    @property
-    def _places(self) -> Indices:
-        """Places of the entries of each block, shape (n, 3, 3)."""
-        a, b = np.arange(3)[:, None], np.arange(3)
-        return np.asarray(self.first[:, None, None] + self.to_next[:, None, None] * b + a)
-
     def stiffness(self, cell_matrices: tuple[Array, Array, Array]) -> Stiffness:
         """The sums of cell matrices, (cells, 45, 45) each."""
-        places = self._places
+        a, b = np.arange(3)[:, None], np.arange(3)
+        places = self.first[:, None, None] + self.to_next[:, None, None] * b + a  # (n, 3, 3)
         indices = np.empty(places.size, dtype=np.int32)
-        indices[places] = 3 * self.row[:, None, None] + np.arange(3)[:, None]
+        indices[places] = 3 * self.row[:, None, None] + a
         entry_places = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
         k0, k1, k2 = (
             np.bincount(entry_places, part.ravel(), places.size).astype(float, copy=False)

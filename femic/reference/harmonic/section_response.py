@@ -125,7 +125,7 @@ def _held(section: SectionMesh, y: int, share: float) -> Mask:
     It takes only the first nodes beyond the arc, those of the cells that it crosses, to hold what is inside.
     """
     nodes, far_radius = section.mesh.doflocs, section.body.domain.far_radius
-    cells = section.nodes_of_cells
+    cells = section.mesh.dofs.element_dofs.T  # (n_cells, 15)
     on_plane = np.abs(nodes[0]) < 1e-9 * far_radius
     beyond = np.hypot(*nodes) > share * far_radius
     crossed = cells[~np.all(beyond[cells], axis=1)]

@@ -101,8 +101,7 @@ class MatrixReference:
         }
         safety = self.job.settings.engine.estimate.safety
         column = estimated(by_variation.pop(""), by_variation, safety=safety)
-        errors = column.mesh_error, column.truncation_error, column.waves_error
-        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in column.errors))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
         """Return C [mm/N] for a pair of bodies, before their approach is subtracted, (3, 3, n_x, n_s).
