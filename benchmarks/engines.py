@@ -20,7 +20,7 @@ from tables import print_table
 from compare.ics.compute import Results, compute, jobs
 from compare.ics.errors import refinement_shares_of
 from femic.reference.accuracy import component_of
-from femic.reference.harmonic.engine import raw_ics
+from femic.reference.harmonic.engine import solve
 from femic.reference.level import Level
 from femic.reference.run_options import RunOptions
 from femic.reference.solid import pardiso
@@ -89,7 +89,7 @@ def growth_rows() -> Iterator[list[object]]:
     request = jobs(load_scene("geometry1"))["lower"].request(Level())
     for cells, domain in ((1.0, 1.0), (0.7, 1.0), (0.5, 1.0), (0.35, 1.0), (1.0, 4.0), (1.0, 16.0)):
         body = replace(request.body, domain=request.body.domain.scaled(domain))
-        cost = raw_ics(replace(request, cells=request.cells.scaled(cells), body=body), workers=2).cost
+        cost = solve(replace(request, cells=request.cells.scaled(cells), body=body), workers=2).cost
         wavenumbers, seconds = int(cost.solver.split()[1]), f"{sum(cost.seconds.values()):.1f}"
         per_wave = f"{1000 * cost.seconds['solution'] / wavenumbers:.0f}"
         yield [f"{cells:g}", f"{domain:g}", f"{cost.unknowns:,}", wavenumbers, seconds, per_wave]
