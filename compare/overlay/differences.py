@@ -44,7 +44,7 @@ def differences(overlay: Overlay) -> Iterator[Difference]:
 
 
 def _settings(result: SceneResults) -> dict[str, Any]:
-    """Values of all keys of a scene by dotted name, and of "computed with ..." for its code and versions."""
+    """Return all keys of a scene by dotted name, and "computed with ..." for its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]
     file_names = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
@@ -73,7 +73,7 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _meanings() -> dict[str, str]:
-    """The descriptions of the scene file's keys, without keys whose description depends on the table."""
+    """Return descriptions of the scene file's keys, without keys whose description depends on the table."""
     descriptions: dict[str, set[str]] = {}
     for section in tables():
         for key, field in section.model_fields.items():

@@ -6,10 +6,10 @@ import pytest
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
+from compare.frontier.advice import AS_CHEAP, cheapest
 from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset as ics_dataset
 from femic.cache.store import Store
-from femic.campaigns.results.advice import AS_CHEAP, cheapest
 from femic.campaigns.results.contact import DISTANCES, END_OF_CURVE
 from femic.campaigns.results.registry import KINDS
 from femic.reference.level import Level
