@@ -35,7 +35,7 @@ class Bounded:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class PressureSolution:
     """Pressures and gaps, shape (n_x, n_s), the approach, and how they were found.
 
     `error` is the largest estimated error of a pressure as a share of the largest pressure.
@@ -56,7 +56,7 @@ def pressures(
     approach: float | None = None,
     start: Array | None = None,
     tolerance: float = TOLERANCE,
-) -> Solution:
+) -> PressureSolution:
     """Solve for a given load, the sum of c p [MPa], or for a given approach [mm].
 
     `start` are pressures to begin with. Raises Failure where S is not positive for the pressures in question,
@@ -74,7 +74,7 @@ def pressures(
         z = state.inverted(residual, active)
         error = _share(z, state.p)
         if error <= tolerance:
-            return Solution(state.p, gap, state.approach, iteration, state.products, error)
+            return PressureSolution(state.p, gap, state.approach, iteration, state.products, error)
         beta = 0.0
         if np.array_equal(active, last_active):
             beta = max(0.0, _dot(z, residual - last_residual) / _dot(last_z, last_residual))

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
 from femic.contact.block_mean import block_mean
-from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, Solution, pressures
+from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, PressureSolution, pressures
 from femic.contact.edges import MARGIN, Extent, extents, near_ends
 from femic.contact.error_floors import SlipState
 from femic.contact.loading import Loading
@@ -112,7 +112,7 @@ class NormalContact:
     """
 
     problem: NormalProblem
-    solution: Solution
+    solution: PressureSolution
     coarser: "NormalContact | None"
 
     @property

@@ -20,7 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
+from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
 from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
 from femic.contact.loading import Loading
@@ -46,7 +46,7 @@ class RollingProblem:
     """A contact with friction, and where its wheel rolls."""
 
     problem: FrictionalProblem
-    rolling: Rolling
+    rolling: RollingKinematics
     order: int = 2
 
     def contact(

@@ -17,7 +17,13 @@ import numpy as np
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.contact.finite_elements.levels import Bodies, Level, ZoneTooSmall, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import (
+    Bodies,
+    MeshedContact,
+    ZoneTooSmall,
+    meshes_of,
+    solved,
+)
 from femic.reference.models import peak_memory
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -85,29 +91,29 @@ def fe_contact(
         raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
     require_enough(cells)
     start = perf_counter()
-    rough = _found(bodies, load, expected or hertz_patch(bodies, load))
-    found = perf_counter()
+    rough = _on_rough_meshes(bodies, load, expected or hertz_patch(bodies, load))
+    patch_seconds = perf_counter() - start
     coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
     fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
-    return _contact_of(fine, coarse, found - start)
+    return _contact_of(fine, coarse, patch_seconds)
 
 
-def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
+def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers:
     """The numbers of a contact on one pair of meshes; of a `patch` where gaps do not tell its edges."""
-    patch = patch or Expected(level.a, level.s_range)
+    patch = patch or Expected(contact.a, contact.s_range)
     return Numbers(
         patch.a,
         patch.b,
-        float(np.ptp(level.bodies.lower.contour.inclination(np.array(patch.s)))),
-        float(level.p.max()),
-        level.solution.state.approach,
-        level.lateral_force,
-        level.moment,
-        level.centre_of_pressure,
+        float(np.ptp(contact.bodies.lower.contour.inclination(np.array(patch.s)))),
+        float(contact.p.max()),
+        contact.solution.state.approach,
+        contact.lateral_force,
+        contact.moment,
+        contact.centre_of_pressure,
     )
 
 
-def estimates(fine: Level, coarse: Level) -> Numbers:
+def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
     """Estimates of the errors of the numbers on the finer of two pairs of meshes."""
     numbers = numbers_of(fine)
     try:
@@ -116,7 +122,7 @@ def estimates(fine: Level, coarse: Level) -> Numbers:
         return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
 
 
-def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContact:
+def _contact_of(fine: MeshedContact, coarse: MeshedContact, patch_seconds: float) -> FEContact:
     """The result of the finest meshes, with estimates from coarser ones."""
     solution = fine.solution
     return FEContact(
@@ -134,24 +140,24 @@ def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContac
         (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
         solution.steps,
         solution.iterations,
-        {"patch": seconds_of_patch, "coarse": coarse.seconds, "fine": fine.seconds},
+        {"patch": patch_seconds, "coarse": coarse.seconds, "fine": fine.seconds},
         peak_memory(),
     )
 
 
-def _found(bodies: Bodies, load: float, expected: Expected) -> Level:
+def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedContact:
     """The contact on rough meshes made for its own patch."""
-    level = None
+    contact = None
     for _ in range(MOST_TRIES):
         try:
-            level = solved(bodies, meshes_of(bodies, expected, ROUGH), load, level)
+            contact = solved(bodies, meshes_of(bodies, expected, ROUGH), load, contact)
         except ZoneTooSmall:
             expected = _within(bodies, _enlarged(expected))
             continue
-        found = level.patch
-        if max(abs(np.log(found.a / expected.a)), abs(np.log(found.b / expected.b))) < NEAR_ENOUGH:
-            return level
-        expected = found
+        patch = contact.patch
+        if max(abs(np.log(patch.a / expected.a)), abs(np.log(patch.b / expected.b))) < NEAR_ENOUGH:
+            return contact
+        expected = patch
     raise Failure(f"contact under {load:g} N: no patch found that its meshes fit; give `expected`")
 
 

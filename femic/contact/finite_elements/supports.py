@@ -6,7 +6,7 @@ clamped. A body without end along x is meshed as far as its far arc screens what
 
 from dataclasses import replace
 
-from femic.contact.finite_elements.levels import Bodies
+from femic.contact.finite_elements.meshed_contact import Bodies
 from femic.contact.pairs.c_jobs import job_of
 from femic.contact.pairs.pair_on_grid import undeformed_of
 from femic.contact.specification import ContactProblem

@@ -38,7 +38,7 @@ NAMES = ("longitudinal", "lateral", "spin")
 
 
 @dataclass(frozen=True, eq=False)
-class Rolling:
+class RollingKinematics:
     """Where a wheel of rolling radius `radius` [mm] rolls on a lower contour.
 
     `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; `height` [mm], (n_s,), is that of the

@@ -6,7 +6,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TypeVar
 
-from femic.contact.friction.kinematics import Rolling
+from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
@@ -89,7 +89,7 @@ class PairWithFriction:
         undeformed, strips = on_grid.undeformed, on_grid.grid.strips
         height = undeformed.upper_height(strips)
         contour, radius = undeformed.lower.contour, undeformed.upper.rolling_radius
-        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
+        return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
 
 
 def solve_with_friction(

@@ -7,7 +7,7 @@ import numpy as np
 
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
-from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.friction.kinematics import Creepages, RollingKinematics
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
@@ -73,7 +73,7 @@ class RandomContact:
         contour, radius = on_grid.undeformed.lower.contour, on_grid.undeformed.upper.rolling_radius
         strips = on_grid.grid.strips
         height = on_grid.undeformed.upper_height(strips)
-        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
+        return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
 
 
 def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:

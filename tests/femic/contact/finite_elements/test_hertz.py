@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.levels import ZoneTooSmall, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, meshes_of, solved
 from femic.contact.finite_elements.result import numbers_of
 from femic.reference.accuracy import NotConverged
 from tests.femic.contact.finite_elements.ellipse import (

@@ -9,7 +9,7 @@ import pytest
 from skfem import MeshTet
 
 from femic.contact.finite_elements.bodies import Expected, elastic
-from femic.contact.finite_elements.levels import Bodies, Meshes, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel
 from femic.reference.solid.mesh import curved

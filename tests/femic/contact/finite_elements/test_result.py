@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.levels import Bodies
+from femic.contact.finite_elements.meshed_contact import Bodies
 from femic.contact.finite_elements.result import READING, estimates, fe_contact, hertz_patch
 from geometries.errors import Failure, WrongInput
 from tests.femic.contact.finite_elements.ellipse import HERTZ, LOAD, bodies

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.levels import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
 from femic.reference.discount import FZ
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.job import Settings
