@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from femic.contact.exact.hertz import combined_modulus
+from femic.contact.exact.hertz import combined_modulus, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -77,8 +77,7 @@ class PinInHole:
 
     def half_angle(self, load: float) -> float:
         """Half of the angle [rad] of the contact under a load per length [N/mm]."""
-        if not 0 < load < np.inf:
-            raise WrongInput(f"load = {load!r}: must be positive and finite [N/mm]")
+        require_positive("load", load)
         target = np.pi * self.modulus * self.clearance / load
 
         def excess(half_angle: float) -> float:

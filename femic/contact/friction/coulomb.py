@@ -15,13 +15,14 @@ Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SI
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from femic.contact.friction.centred import Linear
 from femic.contact.friction.force_limit import require_attainable
 from femic.contact.friction.leading_edge import LeadingEdge
+from femic.contact.friction.motion import Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
@@ -35,20 +36,6 @@ LOOSEST = 0.1  # relative residual of the linear equations
 OF_FULL_STICK = 1e-6  # the same for full stick, which may be far from a first guess
 MOST_VECTORS = 80  # of GMRES
 SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
-
-Linear = Callable[[Array], Array]
-
-
-class Places(Protocol):
-    """Where slip is known, and where friction opposes it."""
-
-    def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements, shape (n_x, n_s, 2)."""
-        ...
-
-    def derivative_at_elements(self, slip: Array) -> Linear:
-        """The derivative of it at a slip: a linear function of changes of this."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +55,7 @@ class Coulomb:
     """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
 
     `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements. Friction
-    opposes the slip at the centres of elements, which `places` finds from s; it vanishes where s does.
+    opposes the slip at the centres of elements, which `motion` finds from s; it vanishes where s does.
     """
 
     compliance: Linear
@@ -76,7 +63,7 @@ class Coulomb:
     rigid: Array
     bound: Array
     edge: LeadingEdge
-    places: Places
+    motion: Motion
     free: FreeAmplitudes | None = None
 
 
@@ -230,7 +217,7 @@ class _Newton:
         """The state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
-        centred = self.problem.places.at_elements(slip)
+        centred = self.problem.motion.at_elements(slip)
         trial = q - self.scale * centred[self.mask]
         length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
         stick, direction = length[:, 0] <= self.g[:, 0], trial / length
@@ -274,7 +261,7 @@ class _Newton:
         """The solution of the linear equations."""
         m, k = len(state.q), len(state.c)
         weak = np.where(state.stick[:, None], 0.0, state.share)
-        at_elements = self.problem.places.derivative_at_elements(state.slip)
+        at_elements = self.problem.motion.derivative_at_elements(state.slip)
 
         def of_elements(q: Array, slip: Array) -> Array:
             """The derivative of the law by tractions and slip."""

@@ -7,7 +7,7 @@ from femic.contact.edges import MARGIN
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import contact_size
-from femic.contact.pairs.given_ics import NONE_GIVEN, NormalICs, approximations_of, given_of
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
@@ -39,7 +39,7 @@ def grids_of(
         return [(_common_grid(own), loadings)]
     if not specification.automatic:
         return [(problem.grid, loadings)]
-    sizing, variants = sizing_of(problem), approximations_of(specification.ics, given)
+    sizing, variants = sizing_of(problem), [name for name in specification.ics if name != C]
     if specification.friction:
         largest = loadings[-1:]
         grid = sizing.grid([contact_size(sizing.bodies, largest[0])])

@@ -6,7 +6,7 @@ are large and of opposite signs, and normals at equal arc lengths are not parall
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,11 +34,6 @@ class BodyICs:
 
     ics: Array
     approach: float = 0.0
-
-    @property
-    def reciprocal(self) -> "BodyICs":
-        """The same with the mean of C(I, J) and C(J, I)^T."""
-        return replace(self, ics=reciprocal(self.ics))
 
 
 def c_of_bodies(

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import TypeVar
 
 from femic.contact.friction.kinematics import RollingKinematics
@@ -12,7 +11,7 @@ from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
-from femic.contact.pairs.given_ics import C, GivenICs
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, GivenICs, given_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.rolling import RollingProblem
@@ -21,7 +20,6 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
 
 Outcome = TypeVar("Outcome")
-NONE_WITH_FRICTION: Mapping[str, GivenICs] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,13 +94,13 @@ def solve_with_friction(
     problem: ContactProblem,
     solve: Callable[[PairWithFriction], Outcome],
     options: RunOptions = DEFAULT,
-    given: Mapping[str, GivenICs] = NONE_WITH_FRICTION,
+    given: Mapping[str, GivenICs] = NONE_GIVEN,
 ) -> Outcome:
     """Return the solution of `solve` on a grid that fits the largest load, made longer where needed.
 
     `given` are ICs of the caller by name; with some of them among those of the problem, the grid is theirs.
     """
-    own = {name: given[name] for name in problem.specification.ics if name in given}
+    own = given_of(problem.specification.ics, given)
     ((grid, loadings),) = grids_of(problem, own)
 
     def solve_on(on_grid: PairOnGrid) -> Outcome:

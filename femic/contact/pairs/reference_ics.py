@@ -1,7 +1,7 @@
 """C of both bodies on a grid as operators of contact, with its quality; approximations as operators."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -80,7 +80,7 @@ def full_reference_ics(
         GridOperator.of(ics),
         GridOperator.of(ics + estimate),
         float(np.max(estimate)) / float(np.max(np.abs(ics[..., N, N]))),
-        max((Asymmetry.of(body.ics) for body in bodies.values()), key=lambda one: one.share),
+        max((Asymmetry.of(body.ics) for body in bodies.values()), key=lambda asymmetry: asymmetry.share),
         eigenvalue,
         perf_counter() - start,
     )
@@ -114,4 +114,4 @@ def pair_operator(
 
 
 def _each_reciprocal(bodies: Mapping[str, BodyICs]) -> dict[str, BodyICs]:
-    return {name: body.reciprocal for name, body in bodies.items()}
+    return {name: replace(body, ics=reciprocal(body.ics)) for name, body in bodies.items()}
