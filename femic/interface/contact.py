@@ -1,7 +1,7 @@
 """Contact of a pair with any ICs: without friction, in steady or transient rolling, and in compression."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.specification import FrictionSpecification
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, grid_table, name_of
+from femic.interface.matrices import grid_of, name_of
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
 from femic.scenes.checks import misfits
@@ -137,7 +137,7 @@ class ContactSetup:
             contact["gap"] = self.gap
         if self.grid is None:
             return {"contact": contact}
-        return {"contact": contact | {"grid": "scene"}, "grid": grid_table(self.grid)}
+        return {"contact": contact | {"grid": "scene"}, "grid": asdict(self.grid)}
 
 
 AUTOMATIC = ContactSetup()
