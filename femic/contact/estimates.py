@@ -170,14 +170,13 @@ def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Sca
         for group in {kind.group for kind in kinds.values()}
     }
     return {
-        name: float(np.max([shares[name] * kind.own, *_of_related(kind, largest)]))
+        name: float(
+            np.max(
+                [shares[name] * kind.own] + [part * largest.get(group, 0.0) for group, part in kind.related]
+            )
+        )
         for name, kind in kinds.items()
     }
-
-
-def _of_related(kind: Kind, largest: Mapping[str, float]) -> list[float]:
-    """What counts of the largest changes of groups."""
-    return [part * largest.get(group, 0.0) for group, part in kind.related]
 
 
 def _share(error: float, scale: float) -> float:

@@ -40,11 +40,6 @@ def in_global_axes(tractions: Array, sin: Array, cos: Array) -> tuple[Array, Arr
     return p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
 
 
-def of_pressures(p: Array, contour: Contour, x: Array, s: Array, area: float) -> Resultant:
-    """The resultant of pressures (n_x, n_s) [MPa] alone, as of `resultant`."""
-    return resultant(p[..., None] * [0.0, 0.0, 1.0], contour, x, s, area)
-
-
 def centre_of_pressure(p: Array, s: Array) -> float:
     """The mean arc length [mm] of pressures (n_x, n_s) [MPa] on strips at s (n_s,)."""
     return float(np.sum(p * s) / np.sum(p))

@@ -79,7 +79,6 @@ class Tangential:
     stick: Mask
     amplitudes: Array
     residuals: Sequence[float]
-    products: int
 
 
 def tractions(
@@ -115,10 +114,6 @@ def _idle(residuals: Sequence[float]) -> bool:
     return bool(before) and min(last) > min(before)
 
 
-class _Counter:
-    products = 0
-
-
 @dataclass(frozen=True, eq=False)
 class _State:
     """Tractions q (m, 2) of the free elements and amplitudes c, and the residuals of the law."""
@@ -147,7 +142,6 @@ class _Newton:
     mask: Mask  # free elements
     g: Array  # their bounds, (m, 1)
     scale: float  # r
-    counter: _Counter
 
     @classmethod
     def of(cls, problem: Coulomb, scale: float) -> "_Newton":
@@ -156,7 +150,7 @@ class _Newton:
         middle = n_x // 2, n_s // 2
         unit[middle] = 1.0
         own = float(np.mean(problem.compliance(unit)[middle]))
-        return cls(problem, mask, problem.bound[mask][:, None], scale / own, _Counter())
+        return cls(problem, mask, problem.bound[mask][:, None], scale / own)
 
     def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
         """Tractions and amplitudes to begin with."""
@@ -188,8 +182,7 @@ class _Newton:
             residuals.append(state.largest)
             if state.largest <= tolerance:
                 stick = self.everywhere(state.stick)
-                p, products = self.spread(state.q), self.counter.products
-                return Tangential(p, state.centred, stick, state.c, residuals, products)
+                return Tangential(self.spread(state.q), state.centred, stick, state.c, residuals)
             state = self.next(state, tolerance)
         return None
 
@@ -208,7 +201,6 @@ class _Newton:
 
     def slip(self, q: Array, c: Array) -> Array:
         """L p + B c, shape (n_x, n_s, 2)."""
-        self.counter.products += 1
         of_tractions = self.problem.compliance(self.spread(q))
         free = self.problem.free
         return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)

@@ -14,7 +14,7 @@ from femic.contact.estimates import Numbers
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.body_ics import ALL, NORMAL
 from femic.contact.pairs.c_jobs import c_jobs
-from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact
+from femic.contact.pairs.frictionless import FrictionlessContacts
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -55,29 +55,19 @@ def changed_supports(
     C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
     hardly matter where it is.
     """
-    largest = _largest_with_c(contacts)
-    if largest is None or not contacts.problem.specification.supports:
-        return {}
-    return dict(_changed(contacts.problem, largest, options))
-
-
-def _largest_with_c(contacts: FrictionlessContacts) -> SolvedContact | None:
     with_c = [contact for (_, ics), contact in contacts.contacts.items() if ics == C]
-    return max(with_c, key=lambda contact: contact.normal.load, default=None)
-
-
-def _changed(
-    problem: ContactProblem, solved: SolvedContact, options: RunOptions
-) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield what is other about the supports, and the numbers with it."""
-    for supports in other_supports(problem, solved.on_grid, options):
-        operator = supports.operator(solved.on_grid, friction=False)
+    if not with_c or not contacts.problem.specification.supports:
+        return {}
+    largest, rows = max(with_c, key=lambda contact: contact.normal.load), {}
+    for supports in other_supports(contacts.problem, largest.on_grid, options):
+        operator = supports.operator(largest.on_grid, friction=False)
         try:
-            contact = solved.on_grid.solve(operator, solved.loading)
+            contact = largest.on_grid.solve(operator, largest.loading)
         except Failure as failure:
             options.watch.on_stage(f"  left out, {supports.name}: {failure}")
             continue
-        yield supports.name, numbers(contact.on_grid, contact.normal)
+        rows[supports.name] = numbers(contact.on_grid, contact.normal)
+    return rows
 
 
 def changed_supports_with_friction(

@@ -201,7 +201,6 @@ def test_the_start_does_not_matter_but_saves_steps(motion):
     np.testing.assert_allclose(other.p, cold.p, atol=1e-7 * problem.bound.max())
     again = coulomb.tractions(problem, start=cold.p, tolerance=1e-9)
     assert len(again.residuals) == 1 < len(cold.residuals)
-    assert 0 < again.products < cold.products
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
