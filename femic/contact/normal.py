@@ -207,11 +207,10 @@ def solve(
     start: Array | None = None,
     tolerance: float = TOLERANCE,
 ) -> NormalContact:
-    """The contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
+    """Return the contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
 
-    Raises WrongInput as `Loading`, and Failure as
-    `bounded.pressures` does and where the contact comes closer than `MARGIN` elements to an end of the grid,
-    with the ends named.
+    Raises WrongInput as `Loading`, and Failure as `bound_constrained.pressures` does and where the contact
+    comes closer than `MARGIN` elements to an end of the grid, with the ends named.
     """
     loading = Loading(load, approach)
     contact = _solved(problem, load, approach, start, tolerance)

@@ -58,7 +58,7 @@ class RollingProblem:
         start: FrictionalContact | None = None,
         tolerance: float = TOLERANCE,
     ) -> RollingContact:
-        """The contact in steady rolling.
+        """Return the contact in steady rolling.
 
         `forces` [N, for spin N mm] are prescribed forces on the upper body by the names of the creepages that
         follow from them: longitudinal for F_x, lateral for F_y, spin for M_z about the contact centre. The

@@ -48,7 +48,7 @@ class TractiveRolling:
 
     @classmethod
     def at_force(cls, surfaces: LineContact, load: float, friction: float, force: float) -> Self:
-        """The rolling that goes with a tangential force per length [N/mm] on the upper body.
+        """Return the rolling that goes with a tangential force per length [N/mm] on the upper body.
 
         Raises WrongInput for a force of friction load or more: no or any creepage beyond goes with it.
         """

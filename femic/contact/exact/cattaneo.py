@@ -145,7 +145,7 @@ class ShiftedLine:
 
 
 def _sticking(friction: float, force: float, load: float) -> float:
-    """The share of friction load that a force leaves."""
+    """Return the share of friction load that a force leaves."""
     return 1 - abs(force) / (friction * load)
 
 

@@ -68,7 +68,7 @@ class StickingLine:
         return float(1 / (1 - 2 * epsilon * integral))
 
     def half_width(self, load: float) -> float:
-        """Half of the width [mm] of the contact under a load per length [N/mm]."""
+        """Return half of the width [mm] of the contact under a load per length [N/mm]."""
         return self.surfaces.half_width(load / self.load_ratio)
 
     def tractions(self, load: float, s: ArrayLike) -> tuple[Array, Array]:
@@ -125,7 +125,7 @@ class StickingPoint:
         return float((3 * load / (4 * self.modulus * self.curvature * self.load_ratio)) ** (1 / 3))
 
     def approach(self, load: float) -> float:
-        """How much nearer distant points of the two bodies come [mm] under a load [N]."""
+        """Return how much nearer distant points of the two bodies come [mm] under a load [N]."""
         return self.curvature * self.radius(load) ** 2 * self.approach_ratio
 
     def tractions(self, load: float, r: ArrayLike) -> tuple[Array, Array]:

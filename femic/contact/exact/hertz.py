@@ -38,14 +38,14 @@ class PointContact:
             require_positive(name, getattr(self, name))
 
     def at_load(self, load: float) -> "LoadedPoint":
-        """The contact under a load [N]."""
+        """Return the contact under a load [N]."""
         require_positive("load", load)
         slender, integral = self.slenderness, elliprd(0, self.slenderness**2, 1)
         a = (load * integral / (np.pi * self.modulus * self.curvature_x)) ** (1 / 3)
         return LoadedPoint(self, load, float(a), float(slender * a))
 
     def at_approach(self, approach: float) -> "LoadedPoint":
-        """The contact at an approach [mm]: it grows as load^(2/3)."""
+        """Return the contact at an approach [mm]: it grows as load^(2/3)."""
         require_positive("approach", approach)
         return self.at_load((approach / self.at_load(1.0).approach) ** 1.5)
 
@@ -110,12 +110,12 @@ class LineContact:
         require_positive("modulus", self.modulus)
 
     def half_width(self, load: float) -> float:
-        """Half of the width [mm] of the contact under a load per length [N/mm]."""
+        """Return half of the width [mm] of the contact under a load per length [N/mm]."""
         require_positive("load", load)
         return float(np.sqrt(4 * load / (np.pi * self.modulus * self.curvature)))
 
     def p_max(self, load: float) -> float:
-        """Largest pressure [MPa] under a load per length [N/mm]."""
+        """Return largest pressure [MPa] under a load per length [N/mm]."""
         return 2 * load / (np.pi * self.half_width(load))
 
     def pressure(self, load: float, s: ArrayLike) -> Array:

@@ -76,7 +76,7 @@ class PinInHole:
         return float(brentq(self._clearance_ratio, 0.5, np.pi - 1e-3, xtol=1e-14))
 
     def half_angle(self, load: float) -> float:
-        """Half of the angle [rad] of the contact under a load per length [N/mm]."""
+        """Return half of the angle [rad] of the contact under a load per length [N/mm]."""
         require_positive("load", load)
         target = np.pi * self.modulus * self.clearance / load
 

@@ -32,7 +32,7 @@ class ActiveSetSolution:
 
 
 def solve_active_set(pair: CoupledBodies, load: float, active: Mask, start: State) -> ActiveSetSolution:
-    """The contact under a load [N] on the model, from a first guess of the vertices in contact.
+    """Return the contact under a load [N] on the model, from a first guess of the vertices in contact.
 
     Raises NotConverged where the area still changes after `MOST_STEPS` steps.
     """

@@ -120,7 +120,7 @@ class MeshedContact:
         return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
 
     def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
-        """Where the patch ends along a coordinate, from gaps beyond a joint only if there are no others."""
+        """Return where the patch ends, by gaps beyond a joint only if there are no others."""
         smooth, gap = self._on_smooth_surfaces, self.gap
         try:
             return extent.end(along[smooth], across[smooth], gap[smooth], self.spacing, symmetric=symmetric)
@@ -189,7 +189,7 @@ class MeshedContact:
         return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
 
     def pressed_at(self, x: Array, s: Array) -> Mask:
-        """Whether pressures are positive at points (n,), from linear interpolation."""
+        """Return whether pressures are positive at points (n,), from linear interpolation."""
         return np.asarray(
             LinearNDInterpolator(np.stack([self.zone.x, self.zone.s], 1), self.p, 0.0)(x, s) > 0
         )
@@ -207,7 +207,7 @@ def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
 
 
 def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
-    """The patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
+    """Return the patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
     ends = np.stack([np.zeros(2), patch.s])
     distance = undeformed.distance(*ends)
     if not np.all(np.isfinite(distance)):
@@ -218,7 +218,7 @@ def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
 
 
 def solved(bodies: Bodies, meshes: Meshes, load: float, before: MeshedContact | None = None) -> MeshedContact:
-    """The contact under a load [N] on some meshes; `before` is a coarser one to begin with.
+    """Return the contact under a load [N] on some meshes; `before` is a coarser one to begin with.
 
     Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and
     `solve_active_set` do.
@@ -242,7 +242,7 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: MeshedContact | 
 
 
 def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
-    """Where the surfaces may touch: on the range of arc lengths given, and the upper one is opposite."""
+    """Return where surfaces may touch: on the given arc lengths, opposite the upper surface."""
     low, high = bodies.s_range
     within = (s >= low) & (s <= high)
     within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))

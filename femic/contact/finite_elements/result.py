@@ -49,7 +49,7 @@ class Numbers:
     s_centre: float  # centre of pressure along s
 
     def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
-        """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
+        """Return estimates of the errors from coarser numbers and from the reading of an edge [mm]."""
         a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
         return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
 
@@ -82,7 +82,7 @@ class FEContact:
 def fe_contact(
     bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
 ) -> FEContact:
-    """The frictionless contact of two bodies under a vertical load [N].
+    """Return the frictionless contact of two bodies under a vertical load [N].
 
     `expected` is a guess of the patch, Hertz's by default. Raises WrongInput for a load that is not positive
     and too few cells, and Failure where a mesh or the contact fails.
@@ -99,7 +99,7 @@ def fe_contact(
 
 
 def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers:
-    """The numbers of a contact on one pair of meshes; of a `patch` where gaps do not tell its edges."""
+    """Return the numbers of a contact; with a `patch` where gaps do not tell its edges."""
     patch = patch or Expected(contact.a, contact.s_range)
     return Numbers(
         patch.a,
@@ -114,7 +114,7 @@ def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers
 
 
 def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
-    """Estimates of the errors of the numbers on the finer of two pairs of meshes."""
+    """Return estimates of the errors of the numbers on the finer of two pairs of meshes."""
     numbers = numbers_of(fine)
     try:
         return numbers.estimate(numbers_of(coarse), READING * fine.spacing)
@@ -123,7 +123,7 @@ def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
 
 
 def _contact_of(fine: MeshedContact, coarse: MeshedContact, patch_seconds: float) -> FEContact:
-    """The result of the finest meshes, with estimates from coarser ones."""
+    """Return the result of the finest meshes, with estimates from coarser ones."""
     solution = fine.solution
     return FEContact(
         fine.zone.x,
@@ -146,7 +146,7 @@ def _contact_of(fine: MeshedContact, coarse: MeshedContact, patch_seconds: float
 
 
 def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedContact:
-    """The contact on rough meshes made for its own patch."""
+    """Return the contact on rough meshes made for its own patch."""
     contact = None
     for _ in range(MOST_TRIES):
         try:
@@ -162,19 +162,19 @@ def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedC
 
 
 def _enlarged(patch: Expected) -> Expected:
-    """A patch that is `GROWTH` times as large."""
+    """Return a patch that is `GROWTH` times as large."""
     middle = sum(patch.s) / 2
     return Expected(GROWTH * patch.a, (middle - GROWTH * patch.b, middle + GROWTH * patch.b))
 
 
 def _within(bodies: Bodies, patch: Expected) -> Expected:
-    """The part of a patch that lies where the bodies may touch."""
+    """Return the part of a patch that lies where the bodies may touch."""
     low, high = bodies.s_range
     return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
 
 
 def hertz_patch(bodies: Bodies, load: float) -> Expected:
-    """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
+    """Return the patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
     touching = bodies.undeformed.touching[0]
     step = 1e-3 * (bodies.s_range[1] - bodies.s_range[0])
     before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))

@@ -37,7 +37,7 @@ class State:
     approach: float
 
     def vector(self, active: Mask) -> Array:
-        """The unknowns of a linear problem."""
+        """Return the unknowns of a linear problem."""
         return np.concatenate([self.u_lower, self.u_upper, self.p[active], [self.approach]])
 
 
@@ -62,7 +62,7 @@ class CoupledBodies:
 
 
 def coupled_bodies(lower: Elastic, upper: Elastic, coupling: Coupling) -> CoupledBodies:
-    """Two coupled bodies, ready to be solved."""
+    """Return two coupled bodies, ready to be solved."""
     materials = lower.solid.body.material, upper.solid.body.material
     return CoupledBodies(lower, upper, coupling, _roughness(coupling, materials))
 
@@ -82,7 +82,7 @@ def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Arra
 def solve(
     pair: CoupledBodies, active: Mask, load: float, start: State, tolerance: float
 ) -> tuple[State, int]:
-    """The state with contact at the `active` vertices under a load [N] on the model; number of iterations.
+    """Return the state in contact at `active` vertices under a load [N], and the number of iterations.
 
     `tolerance` bounds the residual over the right-hand side, both in the norm of the preconditioner, which
     is about that of energy. Raises NotConverged where it is not met in `MOST_ITERATIONS` iterations.
@@ -113,12 +113,12 @@ def solve(
 
 
 def _size(preconditioner: LinearOperator, residual: Array) -> float:
-    """The norm of a residual."""
+    """Return the norm of a residual."""
     return float(np.sqrt(residual @ preconditioner.matvec(residual)))
 
 
 def _unsolved(reached: float, tolerance: float) -> str:
-    """The message of a linear problem that is not solved."""
+    """Return the message of a linear problem that is not solved."""
     return (
         f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} iterations, "
         f"{tolerance:.0e} specified. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
@@ -127,7 +127,7 @@ def _unsolved(reached: float, tolerance: float) -> str:
 
 
 def _state(pair: CoupledBodies, active: Mask, vector: Array) -> State:
-    """The state that unknowns stand for."""
+    """Return the state that unknowns stand for."""
     u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
     p = np.zeros(len(active))
     p[active] = p_active
@@ -135,12 +135,12 @@ def _state(pair: CoupledBodies, active: Mask, vector: Array) -> State:
 
 
 def _ends(pair: CoupledBodies, active: Mask) -> Array:
-    """Where the parts of the unknowns end, but for the last."""
+    """Return where the parts of the unknowns end, but for the last."""
     return np.cumsum([pair.lower.unknowns, pair.upper.unknowns, np.count_nonzero(active)])
 
 
 def _operators(pair: CoupledBodies, active: Mask) -> tuple[LinearOperator, LinearOperator]:
-    """The matrix of the linear problem, and its preconditioner."""
+    """Return the matrix of the linear problem, and its preconditioner."""
     lower, upper, ends = pair.lower, pair.upper, _ends(pair, active)
     B_l, B_u, c = pair.coupling.lower[active], pair.coupling.upper[active], pair.coupling.c[active]
     B_l_T, B_u_T = B_l.T.tocsr(), B_u.T.tocsr()

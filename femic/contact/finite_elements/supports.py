@@ -20,7 +20,7 @@ LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def meshed_bodies(problem: ContactProblem) -> Bodies:
-    """The bodies in their places, with the supports that C has, and ends that do not matter."""
+    """Return the bodies in their places, with the supports that C has, and ends that do not matter."""
     undeformed, radius = undeformed_of(problem), problem.support_radius
     lower, upper = (
         replace(problem.bodies[name], domain=Domain(radius, LENGTH * radius)) for name in ("lower", "upper")

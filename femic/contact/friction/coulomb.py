@@ -109,7 +109,7 @@ def tractions(
 
 
 def _idle(residuals: Sequence[float]) -> bool:
-    """Whether the last residuals are all larger than one before."""
+    """Return whether the last residuals are all larger than one before."""
     before, last = residuals[:-MOST_IDLE_STEPS], residuals[-MOST_IDLE_STEPS:]
     return bool(before) and min(last) > min(before)
 
@@ -153,7 +153,7 @@ class _Newton:
         return cls(problem, mask, problem.bound[mask][:, None], scale / own)
 
     def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
-        """Tractions and amplitudes to begin with."""
+        """Return tractions and amplitudes to begin with."""
         q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
         k = 0 if self.problem.free is None else len(self.problem.free.targets)
         return q, np.zeros(k) if amplitudes is None else amplitudes
@@ -176,7 +176,7 @@ class _Newton:
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
 
     def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
-        """The tractions, None where steps do not lead to them; the residuals go to a list."""
+        """Return the tractions, None where steps do not lead to them; the residuals go to a list."""
         before = len(residuals)
         while len(residuals) - before <= MOST_STEPS and not _idle(residuals[before:]):
             residuals.append(state.largest)
@@ -187,14 +187,14 @@ class _Newton:
         return None
 
     def everywhere(self, stick: Mask) -> Mask:
-        """Which elements stick: free ones, and those that follow them, (n_x, n_s)."""
+        """Return which elements stick: free ones, and those that follow them, (n_x, n_s)."""
         of_free = np.zeros(self.mask.shape, bool)
         of_free[self.mask] = stick
         followed = np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
         return np.asarray(followed & (self.problem.bound > 0))
 
     def spread(self, q: Array) -> Array:
-        """Tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
+        """Return tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
         p = np.zeros(self.problem.rigid.shape)
         p[self.mask] = q
         return self.problem.edge.spread(p)
@@ -206,7 +206,7 @@ class _Newton:
         return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
 
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
-        """The state of tractions and amplitudes."""
+        """Return the state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
         centred = self.problem.motion.at_elements(slip)
@@ -239,7 +239,7 @@ class _Newton:
         return np.asarray(np.sum(np.abs(free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
 
     def next(self, state: _State, tolerance: float) -> _State:
-        """The state after a step."""
+        """Return the state after a step."""
         dq, dc = self.step(state, tolerance)
         change = self.slip(dq, dc)
         share = 1.0
@@ -250,13 +250,13 @@ class _Newton:
             share /= 2
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
-        """The solution of the linear equations."""
+        """Return the solution of the linear equations."""
         m, k = len(state.q), len(state.c)
         weak = np.where(state.stick[:, None], 0.0, state.share)
         at_elements = self.problem.motion.derivative_at_elements(state.slip)
 
         def of_elements(q: Array, slip: Array) -> Array:
-            """The derivative of the law by tractions and slip."""
+            """Return the derivative of the law by tractions and slip."""
             moved = q - self.scale * at_elements(slip)[self.mask]
             across = moved - state.direction * np.sum(state.direction * moved, axis=1, keepdims=True)
             return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)

@@ -72,5 +72,5 @@ class RollingKinematics:
         return self.rigid_velocity(creepages)[..., :N]
 
     def per_creepage(self, name: str) -> Array:
-        """The rigid slip that a creepage of 1 adds, shape (n_x, n_s, 2): it is linear in each of them."""
+        """Return the rigid slip that a creepage of 1 adds, (n_x, n_s, 2): it is linear in each."""
         return self.rigid_slip(Creepages(**{name: 1.0})) - self.rigid_slip(Creepages())

@@ -20,7 +20,7 @@ Outcome = TypeVar("Outcome")
 
 
 def sizing_of(problem: ContactProblem) -> Sizing:
-    """The sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
+    """Return the sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
     bodies, elements = pair_on_grid(problem, problem.grid), problem.specification.elements
     return Sizing(bodies, elements, COARSE_MARGIN if problem.specification.friction else MARGIN + 1)
 
@@ -28,7 +28,7 @@ def sizing_of(problem: ContactProblem) -> Sizing:
 def grids_of(
     problem: ContactProblem, given: Mapping[str, NormalICs] = NONE_GIVEN
 ) -> list[tuple[Grid, list[Loading]]]:
-    """The grids of a problem and the loadings on each: the given one, or automatic ones.
+    """Return the grids of a problem and the loadings on each: the given one, or automatic ones.
 
     ICs that are given have a grid of their own, on which all is solved. With friction there is one grid, of
     the largest load, which the steps to it share. Raises WrongInput where given ICs have different grids, and

@@ -113,7 +113,7 @@ class _Solver:
     def on_grid(
         self, on_grid: PairOnGrid
     ) -> tuple[dict[tuple[Loading, str], SolvedContact], ReferenceICs | None]:
-        """The contacts with all ICs on a grid, and C on it."""
+        """Return the contacts with all ICs on a grid, and C on it."""
         grid, reference = on_grid.grid, None
         self.options.watch.on_stage(
             f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
@@ -141,7 +141,7 @@ class _Solver:
     def solved(
         self, on_grid: PairOnGrid, loading: Loading, name: str, operator: Operator, perturbed: Operator | None
     ) -> SolvedContact:
-        """A contact, that with perturbed ICs, and, with the reference's, that of the displaced bodies."""
+        """Solve a contact, also with perturbed ICs, and, with the reference's, of the displaced bodies."""
         start, exact = perf_counter(), self.problem.specification.exact
         contact = on_grid.solve(operator, loading, exact=exact)
         seconds = perf_counter() - start
@@ -153,7 +153,7 @@ class _Solver:
 
 
 def _displaced(on_grid: PairOnGrid, operator: Operator, loading: Loading) -> PairContact | None:
-    """The contact with the exact distance; None where it is larger than the grid, or there is none."""
+    """Return the contact with the exact distance; None where it is larger than the grid, or there is none."""
     try:
         return on_grid.solve(operator, loading, exact=True)
     except Failure:

@@ -27,7 +27,7 @@ class NormalICs(Protocol):
         ...
 
     def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
-        """The ICs of bodies on this grid and their estimated errors [mm/MPa], (n_x, n_s, n_s) each."""
+        """Return the ICs of bodies on this grid and their estimated errors [mm/MPa], (n_x, n_s, n_s) each."""
         ...
 
 
@@ -71,11 +71,11 @@ NONE_GIVEN: Mapping[str, GivenICs] = MappingProxyType({})
 
 
 def given_of(ics: Sequence[str], given: Mapping[str, Given]) -> dict[str, Given]:
-    """The given ICs among those named."""
+    """Return the given ICs among those named."""
     return {name: given[name] for name in ics if name in given}
 
 
 def reference_name(ics: Sequence[str], given: Sequence[str] = ()) -> str:
-    """The ICs that others are compared with: C, or without it given ones, B-hat, or the last."""
+    """Return the ICs that others are compared with: C, or without it given ones, B-hat, or the last."""
     first = (C, *(name for name in ics if name in given), "Bhat")
     return next((name for name in first if name in ics), ics[-1])

@@ -58,19 +58,19 @@ class PairWithFriction:
         return self.problem.specification.loads
 
     def operator(self, name: str) -> FullOperator:
-        """The ICs of a name."""
+        """Return the ICs of a name."""
         if name in self.given:
             return self.given[name].operator
         return self.reference.operator if name == C else approximation(self.on_grid, name)
 
     def perturbed(self, name: str) -> FullOperator | None:
-        """The ICs of a name with their estimated errors added; None where no errors are known."""
+        """Return the ICs of a name with their estimated errors added; None where no errors are known."""
         if name in self.given:
             return self.given[name].perturbed
         return self.reference.perturbed if name == C else None
 
     def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
-        """The contact problem with some ICs and a coefficient of friction."""
+        """Return the contact problem with some ICs and a coefficient of friction."""
         on_grid = self.on_grid
         return FrictionalProblem(
             on_grid.grid,
@@ -82,7 +82,7 @@ class PairWithFriction:
         )
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
-        """The rolling problem of a contact problem, on the grid of this."""
+        """Return the rolling problem of a contact problem, on the grid of this."""
         on_grid = replace(self.on_grid, grid=problem.grid)
         undeformed, strips = on_grid.undeformed, on_grid.grid.strips
         height = undeformed.upper_height(strips)

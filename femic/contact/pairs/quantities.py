@@ -33,7 +33,7 @@ class Quantity:
 
 
 def main_patch(contact: Contact) -> Extent:
-    """The patch with the largest sum of pressures."""
+    """Return the patch with the largest sum of pressures."""
     return max(contact.patches, key=lambda patch: float(np.sum(contact.pressures[patch.elements])))
 
 
@@ -51,13 +51,13 @@ def angle(on_grid: PairOnGrid, contact: Contact) -> float:
 
 
 def half_length(on_grid: PairOnGrid, contact: Contact) -> float:
-    """Half-length of the main patch along x [mm]."""
+    """Return half-length of the main patch along x [mm]."""
     low, high = main_patch(contact).x
     return (high - low) / 2 * on_grid.grid.dx
 
 
 def half_width(on_grid: PairOnGrid, contact: Contact) -> float:
-    """Half-width of the main patch along s, on the arc [mm]."""
+    """Return half-width of the main patch along s, on the arc [mm]."""
     low, high = s_range(on_grid, contact)
     return (high - low) / 2
 
@@ -79,17 +79,17 @@ def _dissipation(on_grid: PairOnGrid, contact: Any) -> float:
 
 
 def _force(axis: int) -> Callable[[PairOnGrid, Contact], float]:
-    """The force [N] on the upper body along a global axis."""
+    """Return the force [N] on the upper body along a global axis."""
     return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[axis])
 
 
 def _moment(axis: int) -> Callable[[PairOnGrid, Contact], float]:
-    """The moment [N mm] on the upper body about a global axis through the contact centre."""
+    """Return the moment [N mm] on the upper body about a global axis through the contact centre."""
     return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[axis])
 
 
 def _own(name: str) -> Callable[[PairOnGrid, Any], float]:
-    """A number that contacts have as an attribute."""
+    """Return a number that contacts have as an attribute."""
     return lambda _, contact: getattr(contact, name)
 
 
@@ -170,7 +170,7 @@ def numbers(
 
 
 def kinds(quantities: Mapping[str, Quantity]) -> dict[str, Kind]:
-    """How the errors of quantities are estimated."""
+    """Return how the errors of quantities are estimated."""
     return {name: quantity.kind for name, quantity in quantities.items()}
 
 
@@ -192,7 +192,7 @@ def _on_grid_of(contact: Contact, on_grid: PairOnGrid) -> PairOnGrid:
 
 
 def _places(on_grid: PairOnGrid) -> Places:
-    """Where the elements are."""
+    """Return where the elements are."""
     contour, strips = on_grid.undeformed.lower.contour, on_grid.grid.strips
     (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
     return Places(on_grid.x, y, z, sin, cos, on_grid.grid.area)

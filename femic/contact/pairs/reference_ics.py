@@ -43,7 +43,7 @@ class ReferenceICs:
 
 
 def approximation(on_grid: PairOnGrid, variant: str) -> FullOperator:
-    """An approximation of the ICs of both bodies on their grid, in the form that is faster there."""
+    """Return an approximation of the ICs of both bodies on their grid, in the form that is faster there."""
     operator = approximate_operator(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
     if variant == FLAT or on_grid.grid.n_s > MOST_DENSE or isinstance(operator, GridOperator):
         return operator
@@ -95,7 +95,7 @@ def normal_ics(
 
 
 def normal_operator(ics: Array) -> GridOperator:
-    """The operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
+    """Return the operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
     return GridOperator.of(reciprocal(ics[..., None, None]), NORMAL)
 
 
@@ -107,7 +107,7 @@ def pair_operator(
     variation: str = "",
     wheel_rolls: bool = False,
 ) -> GridOperator:
-    """The operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
+    """Return the operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
     bodies = bodies_of(references, on_grid.grid, directions, variation)
     total = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
     return GridOperator.of(total, directions)

@@ -50,7 +50,7 @@ class OtherSupports:
 def changed_supports(
     contacts: FrictionlessContacts, options: RunOptions = DEFAULT
 ) -> dict[str, dict[str, float]]:
-    """The numbers of the largest contact with C with other supports, by what is other; empty without C.
+    """Return the numbers of the largest contact with other supports of C, by name; empty without C.
 
     C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
     hardly matter where it is.
@@ -73,7 +73,7 @@ def changed_supports(
 def changed_supports_with_friction(
     pair: PairWithFriction, friction: float
 ) -> dict[str, tuple[float, Numbers]]:
-    """The place and the numbers of one contact with C with other supports, by what is other.
+    """Return the place and the numbers of one contact with C with other supports, by what is other.
 
     It is the `one_point` of the motion; empty where that has none.
     """
@@ -101,7 +101,7 @@ def other_supports(
 
 
 def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
-    """The problem with flatter flanks on both bodies; None where flanks are tangents of given points."""
+    """Return the problem with flatter flanks on both bodies; None for contours through points."""
     if any(np.all(np.isfinite(body.contour.extent)) for body in problem.bodies.values()):
         return None
     bodies = {
@@ -112,7 +112,7 @@ def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
 
 
 def with_flatter_flanks(contour: Contour) -> Contour:
-    """The contour with flanks that begin `FLATTER_DEG` earlier, where its core inclines by as much less."""
+    """Return the contour with flanks that begin earlier, where its core inclines by `FLATTER_DEG` less."""
     s = np.linspace(*contour.limits, SAMPLES)
     delta = contour.inclination(s)
     steepest = np.abs(delta[[0, -1]]) - np.radians(FLATTER_DEG)
