@@ -337,12 +337,10 @@ class _Alternation:
         )
         return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)
 
-    def free(self, p: Array) -> FreeAmplitudes | None:
+    def free(self, p: Array) -> FreeAmplitudes:
         """Return the free amplitudes, and what tangential tractions have to bring about besides pressures."""
         free = self.motion.free
-        if not free:
-            return None
-        weights = np.array([slip.weights for slip in free])
+        weights = np.reshape([slip.weights for slip in free], (-1, *p.shape))
         of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
         targets = np.array([slip.force for slip in free]) - of_pressures
         return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)

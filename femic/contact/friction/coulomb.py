@@ -15,6 +15,7 @@ Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SI
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -42,7 +43,7 @@ SINGULAR = 1e-8  # share of the largest singular value below which amplitudes ch
 class FreeAmplitudes:
     """Amplitudes c of slips `modes`, unknowns like the tractions, with equations `weights` . p = `targets`.
 
-    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,).
+    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,); k may be 0.
     """
 
     modes: Array
@@ -64,7 +65,7 @@ class Coulomb:
     bound: Array
     edge: LeadingEdge
     motion: Motion
-    free: FreeAmplitudes | None = None
+    free: FreeAmplitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ def tractions(
     Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where friction
     cannot supply the prescribed forces.
     """
-    if problem.free is not None:
+    if len(problem.free.targets):
         require_attainable(problem.free.weights, problem.bound, problem.free.targets)
     residuals: list[float] = []
     for scale in SCALES:
@@ -155,8 +156,7 @@ class _Newton:
     def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
         """Return tractions and amplitudes to begin with."""
         q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
-        k = 0 if self.problem.free is None else len(self.problem.free.targets)
-        return q, np.zeros(k) if amplitudes is None else amplitudes
+        return q, np.zeros(len(self.problem.free.targets)) if amplitudes is None else amplitudes
 
     def starts(self, given: _State, tolerance: float) -> Iterator[_State]:
         """States to begin with: the given one, and, where forces are given, that of full stick.
@@ -202,8 +202,7 @@ class _Newton:
     def slip(self, q: Array, c: Array) -> Array:
         """L p + B c, shape (n_x, n_s, 2)."""
         of_tractions = self.problem.compliance(self.spread(q))
-        free = self.problem.free
-        return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
+        return np.asarray(of_tractions + np.tensordot(c, self.problem.free.modes, 1))
 
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
         """Return the state of tractions and amplitudes."""
@@ -214,7 +213,7 @@ class _Newton:
         length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
         stick, direction = length[:, 0] <= self.g[:, 0], trial / length
         of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
-        of_forces = self.forces(q) - self.target_forces
+        of_forces = self.forces(q) - self.problem.free.targets / self.sums
         residual = np.concatenate([of_elements.ravel(), of_forces])
         projected = np.where(stick[:, None], trial, self.g * direction)
         defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
@@ -223,20 +222,12 @@ class _Newton:
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
-        free = self.problem.free
-        return (
-            np.zeros(0) if free is None else np.tensordot(free.weights, self.spread(q), 3) / self.sums(free)
-        )
+        return np.asarray(np.tensordot(self.problem.free.weights, self.spread(q), 3) / self.sums)
 
-    @property
-    def target_forces(self) -> Array:
-        """The targets of these sums, shape (k,)."""
-        free = self.problem.free
-        return np.zeros(0) if free is None else free.targets / self.sums(free)
-
-    def sums(self, free: FreeAmplitudes) -> Array:
+    @cached_property
+    def sums(self) -> Array:
         """Sums of the weights in contact, shape (k,)."""
-        return np.asarray(np.sum(np.abs(free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
+        return np.asarray(np.sum(np.abs(self.problem.free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
 
     def next(self, state: _State, tolerance: float) -> _State:
         """Return the state after a step."""
@@ -299,17 +290,12 @@ class _Bordered:
     def of(
         cls, newton: _Newton, inverse: Linear, of_elements: Callable[[Array, Array], Array], m: int, k: int
     ) -> "_Bordered":
-        free = newton.problem.free
-        if free is None or k == 0:
-            return cls(newton, inverse, np.zeros((0, m, 2)), np.zeros((0, 0)), m)
-        none = np.zeros((m, 2))
-        columns = np.array([inverse(of_elements(none, mode)) for mode in free.modes])
-        complement = -np.array([newton.forces(column) for column in columns]).T
+        none, modes = np.zeros((m, 2)), newton.problem.free.modes
+        columns = np.reshape([inverse(of_elements(none, mode)) for mode in modes], (k, m, 2))
+        complement = -np.reshape([newton.forces(column) for column in columns], (k, k)).T
         return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR), m)
 
     def __call__(self, v: Array) -> Array:
         q = self.inverse(v[: 2 * self.m])
-        if not len(self.of_amplitudes):
-            return q.ravel()
         c = self.of_forces @ (v[2 * self.m :] - self.newton.forces(q))
         return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

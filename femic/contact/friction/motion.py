@@ -83,7 +83,7 @@ class Motion:
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.array([free.slip for free in self.free])
+        return np.reshape([free.slip for free in self.free], (-1, *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """Return what `slip_of` multiplies waves by that turn by these angles from element to element."""
@@ -170,7 +170,7 @@ class SteadyRolling(Motion):
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.array([self._half_way(free.slip) for free in self.free])
+        return np.reshape([self._half_way(free.slip) for free in self.free], (-1, *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """Return what `slip_of` multiplies waves by; those that hardly change along x are damped."""
