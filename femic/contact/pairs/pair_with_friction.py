@@ -71,23 +71,32 @@ class PairWithFriction:
 
     def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
         """Return the contact problem with some ICs and a coefficient of friction."""
-        on_grid = self.on_grid
-        return FrictionalProblem(
-            on_grid.grid,
-            operator,
-            half_space_operator(on_grid.pair, on_grid.grid),
-            on_grid.distance,
-            on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
-            friction,
-        )
+        return frictional_problem(self.on_grid, operator, friction)
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
         """Return the rolling problem of a contact problem, on the grid of this."""
-        on_grid = replace(self.on_grid, grid=problem.grid)
-        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
-        height = undeformed.upper_height(strips)
-        contour, radius = undeformed.lower.contour, undeformed.upper.rolling_radius
-        return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
+        return rolling_problem(self.on_grid, problem)
+
+
+def frictional_problem(on_grid: PairOnGrid, operator: FullOperator, friction: float) -> FrictionalProblem:
+    """Return the contact problem of bodies with some ICs and a coefficient of friction."""
+    return FrictionalProblem(
+        on_grid.grid,
+        operator,
+        half_space_operator(on_grid.pair, on_grid.grid),
+        on_grid.distance,
+        on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
+        friction,
+    )
+
+
+def rolling_problem(on_grid: PairOnGrid, problem: FrictionalProblem) -> RollingProblem:
+    """Return the rolling problem of bodies, on the grid of their contact problem."""
+    on_grid = replace(on_grid, grid=problem.grid)
+    undeformed, strips = on_grid.undeformed, on_grid.grid.strips
+    height, contour = undeformed.upper_height(strips), undeformed.lower.contour
+    radius = undeformed.upper.rolling_radius
+    return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
 
 
 def solve_with_friction(
