@@ -83,11 +83,11 @@ def slip_between(u, rigid, dx, order):
 
     Of order 1 with the rigid slip at the element, else with that half way.
     """
-    found = np.zeros((len(u) - 1, *u.shape[1:2], 2))
-    for i, j in np.ndindex(*found.shape[:2]):
+    result = np.zeros((len(u) - 1, *u.shape[1:2], 2))
+    for i, j in np.ndindex(*result.shape[:2]):
         w = rigid[i, j] if order == 1 else (rigid[i, j] + rigid[i + 1, j]) / 2
-        found[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
-    return found
+        result[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
+    return result
 
 
 def at_centres(ahead, behind):

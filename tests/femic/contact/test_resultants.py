@@ -54,6 +54,6 @@ def test_the_moment_about_z_has_the_part_of_pressures_on_inclined_places():
     assert total.force[2] == pytest.approx(0.0, abs=1e-14)
 
 
-def test_the_centre_of_pressure_is_the_mean_of_where_it_acts():
+def test_centre_of_pressure_is_the_mean_arc_length():
     p = np.array([[1.0, 0.0, 3.0], [1.0, 0.0, 0.0]])
     assert centre_of_pressure(p, np.array([-1.0, 0.0, 4.0])) == pytest.approx(10 / 5)

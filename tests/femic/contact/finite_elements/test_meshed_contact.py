@@ -34,7 +34,7 @@ def contact(end=15.0, kink=100.0):
     return MeshedContact(bodies, None, 1.0, pair, solution, 0.0)
 
 
-def test_an_edge_before_a_joint_is_read_from_gaps_before_it():
+def test_edge_before_a_joint_is_read_from_gaps_before_the_joint():
     """A tenth of the spacing is what reading an edge is good to."""
     assert contact().s_range == pytest.approx((-EDGE, EDGE), abs=0.1 * SPACING)
     assert contact().s_range == pytest.approx(contact(kink=0.0).s_range, abs=0.03 * SPACING)

@@ -59,5 +59,5 @@ def test_ends_along_x_do_not_matter_where_bodies_are_as_long_as_they_are_meshed(
     meshed = raw_approach(NEAR)
     longer = Domain(NEAR, 1.5 * LENGTH * NEAR)
     other = Bodies(replace(pair.lower, domain=longer), replace(pair.upper, domain=longer), (-6.0, 6.0))
-    found = solved(other, meshes_of(other, expected(), CELLS), LOAD).solution.state.approach
-    assert found == pytest.approx(meshed, rel=0.002)  # as well as two meshes agree
+    result = solved(other, meshes_of(other, expected(), CELLS), LOAD).solution.state.approach
+    assert result == pytest.approx(meshed, rel=0.002)  # as well as two meshes agree

@@ -39,7 +39,7 @@ def of_a_rigid_wheel(creepages, x, s, height):
 
 
 @pytest.mark.parametrize("creepages", CASES, ids=str)
-def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
+def test_rigid_velocity_is_that_of_a_rotating_wheel(creepages):
     expected = np.array(
         [[of_a_rigid_wheel(creepages, x, *at) for at in zip(S, HEIGHT, strict=True)] for x in X]
     )
@@ -53,10 +53,10 @@ def test_a_driven_wheel_slips_back_and_a_lateral_creepage_is_a_slip_to_larger_s(
 
 
 def test_each_creepage_adds_its_own_slip():
-    found = ROLLING.rigid_slip(Creepages())
+    result = ROLLING.rigid_slip(Creepages())
     for name, value in zip(NAMES, (-2e-3, 5e-3, 3e-4), strict=True):
-        found = found + value * ROLLING.per_creepage(name)
-    np.testing.assert_allclose(found, ROLLING.rigid_slip(Creepages(-2e-3, 5e-3, 3e-4)), atol=1e-16)
+        result = result + value * ROLLING.per_creepage(name)
+    np.testing.assert_allclose(result, ROLLING.rigid_slip(Creepages(-2e-3, 5e-3, 3e-4)), atol=1e-16)
 
 
 def test_a_plane_on_a_plane_only_slides_and_turns():
