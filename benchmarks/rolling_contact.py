@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.friction.kinematics import Creepages, RollingKinematics
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
@@ -59,7 +59,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
     flat = half_space_operator(PAIR, grid)
     operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
     contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
-    return RollingProblem(contact, Rolling(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)
+    return RollingProblem(contact, RollingKinematics(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)
 
 
 def solved(rolling: RollingProblem):

@@ -12,8 +12,8 @@ from compare.contact.dataset import provenance
 from compare.friction import compression, rolling, transient
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
-from femic.contact.pairs.given_ics import GivenICs
-from femic.contact.pairs.pair_with_friction import NONE_WITH_FRICTION, PairWithFriction, solve_with_friction
+from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -47,7 +47,7 @@ def _labels_of(scene: Scene) -> Labels:
 
 
 def compute_with_friction(
-    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_WITH_FRICTION
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_GIVEN
 ) -> xr.Dataset:
     """Numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
 

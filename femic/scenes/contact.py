@@ -99,7 +99,7 @@ def _friction_misfits(scene: Scene) -> Iterator[str]:
     motion = MOTIONS[name]
     if motion.has_friction and not loads:
         yield f"contact.loads = []: motion = {name!r} needs a load: give loads = [...] in N"
-    if motion.one_load and len(loads) > 1:
+    if motion.wheel_rolls and len(loads) > 1:
         yield (
             f"contact.loads = {list(loads)}: motion = {name!r} has one load: give one, and a scene each for "
             "others"

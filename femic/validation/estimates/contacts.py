@@ -7,12 +7,12 @@ import numpy as np
 
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
-from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.operators.approximations import half_space_operator
 from femic.contact.pairs.contact_size import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
 from femic.contact.pairs.reference_ics import approximation
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
@@ -57,23 +57,12 @@ class RandomContact:
     @property
     def problem(self) -> FrictionalProblem:
         """The contact with friction on the grid."""
-        on_grid = self.on_grid
-        return FrictionalProblem(
-            on_grid.grid,
-            approximation(on_grid, self.ics),
-            half_space_operator(on_grid.pair, on_grid.grid),
-            on_grid.distance,
-            on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
-            self.friction,
-        )
+        operator = approximation(self.on_grid, self.ics)
+        return frictional_problem(self.on_grid, operator, self.friction)
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
         """Return the wheel that rolls on the grid of a problem."""
-        on_grid = replace(self.on_grid, grid=problem.grid)
-        contour, radius = on_grid.undeformed.lower.contour, on_grid.undeformed.upper.rolling_radius
-        strips = on_grid.grid.strips
-        height = on_grid.undeformed.upper_height(strips)
-        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
+        return rolling_problem(self.on_grid, problem)
 
 
 def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:

@@ -10,6 +10,7 @@ from femic.contact.pairs.feasibility import impossible
 from femic.contact.pairs.reachable_forces import BEYOND
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
+from tests.approx.new_forms import register
 
 FLANKS = 60.0
 R_LOWER, R_UPPER, R_ROLL = 10.0, 14.0, 400.0
@@ -142,3 +143,11 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
 def test_enormous_friction_is_refused_before_any_work():
     with pytest.raises(BadScene, match=r"rolling: 1 error\(s\)\n  contact\.friction\.0 = 1000: "):
         require_solvable(load_scene("rolling", {"contact": {"friction": [1000.0]}}))
+
+
+@pytest.mark.parametrize("motion", [{}, {"motion": "rolling", "friction": [0.3]}])
+def test_form_that_is_not_symmetric_in_x_is_refused_before_any_work(motion, monkeypatch):
+    register(monkeypatch)
+    require_solvable(scene(ics=["A", "Alength", "Btilde"], **motion))
+    with pytest.raises(BadScene, match=r"contact\.ics: variant = 'Askew': its ICs at -x.*leave it out"):
+        require_solvable(scene(ics=["A", "Askew"], **motion))
