@@ -32,7 +32,7 @@ class SolvedCompression:
 
 
 def solve_compression(pair: PairWithFriction, friction: float, name: str) -> SolvedCompression:
-    """The compression with the ICs of a name at a coefficient of friction; raises Failure."""
+    """Return the compression with the ICs of a name at a coefficient of friction; raises Failure."""
     operator, start = pair.operator(name), perf_counter()  # C has its own seconds
     label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
     steps, last = in_steps(pair, problem, label)
@@ -48,12 +48,12 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
 
 
 def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
-    """The last load [N] and the numbers after it; raises Failure where the grid has no such contact."""
+    """Return the last load [N] and the numbers after it; raises Failure where there is no such contact."""
     return pair.loads[-1], _numbers(pair, problem, label)[-1].numbers
 
 
 def in_halves(loads: Sequence[float]) -> list[float]:
-    """Loads [N] with one more half way before each of them, from 0 on."""
+    """Return loads [N] with one more half way before each of them, from 0 on."""
     before = [0.0, *loads[:-1]]
     return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
 
@@ -61,7 +61,7 @@ def in_halves(loads: Sequence[float]) -> list[float]:
 def in_steps(
     pair: PairWithFriction, problem: FrictionalProblem, label: str, *, halves: bool = True
 ) -> tuple[Steps, FrictionalContact]:
-    """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
+    """Return the numbers after each load, and the last contact; in steps from load to load, or in halves."""
     loads, steps = in_halves(pair.loads) if halves else list(pair.loads), list[Measured]()
     try:
         for contact in compressed(problem, [Loading(load) for load in loads]):
@@ -74,14 +74,14 @@ def in_steps(
 
 
 def _numbers(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> Steps:
-    """The numbers after each load, in steps half as large as between loads."""
+    """Return the numbers after each load, in steps half as large as between loads."""
     return in_steps(pair, problem, label)[0]
 
 
 def estimates_of(
     steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
 ) -> list[dict[str, float]]:
-    """Sums of what larger elements, larger steps of load, and C plus its estimate change.
+    """Return sums of what larger elements, larger steps of load, and C plus its estimate change.
 
     Steps twice as large have twice the error, with the safety factor of elements.
     """

@@ -28,7 +28,7 @@ class SolvedCurve:
 
 
 def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCurve:
-    """The creep-force curve with the ICs of a name at a coefficient of friction.
+    """Return the creep-force curve with the ICs of a name at a coefficient of friction.
 
     Raises Failure where no contact is found at any creepage, or where the curve does not reach the force at
     which ICs are compared.
@@ -49,14 +49,14 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
 
 
 def _curve(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> CreepForceCurve:
-    """The curve of a problem; raises Failure."""
+    """Return the curve of a problem; raises Failure."""
     return Continuation.of(pair, problem, label).curve()
 
 
 def nearest_to_no_creepage(
     pair: PairWithFriction, problem: FrictionalProblem, label: str
 ) -> tuple[float, Numbers]:
-    """The creepage nearest 0 and the numbers there; raises Failure where the grid has no such contact."""
+    """Return the creepage nearest 0 and the numbers there; raises Failure where there is no such contact."""
     along = Continuation.of(pair, problem, label)
     xi = min(along.xi, key=abs)
     return xi, along.measured(along.at(xi, None)).numbers
@@ -71,7 +71,7 @@ class Change:
 
 
 def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator) -> Change:
-    """The change with ICs plus their estimated errors, solved at a few creepages and linear between these.
+    """Return the change with ICs plus their estimated errors: at a few creepages, and linear between these.
 
     They are the one nearest 0 and those with the largest forces; NaN where no such contact is found.
     """
@@ -89,13 +89,13 @@ def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator)
 
 
 def deciding(curve: CreepForceCurve) -> list[float]:
-    """The creepages nearest 0, and with the largest forces both ways, growing."""
+    """Return the creepages nearest 0, and with the largest forces both ways, growing."""
     force = {xi: point.numbers["F_x"] for xi, point in curve.points.items()}
     return sorted({min(force, key=abs), min(force, key=force.__getitem__), max(force, key=force.__getitem__)})
 
 
 def between(rows: Mapping[float, Numbers], xi: float) -> dict[str, float]:
-    """Numbers at a creepage from rows at growing ones: linear between them, and constant beyond."""
+    """Return numbers at a creepage from rows at growing ones: linear between them, and constant beyond."""
     if not rows:
         return dict.fromkeys(OF_ROLLING, np.nan)
     return {
@@ -109,7 +109,7 @@ def _errors(
     larger: Sequence[CreepForceCurve | None],
     change: Change | None,
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
-    """Estimated errors of the points at all creepages, and of the curve as a whole."""
+    """Return estimated errors of the points at all creepages, and of the curve as a whole."""
     points = [
         errors(
             kinds(OF_ROLLING),

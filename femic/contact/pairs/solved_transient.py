@@ -124,14 +124,14 @@ def _errors(
     path: TransientPath, larger: Sequence[TransientPath | None], perturbed: TransientPath | None
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
     """Return the estimated errors by distance, and of the steady numbers."""
-    coarse = [interpolated(one, path.distances) if one else None for one in larger]
+    coarse = [interpolated(other, path.distances) if other else None for other in larger]
     by_distance = [
         _errors_of(
-            fine, [one[n] if one else None for one in coarse], perturbed.steps[n] if perturbed else None
+            fine, [steps[n] if steps else None for steps in coarse], perturbed.steps[n] if perturbed else None
         )
         for n, fine in enumerate(path.steps)
     ]
-    steady = [one.steady if one else None for one in larger]
+    steady = [other.steady if other else None for other in larger]
     return by_distance, _errors_of(path.steady, steady, perturbed.steady if perturbed else None)
 
 
