@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -24,7 +23,6 @@ from femic.cache.files import write_dataset, write_text
 class Picture:
     """A figure and the name of its file, without ending; or the path of an existing picture."""
 
-    kind: ClassVar[str] = "picture"
     name: str
     figure: Figure | Path
 
@@ -33,7 +31,6 @@ class Picture:
 class Note:
     """A paragraph in small print."""
 
-    kind: ClassVar[str] = "note"
     text: str
 
 
@@ -41,7 +38,6 @@ class Note:
 class Items:
     """A list of sentences."""
 
-    kind: ClassVar[str] = "items"
     items: Sequence[str]
 
 
@@ -49,7 +45,6 @@ class Items:
 class Verbatim:
     """Text shown verbatim, such as a scene file."""
 
-    kind: ClassVar[str] = "verbatim"
     text: str
 
 
@@ -57,7 +52,6 @@ class Verbatim:
 class Folded:
     """Details shown on request."""
 
-    kind: ClassVar[str] = "folded"
     heading: str
     blocks: "Sequence[Block]"
 
@@ -66,7 +60,6 @@ class Folded:
 class Section:
     """A heading, or none, and its blocks, also sections. Links lead to the anchor."""
 
-    kind: ClassVar[str] = "section"
     heading: str
     blocks: "Sequence[Block]"
     colour: str = ""
@@ -122,6 +115,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["embedded"] = lambda picture: _embedded(picture, figures, prefix)
     environment.filters["typeset"] = _typeset
     sections = (one.section if isinstance(one, Part) else one for one in page.sections)
@@ -144,8 +138,8 @@ def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
 
 
 def join_words(words: Iterable[str]) -> str:
-    """Return words with commas and "and" between them."""
-    *first, last = words
+    """Return words with commas and "and" between them; an empty text without words."""
+    *first, last = [*words] or [""]
     return f"{', '.join(first)} and {last}" if first else last
 
 

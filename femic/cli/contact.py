@@ -82,4 +82,4 @@ def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Pat
     """Solve a contact with friction and write its page; return its path."""
     dataset = friction_compute.compute_with_friction(scene, options)
     dataset = friction_supports.with_supports(scene, dataset, options)
-    return pages.PAGES[scene.contact.motion](dataset, folder)
+    return pages.PAGES[scene.contact.motion].write(dataset, folder)

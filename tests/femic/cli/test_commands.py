@@ -294,7 +294,8 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
     computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
     supported = recorded("compare.friction.supports.with_supports", returns="with supports")
     written = []
-    monkeypatch.setitem(PAGES, motion, lambda *of: written.append(of) or tmp_path / "contact.html")
+    page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
+    monkeypatch.setitem(PAGES, motion, page)
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
