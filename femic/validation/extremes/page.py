@@ -33,7 +33,7 @@ def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path
     for part in parts:
         limits += analytic.limits() if part == ANALYTIC else engines.limits(part)
     results = list(results_of(limits, engines.options.watch.on_stage))
-    return record.write(folder, "extremes", numbers(results), page_of)
+    return record.write(folder, "extremes", __name__, numbers(results), page_of)
 
 
 def summary(results: Sequence[LimitResult]) -> str:

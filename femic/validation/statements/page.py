@@ -19,7 +19,7 @@ from compare.report.tables import numbers as number_heads
 from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
 from femic.validation import record
-from femic.validation.statements import figures
+from femic.validation.statements import figures, verdicts
 from femic.validation.statements.changes import CHANGES
 from femic.validation.statements.runs import Runs
 from femic.validation.statements.verdicts import (
@@ -57,7 +57,7 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
         runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
     content = record_content(findings, runs, perf_counter() - start)
-    return record.write(folder, "validation", content, partial(page_of, findings))
+    return record.write(folder, "validation", verdicts.__name__, content, partial(page_of, findings))
 
 
 def summary(findings: Sequence[Finding]) -> str:
