@@ -56,11 +56,11 @@ extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extreme
 docs: $(READY)  ## compute the numbers of the written pages, and write them (an hour)
 	$(BIN)/python tools/write_docs.py --compute
 
-attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/extremes.md (an hour)
+attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)
 	$(BIN)/python tools/attack --page
 	$(BIN)/python tools/write_docs.py
 
-mutations: $(READY)  ## small changes of the code: do the tests notice? docs/mutations.md (hours; resumes)
+mutations: $(READY)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
 	$(BIN)/python tools/mutations.py --page
 	$(BIN)/python tools/write_docs.py
 

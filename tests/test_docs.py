@@ -90,7 +90,7 @@ def test_pages_that_the_code_names_exist():
 def test_the_names_of_the_glossary_are_in_the_code():
     """Dotted names can be imported; others are words of the product's source."""
     words = set(re.findall(r"\w+", product()))
-    rows = re.findall(r"^\|(.*)\|$", prose("docs/glossary.md"), flags=re.MULTILINE)
+    rows = re.findall(r"^\|(.*)\|$", prose("docs/reference/glossary.md"), flags=re.MULTILINE)
     names = {name for row in rows for name in re.findall(r"`([^`]+)`", row.rsplit("|", 1)[-1])}
     assert len(names) > 50
     missing = [name for name in names if not (resolves(name) if "." in name else name in words)]
@@ -99,7 +99,12 @@ def test_the_names_of_the_glossary_are_in_the_code():
 
 def test_pages_with_computed_numbers_are_not_written_by_hand():
     pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
-    assert set(pages) == {"which-ics.md", "validation.md", "extremes.md", "mutations.md"}
+    assert set(pages) == {
+        "decide/which-ics.md",
+        "evidence/validation.md",
+        "evidence/extremes.md",
+        "evidence/mutations.md",
+    }
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
 
@@ -149,11 +154,11 @@ def test_pages_of_other_code_are_named(docs, other, capsys):
 
 @pytest.fixture(scope="module")
 def quick_start(tmp_path_factory):
-    """Folder, number of blocks and names of docs/python.md, which runs once."""
+    """Folder, number of blocks and names of docs/how-to/python.md, which runs once."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        return folder, *run_blocks("docs/python.md")
+        return folder, *run_blocks("docs/how-to/python.md")
 
 
 def test_the_quick_start_runs(quick_start):
@@ -165,7 +170,7 @@ def test_the_quick_start_runs(quick_start):
 
 
 def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
-    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/how-to/python.md").read_text(encoding="utf-8")
     blocks = [block[1] for block in BLOCK.finditer(text)]
     ours = re.findall(rf"^(?:import|from) ((?:{'|'.join(PACKAGES)})\S*)", "\n".join(blocks), re.MULTILINE)
     assert set(ours) == {"femic"}
@@ -188,7 +193,7 @@ def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
 
 def test_the_rolling_of_the_page_on_friction_brings_about_its_forces():
     """Driven it pushes the wheel on; its creepage without force is below 0; tractions add up to forces."""
-    blocks, names = run_blocks("docs/rolling.md")
+    blocks, names = run_blocks("docs/how-to/rolling.md")
     rolled = names["rolled"].squeeze()
     assert blocks == 1
     assert rolled.F_x.sel(xi=1e-3) > 1e4

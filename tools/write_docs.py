@@ -146,15 +146,19 @@ def environment() -> Environment:
 
 
 def templates() -> dict[str, Path]:
-    """Return the template of every page, by the page's name."""
-    return {path.name.removesuffix(".j2"): path for path in sorted(TEMPLATES.glob("*.md.j2"))}
+    """Return the template of every page, by the page's path below docs/."""
+    return {place(path).removesuffix(".j2"): path for path in sorted(TEMPLATES.rglob("*.md.j2"))}
+
+
+def place(template: Path) -> str:
+    return template.relative_to(TEMPLATES).as_posix()
 
 
 def pages() -> dict[str, str]:
     """Return the text of every page, by its name; last of all, what its numbers were computed with."""
     numbers, made = stored_numbers(), environment()
     return {
-        page: made.get_template(path.name).render(**numbers).rstrip()
+        page: made.get_template(place(path)).render(**numbers).rstrip()
         + f"\n\n{computed_with(path, numbers)}\n"
         for page, path in templates().items()
     }

@@ -247,7 +247,7 @@ def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
     assert "CHI = 0, DQ = 0.4 if it rolls" in said
     assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in said
     assert "MAXOUT > 1" in said
-    assert "docs/contact-export.md" in said
+    assert "docs/how-to/contact-file.md" in said
 
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
