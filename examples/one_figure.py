@@ -1,7 +1,10 @@
-"""One figure of the report, made by hand: C_sn of Geometry 1 along s against A, B and B-hat.
+"""
+One figure of the report, made by hand
+======================================
 
-The lower body under a normal load, on the line x = 1.6 mm. On the flank A has the wrong sign. Takes
-20 s on 2 cores, seconds when run again; the picture is OUT/one_figure.png:
+C_sn of Geometry 1 along s against A, B and B-hat: the lower body under a normal load, on the line x =
+1.6 mm. On the flank A has the wrong sign. Takes 20 s on 2 cores, seconds when run again; the picture is
+OUT/one_figure.png::
 
     .venv/bin/python examples/one_figure.py [--out FOLDER] [--tolerance 0.005]
 """

@@ -9,14 +9,18 @@ have numbers of other code, and ends with 1 if any does.
 """
 
 import json
+import re
 import sys
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from command_line import command_line
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
+from scene_keys import scene_keys
 
 from compare.frontier.advice import Question, advise
 from compare.frontier.compute import front, resolved_errors
@@ -28,6 +32,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 NUMBERS, TEMPLATES = DOCS / "numbers", DOCS / "templates"
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
+BLANKS = re.compile(r"\n{3,}")
 QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 
@@ -142,6 +147,7 @@ def environment() -> Environment:
     made.filters["seconds"] = in_seconds
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     made.filters["cell"] = lambda text: text.replace("|", "\\|")
+    made.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}."
     return made
 
 
@@ -157,11 +163,18 @@ def place(template: Path) -> str:
 def pages() -> dict[str, str]:
     """Return the text of every page, by its name; last of all, what its numbers were computed with."""
     numbers, made = stored_numbers(), environment()
-    return {
-        page: made.get_template(place(path)).render(**numbers).rstrip()
-        + f"\n\n{computed_with(path, numbers)}\n"
+    texts = {
+        page: BLANKS.sub("\n\n", made.get_template(place(path)).render(**numbers, **declared())).rstrip()
+        + "\n"
         for page, path in templates().items()
     }
+    return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}
+
+
+@cache
+def declared() -> dict[str, Any]:
+    """Return what the program declares: the keys of its files, its commands."""
+    return scene_keys() | command_line()
 
 
 def used(template: Path, numbers: dict[str, Any]) -> list[str]:
@@ -183,7 +196,7 @@ def computed_with(template: Path, numbers: dict[str, Any]) -> str:
         f"{name} by " + ", ".join(f"{what} {version}" for what, version in programs(numbers[name]).items())
         for name in used(template, numbers)
     ]
-    return f"*Numbers of this page were computed with: {'; '.join(sentences)}.*"
+    return f"\n*Numbers of this page were computed with: {'; '.join(sentences)}.*\n" if sentences else ""
 
 
 def outdated() -> dict[str, list[str]]:
