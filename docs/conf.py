@@ -26,6 +26,7 @@ extensions = [
 ]
 exclude_patterns = ["numbers", "templates"]
 nitpicky = True
+highlight_language = "text"  # of blocks that name none
 default_role = "literal"  # docstrings have single backticks
 
 # Markdown
@@ -47,6 +48,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("gallery.picture",),
     "reset_argv": "gallery.arguments",
     "reset_modules": (),
+    "run_stale_examples": True,  # femic may have changed; models in the store are not solved again
     "backreferences_dir": None,
     "download_all_examples": False,
     "show_signature": False,

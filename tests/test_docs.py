@@ -4,14 +4,19 @@ import json
 import pkgutil
 import re
 import runpy
+import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from femic.cache.digests import results_digest
+from femic.scenes.load import scene_from_table
+from femic.scenes.section import tables
 
 ROOT = Path(__file__).parent.parent
+sys.path.append(str(ROOT / "tools"))  # what its programs import
 MODULE = "compare.ics.dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 PACKAGES = ("approx", "compare", "femic", "geometries")
@@ -100,6 +105,8 @@ def test_the_names_of_the_glossary_are_in_the_code():
 def test_pages_with_computed_numbers_are_not_written_by_hand():
     pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
     assert set(pages) == {
+        "reference/command-line.md",
+        "reference/scene-keys.md",
         "decide/which-ics.md",
         "evidence/validation.md",
         "evidence/extremes.md",
@@ -208,3 +215,19 @@ def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
     assert blocks == 1
     errors = names["errors"].error.sel(body="combined", i="n", j="n").squeeze()
     assert errors.sel(variant="C") < errors.sel(variant="Bhat") < errors.sel(variant="A")
+
+
+def test_the_smallest_scene_of_the_reference_is_a_scene():
+    text = (ROOT / "docs/reference/scene-keys.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    assert scene_from_table(tomllib.loads(scene), "smallest").bodies["upper"].rolling_radius == 500
+
+
+def test_the_reference_has_every_key():
+    """Every key of every table, also those that are in no built-in scene."""
+    text = (ROOT / "docs/reference/scene-keys.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^\| `(\w+)` \|", text, flags=re.MULTILINE))
+    fields = [(key, field.alias) for table in tables() for key, field in table.model_fields.items()]
+    top = {"lower", "upper", "patch", "grid", "lines", "effective", "calibration", "contact", "engine"}
+    names = {alias or key for key, alias in fields} - top - {"kind", "combined"}
+    assert names - listed == set()
