@@ -42,6 +42,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
     worst = femic.compare_ics(ics).error.max("line").sel(body="lower", i=["n", "s"], j="n")
     print("Errors in direction i under the normal load; of C estimated:")
     print(worst.T.to_pandas().map("{:.1%}".format))
+    assert worst.sel(i="s", variant="A") > 1  # worse than 0: the wrong sign
     return worst
 
 

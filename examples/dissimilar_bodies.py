@@ -55,6 +55,8 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.03, elements:
         print(f"{name}:")
         print(both[name].to_pandas().map("{:.3g}".format))
     draw(both).savefig(out / "dissimilar_bodies.png", dpi=150)
+    unlike = both.rms.sel(ratio=[0.1, 10.0])
+    assert (unlike.sel(ics="Bhat_prime") < unlike.sel(ics="Bhat")).all()
     return both
 
 

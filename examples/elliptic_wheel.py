@@ -39,6 +39,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
         table = found[["difference", "estimate"]].sel(line=line, drop=True).to_pandas()
         print(table.dropna().map("{:.3%}".format).T.to_string())
     draw(found).savefig(out / "elliptic_wheel.png", dpi=150)
+    assert found.difference.max() < 0.005
     return found
 
 

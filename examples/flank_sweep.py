@@ -32,6 +32,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.05) -> xr.Dat
         print(f"Errors of {i}n against the inclination of the flanks; of C estimated:")
         print(worst.sel(i=i).to_pandas().map("{:.1%}".format))
     draw(worst).savefig(out / "flank_sweep.png", dpi=150)
+    assert 0.08 < worst.sel(angle=60, i="n", variant="A") < 0.10
     return worst
 
 

@@ -31,7 +31,10 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.005) -> xr.Da
     figure = femic.plot_ics(ics, "sn")
     figure.suptitle("Geometry 1, lower body")
     figure.savefig(out / "one_figure.png", dpi=150)
-    return ics.sel(body="lower", i="s", j="n")
+    sn = ics.sel(body="lower", i="s", j="n")
+    flank = sn.ic.isel(point=sn.s.values > 4.5)  # mm: where the arc of 25.5 degrees ends
+    assert flank.sel(variant="A").min() > 0 > flank.sel(variant="C").max()
+    return sn
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import pytest
 import femic
 
 ROOT = Path(__file__).parents[1]
-SOURCES = ("docs", "examples", "tools")
+SOURCES = ("docs", "examples", "tests", "tools")
 LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
 
 
@@ -55,7 +55,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pages(site):
-    return {path: Page(path) for path in site.rglob("*.html")}
+    return {path: Page(path) for path in site.rglob("*.html") if "_static" not in path.parts}
 
 
 def test_no_page_loads_anything_from_elsewhere(site, pages):
