@@ -57,6 +57,7 @@ docs: $(READY)  ## compute the numbers of the written pages, and write them (an 
 	$(BIN)/python tools/write_docs.py --compute
 
 site: $(READY)  ## the documentation as a site: out/site/index.html (runs the examples, minutes the first time)
+	$(BIN)/python tools/write_docs.py
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --doctree-dir out/doctrees docs out/site
 
 attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)

@@ -113,7 +113,7 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
         "evidence/mutations.md",
     }
     for name, text in pages.items():
-        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run tools/write_docs.py"
 
 
 @pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
