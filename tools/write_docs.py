@@ -4,8 +4,8 @@
 
 With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (models in out/ are not
 solved again) and their numbers go to docs/numbers/. Pages are rendered from these, the keys and commands that
-the program declares, and docs/templates/; a test compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which pages
-have numbers of other code, and ends with 1 if any does.
+the program declares, and docs/templates/; a test compares. Numbers carry the digest of the code that computed
+them: --check writes nothing, says which pages have numbers of other code, and ends with 1 if any does.
 """
 
 import json
