@@ -7,8 +7,11 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
+import femic
+
 ROOT = Path(__file__).parents[1]
 PAGE = re.compile(r"docs/([\w/-]+)\.md")  # a page as docstrings name it
+PUBLIC = re.compile(rf"`(?P<name>{'|'.join(femic.__all__)})`")
 sys.path.append(str(ROOT / "tools"))  # for the gallery
 
 project = "femic"
@@ -33,7 +36,6 @@ default_role = "literal"  # docstrings have single backticks
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_fence_as_directive = ["math"]  # as code hosts have formulas
 myst_heading_anchors = 4
-copybutton_exclude = ".linenos, .gp, .go"
 
 # docstrings
 autodoc_typehints = "none"  # docstrings say what arguments are
@@ -78,11 +80,11 @@ html_theme_options = {
 html_sidebars = {"index": []}
 
 
-def link_pages(
+def link_names(
     _app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]
 ) -> None:
-    """Make links of the pages that a docstring names."""
-    lines[:] = [PAGE.sub(r":doc:`/\1`", line) for line in lines]
+    """Make links of the pages and public names that a docstring names."""
+    lines[:] = [PUBLIC.sub(r":py:obj:`~femic.\g<name>`", PAGE.sub(r":doc:`/\1`", line)) for line in lines]
 
 
 def link_gallery(_app: Sphinx, _page: str, source: list[str]) -> None:
@@ -91,5 +93,5 @@ def link_gallery(_app: Sphinx, _page: str, source: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> None:
-    app.connect("autodoc-process-docstring", link_pages)
+    app.connect("autodoc-process-docstring", link_names)
     app.connect("source-read", link_gallery)
