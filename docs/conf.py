@@ -4,6 +4,7 @@ import re
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
 
@@ -12,6 +13,7 @@ import femic
 ROOT = Path(__file__).parents[1]
 PAGE = re.compile(r"docs/([\w/-]+)\.md")  # a page as docstrings name it
 PUBLIC = re.compile(rf"`(?P<name>{'|'.join(femic.__all__)})`")
+OBJECT = re.compile(r"=([A-Z]\w+)\([^()]*\)")  # an object as a default
 sys.path.append(str(ROOT / "tools"))  # for the gallery
 
 project = "femic"
@@ -40,7 +42,6 @@ myst_heading_anchors = 4
 # docstrings
 autodoc_typehints = "none"  # docstrings say what arguments are
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True
 
 # the gallery
 sphinx_gallery_conf = {
@@ -87,6 +88,12 @@ def link_names(
     lines[:] = [PUBLIC.sub(r":py:obj:`~femic.\g<name>`", PAGE.sub(r":doc:`/\1`", line)) for line in lines]
 
 
+def shorten_defaults(*event: Any) -> tuple[str | None, str | None]:
+    """Show objects that are defaults without their fields, of which some depend on the machine."""
+    *_, signature, returned = event
+    return OBJECT.sub(r"=\1()", signature) if signature else signature, returned
+
+
 def link_gallery(_app: Sphinx, _page: str, source: list[str]) -> None:
     """Lead from scripts to their pages in the gallery; on a code host links lead to the scripts."""
     source[0] = re.sub(r"\]\((?:\.\./)+examples/(\w+)\.py\)", r"](/gallery/\1.rst)", source[0])
@@ -94,4 +101,5 @@ def link_gallery(_app: Sphinx, _page: str, source: list[str]) -> None:
 
 def setup(app: Sphinx) -> None:
     app.connect("autodoc-process-docstring", link_names)
+    app.connect("autodoc-process-signature", shorten_defaults)
     app.connect("source-read", link_gallery)
