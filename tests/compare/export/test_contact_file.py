@@ -290,7 +290,7 @@ def test_values_of_other_shapes_are_refused(shape):
         ContactFile(np.zeros(shape), 0.1, 0.1, 2)
 
 
-DOCS = Path(__file__).parents[3] / "docs" / "contact-export.md"
+DOCS = Path(__file__).parents[3] / "docs/how-to/contact-file.md"
 
 
 def test_the_example_of_the_documentation_is_what_is_printed():
