@@ -1,4 +1,4 @@
-"""Benchmarks of the analytic ICs: print the tables of docs/analytic.md as Markdown.
+"""Benchmarks of the analytic ICs: print the tables of docs/evidence/analytic.md as Markdown.
 
     python benchmarks/analytic.py [accuracy] [speed] [hat] [library]
 

@@ -1,4 +1,4 @@
-"""What the rigid-body discount is worth in normal contact: print the table of docs/contact-export.md.
+"""What the rigid-body discount is worth in normal contact: print the table of docs/how-to/contact-file.md.
 
     python benchmarks/contact_discount.py [approach in mm ...]
 

@@ -1,4 +1,4 @@
-"""Benchmark of both engines side by side: print the tables of docs/harmonic-engine.md.
+"""Benchmark of both engines side by side: print the tables of docs/evidence/harmonic-engine.md.
 
     python benchmarks/engines.py [tolerance of the harmonic engine ...]
 

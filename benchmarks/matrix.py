@@ -1,4 +1,4 @@
-"""Benchmark of the IC matrix: print the tables of docs/matrix.md as Markdown.
+"""Benchmark of the IC matrix: print the tables of docs/how-to/matrix.md as Markdown.
 
     python benchmarks/matrix.py [n_s ...]
 

@@ -1,4 +1,4 @@
-"""Benchmark of frictionless contact: print the table of docs/contact.md as Markdown.
+"""Benchmark of frictionless contact: print the table of docs/how-to/contact.md as Markdown.
 
     python benchmarks/normal_contact.py
 

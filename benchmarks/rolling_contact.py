@@ -1,4 +1,4 @@
-"""Benchmark of steady rolling: print the tables of docs/rolling.md as Markdown.
+"""Benchmark of steady rolling: print the tables of docs/how-to/rolling.md as Markdown.
 
     python benchmarks/rolling_contact.py
 

@@ -1,4 +1,4 @@
-"""Benchmarks of the solid engine: print the tables of docs/performance.md as Markdown.
+"""Benchmarks of the solid engine: print the tables of docs/evidence/performance.md as Markdown.
 
     python benchmarks/solid_engine.py [runs] [flat] [solvers] [growth]
 

@@ -6,7 +6,7 @@ A seeded sample of N mutants of each module in tools/mutations.toml is tested in
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
 messages are not changed. Trials are stored in out/mutations.jsonl and are not repeated with the same
 code and tests. With --page the numbers of all trials with this code and these tests go to
-docs/numbers/mutations.json, of which docs/mutations.md is made (tools/write_docs.py).
+docs/numbers/mutations.json, of which docs/evidence/mutations.md is made (tools/write_docs.py).
 """
 
 import argparse
@@ -73,7 +73,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sample", type=int, default=10, help="mutants of each module")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at a time")
     parser.add_argument("--modules", nargs="*", help="default: all of tools/mutations.toml")
-    parser.add_argument("--page", action="store_true", help="write the numbers for docs/mutations.md")
+    parser.add_argument(
+        "--page", action="store_true", help="write the numbers for docs/evidence/mutations.md"
+    )
     return parser.parse_args()
 
 

@@ -126,7 +126,7 @@ def contact_settings(exported: Export) -> str:
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
         f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
         "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
-        "stay clear of the grid's edges: docs/contact-export.md"
+        "stay clear of the grid's edges: docs/how-to/contact-file.md"
     )
 
 

@@ -28,7 +28,7 @@ def builtin_names() -> list[str]:
 
 
 def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a built-in name or a TOML file, with some keys changed; raise BadScene.
+    """Return the scene of a built-in name or a TOML file, with some keys changed; raise WrongInput.
 
     `changes` has the keys of a scene file. A table in it replaces only those keys that it names; one that
     names a `kind` replaces the whole table.

@@ -5,7 +5,7 @@
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
 scenes, campaigns, tables of points and gap files are changed at random, strange legal contacts are solved.
 Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
-docs/numbers/attacks.json, of which docs/extremes.md shows a table (tools/write_docs.py).
+docs/numbers/attacks.json, of which docs/evidence/extremes.md shows a table (tools/write_docs.py).
 """
 
 import argparse
@@ -89,7 +89,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--only", nargs="*", choices=KINDS, help="default: all kinds")
     parser.add_argument("--share", type=float, default=1.0, help="of the number of attacks")
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--page", action="store_true", help="write the numbers for docs/extremes.md")
+    parser.add_argument("--page", action="store_true", help="write the numbers for docs/evidence/extremes.md")
     return parser.parse_args()
 
 

@@ -46,7 +46,9 @@ def load_campaign(path: Path) -> Campaign:
     Scenes at the first point and at the ends of each axis are built, to see whether keys and values fit.
     """
     if not path.is_file():
-        raise BadScene(f"campaign {str(path)!r}: no such file; docs/campaigns.md has one to begin with")
+        raise BadScene(
+            f"campaign {str(path)!r}: no such file; docs/how-to/campaigns.md has one to begin with"
+        )
     text, given = read_scene(path)
     parsed = _parsed(given, path)
     local = path.parent / parsed.scene

@@ -247,7 +247,7 @@ def test_settings_for_contact_are_printed(tmp_path, capsys):
     assert "CHI = 0, DQ = 0.4 if it rolls" in output
     assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in output
     assert "MAXOUT > 1" in output
-    assert "docs/contact-export.md" in output
+    assert "docs/how-to/contact-file.md" in output
 
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
@@ -290,7 +290,7 @@ def test_values_of_wrong_shape_are_refused(shape):
         ContactFile(np.zeros(shape), 0.1, 0.1, 2)
 
 
-DOCS = Path(__file__).parents[3] / "docs" / "contact-export.md"
+DOCS = Path(__file__).parents[3] / "docs/how-to/contact-file.md"
 
 
 def test_example_in_documentation_agrees_with_printed_settings():
