@@ -13,7 +13,7 @@ import pytest
 
 from femic.cache.digests import results_digest
 from femic.scenes.load import scene_from_table
-from femic.scenes.section import tables
+from femic.scenes.scene_table import tables
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))  # what its programs import
