@@ -12,30 +12,37 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.report.looks import Look
+from compare.report.looks import Look, without_marker
 from geometries.arrays import Array
 
 Scale = Literal["sequential", "diverging", "logarithmic"]
-NOTHING = 1e-9  # share of the largest value of a chart below which a curve is rounding
+PLAIN = Look()
+MOST_MARKERS = 25  # points of a curve up to which each has its marker
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """A curve y over x, (n,), and the half-height of its band, such as an estimated error.
 
-    Curves with the same label are shown and hidden together; without one the curve has no entry in the legend.
+    Curves with the same label are shown and hidden together; without one a curve is not in the legend.
+    Markers are drawn on curves of few points only.
     """
 
     label: str
     x: ArrayLike
     y: ArrayLike
-    look: Look = Look()
+    look: Look = PLAIN
     band: ArrayLike | None = None
 
     @property
     def points(self) -> tuple[Array, Array]:
         """Abscissas and ordinates."""
         return np.asarray(self.x, dtype=float), np.asarray(self.y, dtype=float)
+
+    @property
+    def drawn_look(self) -> Look:
+        """The look, without markers on a line of many points."""
+        return self.look if np.size(self.x) <= MOST_MARKERS else without_marker(self.look)
 
 
 @dataclass(frozen=True, eq=False)

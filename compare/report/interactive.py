@@ -56,7 +56,7 @@ def _cell(cell: Cell) -> dict[str, Any]:
 def _panel(panel: Panel) -> dict[str, Any]:
     """Return the traces and the layout of a panel."""
     traces = [trace for curve in panel.curves for trace in _curve(curve)]
-    layout = {
+    layout: dict[str, Any] = {
         "xaxis": _axis(panel.across, log=panel.log_x),
         "yaxis": _axis(panel.up, log=panel.log_y),
         "shapes": [_dotted(mark) for mark in panel.marks],
@@ -100,7 +100,7 @@ def _curve(curve: Curve) -> Iterator[Trace]:
             "hoverinfo": "skip",
             **group,
         }
-    look = curve.look
+    look = curve.drawn_look
     yield {
         "x": _numbers(x),
         "y": _numbers(y),
@@ -200,5 +200,3 @@ def _numbers(values: Array) -> Any:
     if array.ndim > 1:
         return [_numbers(row) for row in array]
     return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in array]
-
-

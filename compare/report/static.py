@@ -70,7 +70,6 @@ def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
     """Yield rows of cells with the steps they belong to; steps of a single cell stand side by side."""
     steps = list(chart.steps.items())
     if all(len(cells) == 1 for _, cells in steps):
-        steps = [("", [])] if not steps else steps
         flat = [(step, cell) for step, cells in steps for cell in cells]
         yield from (flat[k : k + chart.columns] for k in range(0, len(flat), chart.columns))
         return
@@ -109,7 +108,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     x, y = curve.points
-    style = style_of(curve.look)
+    style = style_of(curve.drawn_look)
     if curve.band is not None:
         half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
         axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
@@ -131,7 +130,8 @@ def style_of(look: Look) -> dict[str, Any]:
 def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
     axes.grid(visible=False)
     low, high = drawn.range
-    masked, ticks = np.ma.masked_invalid(drawn.values.T), {}
+    masked = np.ma.masked_invalid(drawn.values.T)
+    ticks: dict[str, Any] = {}
     style: dict[str, Any] = {"cmap": COLOURS[drawn.scale], "norm": Normalize(low, high)}
     if drawn.classes:
         count = len(drawn.classes)
