@@ -140,6 +140,15 @@
     }
   }, { rootMargin: "400px" });
   charts.forEach(chart => seen.observe(chart.place));
+  addEventListener("beforeprint", () => {
+    for (const folded of document.querySelectorAll("details:not([open])")) folded.dataset.folded = folded.open = true;
+  });
+  addEventListener("afterprint", () => {
+    for (const opened of document.querySelectorAll("details[data-folded]")) {
+      opened.open = false;
+      delete opened.dataset.folded;
+    }
+  });
   const redraw = () => charts.forEach(draw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   document.documentElement.dataset.explore = "ready";

@@ -139,7 +139,7 @@ def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
 
 def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section]:
     verdicts = [
-        Row(str(one["number"]), [Cell(one["claim"], link=f"s{one['number']}"), _verdict(one["verdict"])])
+        Row(str(one["number"]), [Cell(one["claim"], link=f"#s{one['number']}"), _verdict(one["verdict"])])
         for one in content["statements"]
     ]
     yield Section("", [RULES, Table("#", ["statement", "verdict"], verdicts, is_text=True)])
