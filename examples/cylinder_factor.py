@@ -43,17 +43,17 @@ VARIANTS[FADED] = Variant("B, factor on A_sn", "B with the cylinder's factor", M
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.DataArray:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
     figure = Figure(figsize=(11, 6), layout="constrained")
-    found, options = [], femic.Options(tolerance, store=str(out / "store"))
+    errors, options = [], femic.Options(tolerance, store=str(out / "store"))
     for (name, patch), row in zip(PATCHES.items(), figure.subplots(2, 3, sharex=True), strict=True):
         pair = femic.load_pair(name)
         ics = femic.compute_ics(pair, patch, LINES, ICS, components=["nn", "sn"], options=options)
-        found.append(femic.compare_ics(ics).error.sel(i="s", j="n", drop=True))
+        errors.append(femic.compare_ics(ics).error.sel(i="s", j="n", drop=True))
         for axes, body in zip(row, ("lower", "upper", "combined"), strict=True):
             draw(axes, ics.sel(body=body, i="s", j="n"))
             axes.set(title=f"{name}, {body}", ylabel="sn × E L [-]", xlabel="s [mm]")
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     figure.savefig(out / "cylinder_factor.png", dpi=150)
-    worst = xr.concat(found, xr.Variable("scene", list(PATCHES)))
+    worst = xr.concat(errors, xr.Variable("scene", list(PATCHES)))
     for name in PATCHES:
         print(f"Errors of sn on the lines, {name}; of C estimated:")
         print(worst.sel(scene=name).stack(row=("body", "line")).T.to_pandas().map("{:.1%}".format))

@@ -36,18 +36,18 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.03, elements:
     """Compute C to estimated errors of `tolerance`, `elements` across the patch; results go to `out`."""
     options = femic.Options(tolerance, store=str(out / "store"))
     fitted = femic.fit_bhat_prime(PAIR, PATCH, bodies=("lower", "upper"), options=options).pair
-    setup, found = femic.ContactSetup(elements), []
+    setup, rows = femic.ContactSetup(elements), []
     for ratio in RATIOS:
         rolled = femic.solve_contact(with_ratio(fitted, ratio), MOTION, ICS, setup, options)
         setup = femic.ContactSetup(elements, grid=grid_of(rolled))
-        found.append(numbers(rolled))
-    both = xr.concat(found, xr.Variable("ratio", list(RATIOS))).sortby("ratio")
-    both.to_netcdf(out / "dissimilar_bodies.nc", engine="h5netcdf")
+        rows.append(numbers(rolled))
+    results = xr.concat(rows, xr.Variable("ratio", list(RATIOS))).sortby("ratio")
+    results.to_netcdf(out / "dissimilar_bodies.nc", engine="h5netcdf")
     for name in ("zero_creepage", "rms", *(f"{name}_error" for name in OF_PATCH)):
         print(f"{name}:")
-        print(both[name].to_pandas().map("{:.3g}".format))
-    draw(both).savefig(out / "dissimilar_bodies.png", dpi=150)
-    return both
+        print(results[name].to_pandas().map("{:.3g}".format))
+    draw(results).savefig(out / "dissimilar_bodies.png", dpi=150)
+    return results
 
 
 def with_ratio(pair: femic.Pair, ratio: float) -> femic.Pair:
@@ -63,8 +63,8 @@ def with_ratio(pair: femic.Pair, ratio: float) -> femic.Pair:
 
 def grid_of(rolled: xr.Dataset) -> femic.Grid:
     """Return the grid on which a contact was solved."""
-    sizes, exact = rolled.sizes, rolled.attrs
-    return femic.Grid(sizes["x"], sizes["s"], exact["dx"], exact["ds"], exact["s_middle"])
+    sizes, attrs = rolled.sizes, rolled.attrs
+    return femic.Grid(sizes["x"], sizes["s"], attrs["dx"], attrs["ds"], attrs["s_middle"])
 
 
 def numbers(rolled: xr.Dataset) -> xr.Dataset:
@@ -76,14 +76,14 @@ def numbers(rolled: xr.Dataset) -> xr.Dataset:
     return rolled[["zero_creepage", "rms"]].assign(force=force, **errors)
 
 
-def draw(found: xr.Dataset) -> Figure:
+def draw(results: xr.Dataset) -> Figure:
     """Draw all ICs over the ratio of moduli."""
     figure = Figure(figsize=(12, 3.8), layout="constrained")
     for axes, (name, (label, factor)) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
-        for ics in (str(name) for name in found.ics.values):
+        for ics in (str(name) for name in results.ics.values):
             if name == "zero_creepage" or ics != "C":
                 style = STYLES[ics] | {"marker": MARKERS[ics], "label": SYMBOLS[ics]}
-                axes.plot(found.ratio, factor * found[name].sel(ics=ics), **style)
+                axes.plot(results.ratio, factor * results[name].sel(ics=ics), **style)
         axes.set(xscale="log", xlabel="E of the wheel over E of the rail [-]", ylabel=label)
         axes.grid(alpha=0.3)
     figure.axes[0].legend()

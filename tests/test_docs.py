@@ -87,7 +87,7 @@ def test_pages_that_the_code_names_exist():
     assert not [page for page in named if not (ROOT / page).exists()]
 
 
-def test_the_names_of_the_glossary_are_in_the_code():
+def test_names_of_the_glossary_are_in_the_code():
     """Dotted names can be imported; others are words of the product's source."""
     words = set(re.findall(r"\w+", product()))
     rows = re.findall(r"^\|(.*)\|$", prose("docs/glossary.md"), flags=re.MULTILINE)
@@ -175,7 +175,7 @@ def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
     assert "import femic" in rolling
 
 
-def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
+def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
     """A wheel that is driven pushes; sliding shares shrink as the load grows; stiffness goes like the ICs."""
     _, _, names = quick_start
     np.testing.assert_allclose(names["pressed"]["load"].sel(case="4000 N"), 4e3, rtol=1e-6)
@@ -186,7 +186,7 @@ def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
     assert np.all(soft > stiff)
 
 
-def test_the_rolling_of_the_page_on_friction_brings_about_its_forces():
+def test_rolling_example_has_consistent_forces():
     """Driven it pushes the wheel on; its creepage without force is below 0; tractions add up to forces."""
     blocks, names = run_blocks("docs/rolling.md")
     rolled = names["rolled"].squeeze()

@@ -60,7 +60,7 @@ def save(name: str, values: Any) -> None:
 
 
 def rounded(values: Any) -> Any:
-    """Numbers to five digits."""
+    """Return values with numbers to five digits."""
     if isinstance(values, dict):
         return {key: rounded(value) for key, value in values.items()}
     if isinstance(values, list):
@@ -96,7 +96,7 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
         "points": int(dataset.attrs["points"]),
         "skipped": json.loads(dataset.attrs["skipped"]),
         "components": [str(component) for component in dataset.component.values],
-        "bodies": [str(one) for one in dataset.body.values],
+        "bodies": [str(name) for name in dataset.body.values],
         "vanishing": [name for name, gone in by_component(dataset.vanishes).items() if gone],
         "ways": ways,
         "advice": {
@@ -107,7 +107,7 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def by_component(values: xr.DataArray) -> dict[str, float | None]:
-    """Of every body, as "combined, xn"."""
+    """Return values of every body, by names such as "combined, xn"."""
     return {
         f"{body}, {component}": finite(values.sel(body=body, component=component).item())
         for body in values.body.values
@@ -228,7 +228,7 @@ def in_seconds(value: float | None) -> str:
 
 
 def checked() -> int:
-    """Say which pages are out of date; the exit code."""
+    """Report which pages are out of date; return the exit code."""
     outdated_pages = outdated()
     for page, reasons in outdated_pages.items():
         sys.stderr.write(f"docs/{page}: {'; '.join(reasons)}: run make docs\n")

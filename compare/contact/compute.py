@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from approx.variants import needs_effective
 from femic.contact.pairs import given_ics
-from femic.contact.pairs.feasibility import impossible
+from femic.contact.pairs.feasibility import impossible, without_operator
 from femic.contact.pairs.frictionless import FrictionlessContacts, solve_frictionless
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs
 from femic.reference.run_options import DEFAULT, RunOptions
@@ -43,7 +43,8 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
             "use C"
         )
     c_misfits = () if C in given else _c_misfits(scene)
-    require_none(scene.name, [*c_misfits, *impossible(scene.contact_problem)])
+    problem = scene.contact_problem
+    require_none(scene.name, [*c_misfits, *without_operator(problem, approximations), *impossible(problem)])
 
 
 def _c_misfits(scene: Scene) -> Iterator[str]:

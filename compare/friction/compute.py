@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -12,8 +13,8 @@ from compare.contact.dataset import provenance
 from compare.friction import compression, rolling, transient
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
-from femic.contact.pairs.given_ics import GivenICs
-from femic.contact.pairs.pair_with_friction import NONE_WITH_FRICTION, PairWithFriction, solve_with_friction
+from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -36,7 +37,7 @@ LABELS: dict[str, Labels] = {
 
 
 def _labels_of(scene: Scene) -> Labels:
-    """The labels of a scene's motion; raises BadScene where none are registered."""
+    """Return the labels of a scene's motion; raises BadScene where none are registered."""
     motion = scene.contact.motion
     if motion not in LABELS:
         raise BadScene(
@@ -47,19 +48,16 @@ def _labels_of(scene: Scene) -> Labels:
 
 
 def compute_with_friction(
-    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_WITH_FRICTION
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_GIVEN
 ) -> xr.Dataset:
-    """Numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
+    """Return numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
 
     `given` are ICs of the caller by name. Raises BadScene for what cannot be solved, and Failure as
     `femic.contact`.
     """
     require_solvable(scene, given)
     start, labels = perf_counter(), _labels_of(scene)
-
-    def solve(pair: PairWithFriction) -> xr.Dataset:
-        return by_friction_and_ics(pair, labels.labelled)
-
+    solve = partial(by_friction_and_ics, labelled=labels.labelled)
     joined = solve_with_friction(scene.contact_problem, solve, options, given)
     attributes = {
         "title": f"{labels.title}: {scene.title}",

@@ -7,7 +7,7 @@ A chart is drawn twice: to be explored on a page (`compare.report.interactive`),
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -126,7 +126,6 @@ class Chart:
     `name` is that of its file, `slider` says what the steps are, and moves all sliders of the same name.
     """
 
-    kind: ClassVar[str] = "chart"
     name: str
     steps: Mapping[str, Sequence[Cell]]
     columns: int = 3

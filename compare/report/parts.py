@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -26,7 +25,6 @@ from femic.cache.files import write_dataset, write_text
 class Picture:
     """A figure and the name of its file, without ending; or the path of an existing picture."""
 
-    kind: ClassVar[str] = "picture"
     name: str
     figure: Figure | Path
 
@@ -35,7 +33,6 @@ class Picture:
 class Note:
     """A paragraph in small print."""
 
-    kind: ClassVar[str] = "note"
     text: str
 
 
@@ -43,7 +40,6 @@ class Note:
 class Items:
     """A list of sentences."""
 
-    kind: ClassVar[str] = "items"
     items: Sequence[str]
 
 
@@ -51,7 +47,6 @@ class Items:
 class Verbatim:
     """Text shown verbatim, such as a scene file."""
 
-    kind: ClassVar[str] = "verbatim"
     text: str
 
 
@@ -59,7 +54,6 @@ class Verbatim:
 class Folded:
     """Details shown on request."""
 
-    kind: ClassVar[str] = "folded"
     heading: str
     blocks: "Sequence[Block]"
 
@@ -68,7 +62,6 @@ class Folded:
 class Section:
     """A heading, or none, and its blocks, also sections. Links lead to the anchor."""
 
-    kind: ClassVar[str] = "section"
     heading: str
     blocks: "Sequence[Block]"
     colour: str = ""
@@ -128,6 +121,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
     environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
     environment.filters["typeset"] = _typeset
@@ -161,8 +155,8 @@ def _embedded(block: Picture | Chart, folder: Path, prefix: str) -> str:
 
 
 def join_words(words: Iterable[str]) -> str:
-    """Return words with commas and "and" between them."""
-    *first, last = words
+    """Return words with commas and "and" between them; an empty text without words."""
+    *first, last = [*words] or [""]
     return f"{', '.join(first)} and {last}" if first else last
 
 

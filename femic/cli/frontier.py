@@ -45,8 +45,8 @@ def advise(
 ) -> None:
     """Name the cheapest ICs that are good enough, with reasons."""
     loaded = load_scene(scene)
-    of_components = tuple(components.split(",")) if components else loaded.components
-    question = advice.Question(body or loaded.compared[0], of_components, tolerance)
+    named = tuple(components.split(",")) if components else loaded.components
+    question = advice.Question(body or loaded.compared[0], named, tolerance)
     folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.options(folder, console) as options:

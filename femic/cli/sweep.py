@@ -116,12 +116,7 @@ def _undamaged(folder: Path) -> xr.Dataset:
     path = reading.file_in(folder)
     if not path.exists():
         raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
-    try:
-        dataset = reading.open_sweep(path)
-    except Exception as error:  # whatever zarr and xarray make of it
-        raise Failure(f"{path}: damaged ({error}): {integrity.REMEDY}") from error
-    integrity.require_undamaged(path, dataset)
-    return dataset
+    return integrity.open_undamaged(path)
 
 
 def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:

@@ -56,10 +56,10 @@ class Work:
         if len(set(names)) < len(names):
             raise WrongInput(f"SCENE: {', '.join(names)}: two have the same name; rename a file")
         several = [(self.out or Path("out")) / name for name in names]
-        of_each = several if len(names) > 1 else [self.folder(scenes[0])]
-        for folder in (*of_each, *others):
+        scene_folders = several if len(names) > 1 else [self.folder(scenes[0])]
+        for folder in (*scene_folders, *others):
             folders.require_usable(folder)
-        return of_each
+        return scene_folders
 
     def joint_folder(self, names: Sequence[str]) -> Path:
         """Return the folder of the results that several scenes have in common."""

@@ -6,6 +6,6 @@ from geometries.arrays import Array
 
 
 def block_mean(values: Array) -> Array:
-    """RunOptions over four neighbours, shape (n_x / 2, n_s / 2, ...)."""
+    """Means over four neighbours, shape (n_x / 2, n_s / 2, ...)."""
     n_x, n_s, *others = values.shape
     return np.asarray(values.reshape(n_x // 2, 2, n_s // 2, 2, *others).mean(axis=(1, 3)))

@@ -35,7 +35,7 @@ class Bounded:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class PressureSolution:
     """Pressures and gaps, shape (n_x, n_s), the approach, and how they were found.
 
     `error` is the largest estimated error of a pressure as a share of the largest pressure.
@@ -56,7 +56,7 @@ def pressures(
     approach: float | None = None,
     start: Array | None = None,
     tolerance: float = TOLERANCE,
-) -> Solution:
+) -> PressureSolution:
     """Solve for a given load, the sum of c p [MPa], or for a given approach [mm].
 
     `start` are pressures to begin with. Raises Failure where S is not positive for the pressures in question,
@@ -74,7 +74,7 @@ def pressures(
         z = state.inverted(residual, active)
         error = _share(z, state.p)
         if error <= tolerance:
-            return Solution(state.p, gap, state.approach, iteration, state.products, error)
+            return PressureSolution(state.p, gap, state.approach, iteration, state.products, error)
         beta = 0.0
         if np.array_equal(active, last_active):
             beta = max(0.0, _dot(z, residual - last_residual) / _dot(last_z, last_residual))
@@ -102,7 +102,7 @@ class _State:
     def first(
         cls, problem: Bounded, load: float | None, approach: float | None, start: Array | None
     ) -> "_State":
-        """The state to begin with: `start`, or, if it has no pressures, those that overlaps ask for."""
+        """Return the first state: `start`, or, if it has no pressures, those that overlaps ask for."""
         possible = np.isfinite(problem.h)
         p = np.zeros(problem.h.shape) if start is None else np.where(possible, np.maximum(start, 0), 0.0)
         if not np.any(p) and approach is not None:
@@ -132,7 +132,7 @@ class _State:
         return np.asarray(self.u + self.problem.h - self.approach * self.problem.c)
 
     def inverted(self, residual: Array, active: Mask) -> Array:
-        """The preconditioned residual in contact; where the load is given, it does not change the load."""
+        """Return the preconditioned residual in contact, which does not change a load that is given."""
         z = np.where(active, self.problem.inverse(residual), 0.0)
         if self.load is None:
             return z
@@ -141,7 +141,7 @@ class _State:
         return np.asarray(z - of_c * (np.vdot(c, z) / np.vdot(c, of_c)))
 
     def moved(self, direction: Array, slope: float) -> "_State":
-        """The state of least energy along a direction, without negative pressures."""
+        """Return the state of least energy along a direction, without negative pressures."""
         v = self.problem.compliance(direction)
         curvature = float(np.vdot(direction, v))
         if not curvature > 0:
@@ -156,7 +156,7 @@ class _State:
         return _State(self.problem, self.load, self.fixed_approach, p, u, self.products + 1)
 
     def _with(self, p: Array, products: int = 0) -> "_State":
-        """The state of other pressures, scaled to the load."""
+        """Return the state of other pressures, scaled to the load."""
         if self.load is not None:
             p = p * (self.load / np.vdot(self.problem.c, p))
         u = self.problem.compliance(p)
@@ -168,7 +168,7 @@ def _dot(left: Array, right: Array) -> float:
 
 
 def _share(z: Array, p: Array) -> float:
-    """Largest |z| over the largest pressure; infinite where pressures are still to come."""
+    """Return largest |z| over the largest pressure; infinite where pressures are still to come."""
     largest, pressure = float(np.max(np.abs(z))), float(np.max(p))
     if largest == 0:
         return 0.0

@@ -15,7 +15,7 @@ from geometries.errors import WrongInput
 
 
 def compressed(problem: FrictionalProblem, steps: Sequence[Loading]) -> Iterator[FrictionalContact]:
-    """The contact after each of some steps of vertical load or approach, from none on.
+    """Yield the contact after each of some steps of vertical load or approach, from none on.
 
     Elements that come into contact in a step slip from where they were before it: the error is of the first
     order in the steps. Raises WrongInput for no steps, and otherwise as `frictional.solve`.

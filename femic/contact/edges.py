@@ -39,7 +39,7 @@ class Extent:
 
 
 def near_ends(in_contact: Mask, margin: int = MARGIN) -> tuple[str, ...]:
-    """The ends of a grid, of `ENDS`, that a contact comes nearer to than `margin` elements."""
+    """Return the ends of a grid, of `ENDS`, that a contact comes nearer to than `margin` elements."""
     along_x, along_s = (np.flatnonzero(in_contact.any(axis=axis)) for axis in (1, 0))
     if not len(along_x):
         return ()
@@ -49,7 +49,7 @@ def near_ends(in_contact: Mask, margin: int = MARGIN) -> tuple[str, ...]:
 
 
 def extents(p: Array, gap: Array) -> list[Extent]:
-    """The patches of a contact from its pressures and gaps (n_x, n_s), from the left to the right.
+    """Return the patches of a contact from its pressures and gaps (n_x, n_s), from the left to the right.
 
     Coordinates count elements from the centre of the first one. Patches need `MARGIN` elements on all sides.
     """
@@ -64,7 +64,7 @@ def extents(p: Array, gap: Array) -> list[Extent]:
 
 
 def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], float]:
-    """The range that a patch covers along the first axis, at its longest, and the accuracy of its half."""
+    """Return the longest range that a patch covers along the first axis, and the accuracy of its half."""
     lines, last = np.flatnonzero(elements.any(axis=0)), len(elements) - 1
     highest, of_highest = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
     lowest, of_lowest = max(_end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines)
@@ -74,7 +74,7 @@ def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], f
 
 
 def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
-    """The coordinate at which the contact on a line ends, in elements, and its accuracy."""
+    """Return the coordinate at which the contact on a line ends, in elements, and its accuracy."""
     last = int(np.flatnonzero(elements)[-1])
     inside = p[: last + 1][::-1]
     from_gaps = _from_gaps(gap[last + 1 :])
@@ -85,7 +85,7 @@ def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
 
 
 def _from_pressures(inside: Array) -> float | None:
-    """Distance of the edge from the centre of the last element in contact, from pressures from there inwards.
+    """Return the distance of the edge from the centre of the last element in contact, by pressures there.
 
     None where squared pressures do not fall to 0 within an element of where the contact ends.
     """
@@ -97,7 +97,7 @@ def _from_pressures(inside: Array) -> float | None:
 
 
 def _from_gaps(gaps: Array) -> float:
-    """The same distance from gaps beyond the edge.
+    """Return the same distance from gaps beyond the edge.
 
     Half an element where gaps do not grow, because another patch is near.
     """

@@ -140,18 +140,18 @@ def scales(pressures: Array, friction: float, at: Places) -> dict[str, Scale]:
 
 
 def _beside(mask: Mask) -> Mask:
-    """Elements with a neighbour that is in a mask; outside the grid none is."""
+    """Return elements with a neighbour that is in a mask; outside the grid none is."""
     return np.any([_moved(mask, side, fill=False) for side in NEIGHBOURS], axis=0)
 
 
 def _change(values: Array) -> Array:
-    """The largest distance of vectors (n_x, n_s, k) to those of neighbours; NaN ones do not count."""
+    """Return the largest distance of vectors (n_x, n_s, k) to those of neighbours; NaN ones do not count."""
     away = [np.linalg.norm(values - _moved(values, side, fill=np.nan), axis=-1) for side in NEIGHBOURS]
     return np.asarray(np.max(np.nan_to_num(away), axis=0))
 
 
 def _moved(values: Array | Mask, side: tuple[int, int], fill: float) -> Array:
-    """The values of neighbours on one side, shape as of `values`."""
+    """Return the values of neighbours on one side, shape as of `values`."""
     padded = np.pad(values, [(1, 1), (1, 1), *[(0, 0)] * (values.ndim - 2)], constant_values=fill)
     n_x, n_s = values.shape[:2]
     return np.asarray(padded[1 + side[0] : 1 + side[0] + n_x, 1 + side[1] : 1 + side[1] + n_s])

@@ -89,14 +89,14 @@ class Measured:
     floors: Mapping[str, float]
 
     def scale(self, name: str, kind: Kind) -> Scale:
-        """The scale of a number."""
+        """Return the scale of a number."""
         if kind.scale == OWN:
             return Scale(abs(self.numbers[name]), abs(self.numbers[name]))
         return Scale(1.0, 1.0) if kind.scale == SHARE else self.scales[kind.scale]
 
 
 def from_grids(fine: float, coarse: float, coarser: float = np.nan) -> float:
-    """The error of a number on elements of size h, from that on 2h and on 4h; NaN: not known there."""
+    """Return the error of a number on elements of size h, from that on 2h and on 4h; NaN: not known there."""
     near, far = abs(fine - coarse), abs(coarse - coarser)
     if not np.isfinite(far):
         return SAFETY * near / (2**LEAST_ORDER - 1)
@@ -128,7 +128,7 @@ def estimates(
 
 
 def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> dict[str, float]:
-    """By how much numbers differ from those found in another way; related ones count as in estimates."""
+    """Return the differences to numbers found in another way; related ones count as in estimates."""
     scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
     pooled = _pooled(away, kinds, scales)
@@ -141,7 +141,7 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
 
 
 def summed(parts: Sequence[Numbers]) -> dict[str, float]:
-    """The sum of independent parts of estimates: none makes another one smaller."""
+    """Return the sum of independent parts of estimates: none makes another one smaller."""
     return {name: float(sum(part[name] for part in parts)) for name in parts[0]}
 
 
@@ -170,22 +170,21 @@ def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Sca
         for group in {kind.group for kind in kinds.values()}
     }
     return {
-        name: float(np.max([shares[name] * kind.own, *_of_related(kind, largest)]))
+        name: float(
+            np.max(
+                [shares[name] * kind.own] + [part * largest.get(group, 0.0) for group, part in kind.related]
+            )
+        )
         for name, kind in kinds.items()
     }
 
 
-def _of_related(kind: Kind, largest: Mapping[str, float]) -> list[float]:
-    """What counts of the largest changes of groups."""
-    return [part * largest.get(group, 0.0) for group, part in kind.related]
-
-
 def _share(error: float, scale: float) -> float:
-    """An error over its scale; 0 where there is nothing that could change."""
+    """Return an error over its scale; 0 where there is nothing that could change."""
     return error / scale if scale != 0 else 0.0 * error
 
 
 def _same(row: Sequence[float], scale: Scale) -> bool:
-    """Whether numbers are the same; two of them, which may be so by luck, to rounding."""
+    """Return whether numbers are the same; two of them, which may be so by luck, to rounding."""
     allowed = SAME if len(row) > 2 else ROUNDING
     return bool(np.nanmax(row) - np.nanmin(row) <= allowed * scale.rounds)

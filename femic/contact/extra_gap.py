@@ -22,7 +22,7 @@ class Profile:
     gap: Array
 
     def at(self, x: Array, s: Array) -> Array:
-        """The gap at places (x, s) [mm], shape broadcast(x, s)."""
+        """Return the gap at places (x, s) [mm], shape broadcast(x, s)."""
         return np.interp(
             np.broadcast_to(s, np.broadcast_shapes(x.shape, s.shape)), self.s, self.gap, 0.0, 0.0
         )
@@ -36,7 +36,7 @@ class Scattered:
     gap: Array
 
     def at(self, x: Array, s: Array) -> Array:
-        """The gap at places (x, s) [mm], shape broadcast(x, s)."""
+        """Return the gap at places (x, s) [mm], shape broadcast(x, s)."""
         middle = self.places.mean(axis=0)
         size = np.ptp(self.places, axis=0).max()  # triangles need lengths of about 1
         between = scipy.interpolate.LinearNDInterpolator(
@@ -49,7 +49,7 @@ ExtraGap = Profile | Scattered
 
 
 def extra_gap(columns: Array) -> ExtraGap:
-    """The gap of columns s, gap or x, s, gap, shape (n, 2) or (n, 3) [mm].
+    """Return the gap of columns s, gap or x, s, gap, shape (n, 2) or (n, 3) [mm].
 
     Points of one x are a profile: s and the gap alone matter. Raises WrongInput for points at the same place,
     for others on one line, and for too few.
@@ -69,7 +69,7 @@ def extra_gap(columns: Array) -> ExtraGap:
 
 
 def _profile(places: Array, gap: Array) -> Profile:
-    """The profile of points at s, shape (n, 1)."""
+    """Return the profile of points at s, shape (n, 1)."""
     if len(places) < 2:
         raise WrongInput("one point: give two or more")
     _require_apart(places)

@@ -214,7 +214,7 @@ def solve(
     start: FrictionalContact | None = None,
     tolerance: float = TOLERANCE,
 ) -> FrictionalContact:
-    """The contact after a motion.
+    """Return the contact after a motion.
 
     `start` is an initial guess; without one the solution begins on coarser grids, where the motion has a form
     on these.
@@ -239,7 +239,7 @@ class _Alternation:
     tolerance: float
 
     def from_start(self, start: FrictionalContact | None) -> FrictionalContact:
-        """The contact, from one to begin with, or from those on coarser grids."""
+        """Return the contact, from one to begin with, or from those on coarser grids."""
         if start is not None:
             same = len(start.amplitudes) == len(self.motion.free)
             return self.robustly(start.p, start.amplitudes if same else np.zeros(len(self.motion.free)))
@@ -251,7 +251,7 @@ class _Alternation:
         return replace(contact, coarser=coarser)
 
     def coarser(self) -> FrictionalContact | None:
-        """The contact on elements twice as large, None where there is none or where it has no solution."""
+        """Return the contact on elements twice as large, None where it has no solution or is not possible."""
         sizes = self.problem.grid.n_x, self.problem.grid.n_s
         if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
             return None
@@ -263,7 +263,7 @@ class _Alternation:
             return None
 
     def robustly(self, p: Array, amplitudes: Array) -> FrictionalContact:
-        """The contact, with the motion in a simpler form if it is not found in its own."""
+        """Return the contact, with the motion in a simpler form if it is not found in its own."""
         try:
             return self.end(p, amplitudes)
         except ForcesBeyondFriction:
@@ -274,7 +274,7 @@ class _Alternation:
         return replace(self, motion=self.motion.simpler).robustly(p, amplitudes)
 
     def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
-        """The contact at which neither problem changes the other any more; p are tractions to begin with."""
+        """Return the contact at which neither problem changes the other; `p` are the first tractions."""
         change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
         damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
         for alternation in range(1, MOST_ALTERNATIONS + 1):
@@ -303,13 +303,13 @@ class _Alternation:
         )
 
     def share_of_pressures(self, p: Array) -> float:
-        """The share of the load that tangential tractions on inclined places leave to pressures."""
+        """Return the share of the load that tangential tractions on inclined places leave to pressures."""
         load = self.loading.load
         carried = np.sum(p[..., S] * np.sin(self.problem.inclination)) * self.problem.grid.area
         return 1.0 if load is None else 1.0 + float(carried) / load
 
     def pressed(self, p: Array, tolerance: float) -> tuple[Array, float, Array]:
-        """Tractions with new pressures, the approach, and gaps."""
+        """Return tractions with new pressures, the approach, and gaps."""
         problem, bounded = self.problem, self.problem.normal.bounded
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
         load = self.loading.load
@@ -322,7 +322,7 @@ class _Alternation:
         return _joined(p, solution.p[..., None]), solution.approach, gap
 
     def slipped(self, p: Array, approach: float, amplitudes: Array, tolerance: float) -> Tangential:
-        """The tangential tractions for given pressures."""
+        """Return the tangential tractions for given pressures."""
         problem, motion = self.problem, self.motion
         bound = problem.friction * p[..., N]
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
@@ -337,12 +337,10 @@ class _Alternation:
         )
         return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)
 
-    def free(self, p: Array) -> FreeAmplitudes | None:
-        """The free amplitudes, and what tangential tractions have to bring about besides pressures."""
+    def free(self, p: Array) -> FreeAmplitudes:
+        """Return the free amplitudes, and what tangential tractions have to bring about besides pressures."""
         free = self.motion.free
-        if not free:
-            return None
-        weights = np.array([slip.weights for slip in free])
+        weights = np.reshape([slip.weights for slip in free], (-1, *p.shape))
         of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
         targets = np.array([slip.force for slip in free]) - of_pressures
         return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)

@@ -60,7 +60,7 @@ def contact_at_lateral_force(
 
 
 def _bracket(beyond: Callable[[float], float], start: float, step: float) -> tuple[float, float]:
-    """Two positions between which the force is reached; the same one twice where it is met exactly."""
+    """Return two positions between which the force is reached; the same one twice where it is met exactly."""
     before, defect = start, beyond(start)
     if defect == 0:
         return start, start

@@ -33,6 +33,6 @@ class Loading:
 
 
 def _short(value: float) -> str:
-    """A number with six digits if these are all it has, else with as many as tell loadings apart."""
+    """Return a number with six digits if these are all it has, else with as many as tell loadings apart."""
     text = f"{value:g}"
     return text if float(text) == value else f"{value:.{DISTINCT_DIGITS}g}"

@@ -34,8 +34,7 @@ class ContactMotion:
     table: Late
     growing: tuple[str, ...] = ()
     slip_unit: str = "1"  # per unit of rolled distance; or mm
-    one_load: bool = False
-    wheel_rolls: bool = False  # whether the rail sees the displacements of a wheel while it rolls
+    wheel_rolls: bool = False  # at one load; the rail sees the displacements of the wheel as it rolls
     place: Callable[[float], str] = str
     solve: Callable[..., Any] | None = None
     one_point: Callable[..., Any] | None = None
@@ -66,7 +65,6 @@ MOTIONS: dict[str, ContactMotion] = {
         dimension="xi",
         place=lambda xi: f"{100 * xi:.3g} %",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
-        one_load=True,
         wheel_rolls=True,
         solve=Late(f"{PAIRS}.solved_curve:solve_curve"),
         one_point=Late(f"{PAIRS}.solved_curve:nearest_to_no_creepage"),
@@ -77,7 +75,6 @@ MOTIONS: dict[str, ContactMotion] = {
         dimension="distance",
         place=lambda distance: f"{distance:.3g} mm",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
-        one_load=True,
         wheel_rolls=True,
         solve=Late(f"{PAIRS}.solved_transient:solve_transient"),
         one_point=Late(f"{PAIRS}.solved_transient:last_distance"),

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
 from femic.contact.block_mean import block_mean
-from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, Solution, pressures
+from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, PressureSolution, pressures
 from femic.contact.edges import MARGIN, Extent, extents, near_ends
 from femic.contact.error_floors import SlipState
 from femic.contact.loading import Loading
@@ -112,7 +112,7 @@ class NormalContact:
     """
 
     problem: NormalProblem
-    solution: Solution
+    solution: PressureSolution
     coarser: "NormalContact | None"
 
     @property
@@ -207,11 +207,10 @@ def solve(
     start: Array | None = None,
     tolerance: float = TOLERANCE,
 ) -> NormalContact:
-    """The contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
+    """Return the contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
 
-    Raises WrongInput as `Loading`, and Failure as
-    `bounded.pressures` does and where the contact comes closer than `MARGIN` elements to an end of the grid,
-    with the ends named.
+    Raises WrongInput as `Loading`, and Failure as `bound_constrained.pressures` does and where the contact
+    comes closer than `MARGIN` elements to an end of the grid, with the ends named.
     """
     loading = Loading(load, approach)
     contact = _solved(problem, load, approach, start, tolerance)

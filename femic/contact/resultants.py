@@ -21,7 +21,7 @@ class Resultant:
 
 
 def resultant(tractions: Array, contour: Contour, x: Array, s: Array, area: float) -> Resultant:
-    """The resultant of tractions (n_x, n_s, 3) [MPa] along x, s, n on elements of a lower contour.
+    """Return the resultant of tractions (n_x, n_s, 3) [MPa] along x, s, n on elements of a lower contour.
 
     `x` (n_x,) and `s` (n_s,) are the centres of elements, `area` is that of an element [mm^2].
     """
@@ -40,11 +40,6 @@ def in_global_axes(tractions: Array, sin: Array, cos: Array) -> tuple[Array, Arr
     return p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
 
 
-def of_pressures(p: Array, contour: Contour, x: Array, s: Array, area: float) -> Resultant:
-    """The resultant of pressures (n_x, n_s) [MPa] alone, as of `resultant`."""
-    return resultant(p[..., None] * [0.0, 0.0, 1.0], contour, x, s, area)
-
-
 def centre_of_pressure(p: Array, s: Array) -> float:
-    """The mean arc length [mm] of pressures (n_x, n_s) [MPa] on strips at s (n_s,)."""
+    """Return the mean arc length [mm] of pressures (n_x, n_s) [MPa] on strips at s (n_s,)."""
     return float(np.sum(p * s) / np.sum(p))

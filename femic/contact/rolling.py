@@ -20,7 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
+from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
 from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
 from femic.contact.loading import Loading
@@ -46,7 +46,7 @@ class RollingProblem:
     """A contact with friction, and where its wheel rolls."""
 
     problem: FrictionalProblem
-    rolling: Rolling
+    rolling: RollingKinematics
     order: int = 2
 
     def contact(
@@ -58,7 +58,7 @@ class RollingProblem:
         start: FrictionalContact | None = None,
         tolerance: float = TOLERANCE,
     ) -> RollingContact:
-        """The contact in steady rolling.
+        """Return the contact in steady rolling.
 
         `forces` [N, for spin N mm] are prescribed forces on the upper body by the names of the creepages that
         follow from them: longitudinal for F_x, lateral for F_y, spin for M_z about the contact centre. The

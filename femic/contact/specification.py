@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from approx.pair import Pair, Solid
+from approx.pair import Pair
 from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.loading import Loading
@@ -22,8 +22,6 @@ from femic.key_types import (
     Signed,
     Whole,
 )
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.bodies import Body, common_extent
@@ -31,8 +29,6 @@ from geometries.errors import WrongInput
 from geometries.grids import Grid
 
 APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
-DEFAULT_GRID = Grid(64, 32, 0.2, 0.2)
-DEFAULT_SETTINGS = Settings(HARMONIC)
 CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
 
@@ -223,26 +219,6 @@ class ContactProblem:
     discount: Discount
     support_radius: float  # of the far arc of the bodies [mm]
     reference_length: float  # mm
-
-    @classmethod
-    def of(
-        cls,
-        lower: Body,
-        upper: Body,
-        specification: ContactSpecification,
-        *,
-        grid: Grid = DEFAULT_GRID,
-        settings: Settings = DEFAULT_SETTINGS,
-    ) -> "ContactProblem":
-        """The contact of two bodies, of which C has the rigid part of the approach subtracted.
-
-        Approximations have the elastic properties of the bodies. Where the specification has no automatic
-        grids, `grid` is needed.
-        """
-        pair = Pair(Solid(upper.material, upper.surface), Solid(lower.material, lower.surface))
-        bodies = {"lower": lower, "upper": upper}
-        length = settings.approach_side * APPROACH_SHARE
-        return cls("contact", bodies, pair, specification, grid, settings, "approach", FAR_RADIUS, length)
 
     @property
     def extent(self) -> tuple[float, float]:

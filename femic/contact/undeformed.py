@@ -83,7 +83,7 @@ class Undeformed:
         return np.asarray(self.lower.contour.position(s)[1] - self.touching[1] + apart)
 
     def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0) -> Array:
-        """Distance [mm] along the normal of the lower surface at (x, s) [mm], shape broadcast(x, s).
+        """Return distance [mm] along the normal of the lower surface at (x, s) [mm], shape broadcast(x, s).
 
         Negative where the surfaces overlap; infinite where the normal does not meet the upper surface.
         """
@@ -124,7 +124,7 @@ class Undeformed:
         return t, moved | (across <= 0) | (t < low) | (t > high) | beside_wheel
 
     def _section(self, x: Array, t: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Points (y, z) of the upper surface in the plane at x, and their derivatives by arc length t."""
+        """Return points (y, z) of the upper surface in the plane at x, and their derivatives by t."""
         (y, z), (dy, dz) = self.upper.contour.position(t), self.upper.contour.tangent(t)
         if np.isinf(self.upper.rolling_radius):
             return (y, z), (dy, dz)

@@ -1,6 +1,6 @@
 """Bodies and pairs: contours with their materials, as the tables of scene files have them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeVar, cast
 
@@ -14,7 +14,7 @@ from femic.scenes.bodies import BodyTable
 from femic.scenes.effective import effective_properties
 from femic.scenes.load import parse, read_scene, scene_path
 from femic.scenes.messages import messages
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries import bodies
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -31,7 +31,9 @@ def plain(value: Any) -> Any:
         return {name: plain(inner) for name, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(inner) for inner in value]
+    return value
 
 
 def checked(table: type[Table], keys: Mapping[str, Any]) -> Table:

@@ -1,14 +1,14 @@
 """B-hat-prime fitted to C of a pair."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import xarray as xr
 
 from compare.calibration.compute import calibrate, to_dataset
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import patch_table, scene_of
+from femic.interface.scenes import scene_of
 from geometries.patches import Patch
 
 
@@ -44,12 +44,12 @@ def fit_bhat_prime(
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
     calibration = {
-        "bodies": list(bodies),
-        "properties": list(properties),
-        "components": list(components),
+        "bodies": bodies,
+        "properties": properties,
+        "components": components,
         "curvature": "apart" if curvature_apart else "contained",
     }
-    tables = {"patch": patch_table(patch), "bodies": list(bodies), "calibration": calibration}
+    tables = {"patch": asdict(patch), "bodies": bodies, "calibration": calibration}
     calibrated = calibrate(scene_of(pair, options, tables), options.run)
     fitted = replace(
         pair, effective=calibrated.scene.effective, curvature_apart=calibrated.scene.curvature_apart

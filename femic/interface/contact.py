@@ -1,8 +1,8 @@
 """Contact of a pair with any ICs: without friction, in steady or transient rolling, and in compression."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import xarray as xr
@@ -15,10 +15,10 @@ from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.specification import FrictionSpecification
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, grid_table, name_of
+from femic.interface.matrices import grid_of, name_of
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
-from femic.scenes.checks import misfits
+from femic.scenes.build import misfits
 from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene
@@ -29,15 +29,10 @@ ICs = str | xr.Dataset
 
 
 @dataclass(frozen=True)
-class Frictionless:
-    """Contact without friction under vertical `loads` [N], or at vertical `approaches` [mm] instead.
+class _MotionKeys:
+    """A motion whose fields are keys of a scene file; a single `load` is the only one of its `loads`."""
 
-    With `lateral_force` [N] on the upper body, its lateral position follows. Raises WrongInput.
-    """
-
-    loads: Sequence[float] = ()
-    approaches: Sequence[float] = ()
-    lateral_force: float | None = None
+    kind: ClassVar[str]
 
     def __post_init__(self) -> None:
         checked(ContactTable, self.table)
@@ -45,18 +40,38 @@ class Frictionless:
     @property
     def table(self) -> dict[str, Any]:
         """The keys of a scene file."""
-        of_loads = {"loads": list(self.loads), "approaches": list(self.approaches)}
-        return given(of_loads | {"motion": "none", "lateral_force": self.lateral_force})
+        keys = given(vars(self) | {"motion": self.kind})
+        if "load" in keys:
+            keys["loads"] = [keys.pop("load")]
+        if "friction" in keys:
+            keys["friction"] = np.atleast_1d(keys["friction"])
+        return keys
 
 
 @dataclass(frozen=True)
-class Rolling:
+class Frictionless(_MotionKeys):
+    """Contact without friction under vertical `loads` [N], or at vertical `approaches` [mm] instead.
+
+    With `lateral_force` [N] on the upper body, its lateral position follows. Raises WrongInput.
+    """
+
+    kind = "none"
+
+    loads: Sequence[float] = ()
+    approaches: Sequence[float] = ()
+    lateral_force: float | None = None
+
+
+@dataclass(frozen=True)
+class Rolling(_MotionKeys):
     """Steady rolling of the upper body towards +x under a vertical `load` [N], at coefficients of `friction`.
 
     Contacts are solved at all `longitudinal` creepages, omega R / V - 1 (1), with a `lateral` velocity of the
     wheel over V (1) and a `spin` over V [1/mm], and where the longitudinal force is `equal_force` times
     friction and load. Raises WrongInput.
     """
+
+    kind = "rolling"
 
     load: float
     friction: float | Sequence[float]
@@ -65,30 +80,16 @@ class Rolling:
     spin: float = 0.0
     equal_force: float = 0.5
 
-    def __post_init__(self) -> None:
-        checked(ContactTable, self.table)
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """The keys of a scene file."""
-        return {
-            "motion": "rolling",
-            "loads": [self.load],
-            "friction": np.atleast_1d(self.friction).tolist(),
-            "longitudinal": list(self.longitudinal),
-            "lateral": self.lateral,
-            "spin": self.spin,
-            "equal_force": self.equal_force,
-        }
-
 
 @dataclass(frozen=True)
-class TransientRolling:
+class TransientRolling(_MotionKeys):
     """Rolling of the upper body from rest at constant creepages, in steps of one element.
 
     `creepage`, `lateral` and `spin` are as those of `Rolling`; `distance` [mm] is rolled, by default three
     lengths of the patch. Raises WrongInput.
     """
+
+    kind = "transient"
 
     load: float
     friction: float | Sequence[float]
@@ -97,43 +98,18 @@ class TransientRolling:
     spin: float = 0.0
     distance: float | None = None
 
-    def __post_init__(self) -> None:
-        checked(ContactTable, self.table)
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """The keys of a scene file."""
-        return given(
-            {
-                "motion": "transient",
-                "loads": [self.load],
-                "friction": np.atleast_1d(self.friction).tolist(),
-                "creepage": self.creepage,
-                "lateral": self.lateral,
-                "spin": self.spin,
-                "distance": self.distance,
-            }
-        )
-
 
 @dataclass(frozen=True)
-class Compression:
+class Compression(_MotionKeys):
     """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
 
     Raises WrongInput.
     """
 
+    kind = "compression"
+
     loads: Sequence[float]
     friction: float | Sequence[float]
-
-    def __post_init__(self) -> None:
-        checked(ContactTable, self.table)
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """The keys of a scene file."""
-        friction = np.atleast_1d(self.friction).tolist()
-        return {"motion": "compression", "loads": list(self.loads), "friction": friction}
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +137,7 @@ class ContactSetup:
             contact["gap"] = self.gap
         if self.grid is None:
             return {"contact": contact}
-        return {"contact": contact | {"grid": "scene"}, "grid": grid_table(self.grid)}
+        return {"contact": contact | {"grid": "scene"}, "grid": asdict(self.grid)}
 
 
 AUTOMATIC = ContactSetup()
@@ -188,13 +164,13 @@ def solve_contact(
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """
-    names = tuple(one if isinstance(one, str) else name_of(one) for one in ics)
+    names = tuple(each if isinstance(each, str) else name_of(each) for each in ics)
     if len(set(names)) < len(names):
         raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
-    matrices = {name: one for name, one in zip(names, ics, strict=True) if isinstance(one, xr.Dataset)}
+    matrices = {name: each for name, each in zip(names, ics, strict=True) if isinstance(each, xr.Dataset)}
     scene = _scene(pair, motion, setup, options, [name for name in names if name not in matrices] or ["A"])
     scene = replace(scene, contact=replace(scene.contact, ics=names))
-    own = {name: _given(one) for name, one in matrices.items()}
+    own = {name: _given(matrix) for name, matrix in matrices.items()}
     if scene.contact.friction:
         return compute_with_friction(scene, options.run, own)
     return to_dataset(compute_contact(scene, options.run, own))

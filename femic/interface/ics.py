@@ -1,7 +1,7 @@
 """ICs at points: C with its estimate, approximations, and their errors."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import xarray as xr
@@ -12,8 +12,8 @@ from compare.ics.compute import compute
 from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
 from femic.interface.bodies import Pair, checked
 from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import NAME, patch_table, scene_of
-from femic.scenes.checks import misfits
+from femic.interface.scenes import NAME, scene_of
+from femic.scenes.build import misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.scene import Scene
@@ -69,7 +69,9 @@ def compute_ics(
     """
     if not ics:
         raise WrongInput("ics: none is named: give some of A, Bhat, C and others")
-    scene = _scene(pair, patch, lines, options, _tables(ics, bodies, components))
+    variants = [name for name in ics if name != "C"] or ["A"]
+    tables = {"variants": variants, "bodies": bodies, "components": components}
+    scene = _scene(pair, patch, lines, options, tables)
     if "C" not in ics:
         return approximations_dataset(scene)
     dataset = to_dataset(compute(scene, options.run))
@@ -89,18 +91,13 @@ def compare_ics(ics: xr.Dataset) -> xr.Dataset:
     return errors_in(ics)
 
 
-def _tables(ics: Sequence[str], bodies: Sequence[str], components: Sequence[str]) -> dict[str, Any]:
-    variants = [name for name in ics if name != "C"] or ["A"]
-    return {"variants": variants, "bodies": list(bodies), "components": list(components)}
-
-
 def _scene(
     pair: Pair, patch: Patch, lines: Sequence[Line], options: Options, tables: dict[str, Any]
 ) -> Scene:
     """Return the scene of a comparison, with lines of a table, and others that a scene file does not know."""
     of_file = [line.model_dump() for line in lines if not isinstance(line, OffsetLine)]
     stand_in = line_along_x(patch.s, patch.a, 2).model_dump()
-    scene = scene_of(pair, options, {"patch": patch_table(patch), "lines": of_file or [stand_in], **tables})
+    scene = scene_of(pair, options, {"patch": asdict(patch), "lines": of_file or [stand_in], **tables})
     if len(of_file) == len(lines):
         return scene
     known = iter(scene.lines)

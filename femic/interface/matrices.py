@@ -1,7 +1,6 @@
 """IC matrices: the ICs of all pairs of elements of a grid, by their lag along x and their strips."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,10 +46,8 @@ def compute_matrix(
     scene = replace(_scene(pair, grid, options), discount=discount)
     if ics != "C":
         return label_matrix(matrix(ics, scene.pair, grid), grid, ics)
-    references, contour = (
-        matrices(matrix_jobs(scene), options.run, combined=True),
-        scene.bodies["lower"].contour,
-    )
+    references = matrices(matrix_jobs(scene), options.run, combined=True)
+    contour = scene.bodies["lower"].contour
     columns = [pair_column(references, contour, strip) for strip in range(grid.n_s)]
     c, estimate = (
         grid.area * np.stack([getattr(column, part) for column in columns], axis=-1).transpose(2, 3, 4, 0, 1)
@@ -109,14 +106,9 @@ def write_for_contact(pair: Pair, ics: xr.Dataset, path: str | Path) -> None:
     contact_file.write(to_contact(scene, ics.ic.values), Path(path))
 
 
-def grid_table(grid: Grid) -> Mapping[str, float]:
-    """Return the table [grid] of a scene file."""
-    return {"n_x": grid.n_x, "n_s": grid.n_s, "dx": grid.dx, "ds": grid.ds, "s": grid.s}
-
-
 def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
     """Return the scene of a matrix; raise WrongInput for a grid that does not fit."""
-    scene = scene_of(pair, options, {"grid": grid_table(grid)})
+    scene = scene_of(pair, options, {"grid": asdict(grid)})
     require_none(NAME, grid_misfits(scene))
     return scene
 

@@ -9,7 +9,6 @@ from femic.interface.bodies import Pair, plain
 from femic.interface.options import DEFAULT, Options
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
-from geometries.patches import Patch
 
 NAME = "pair"  # of scenes that Python describes, in messages
 
@@ -17,11 +16,6 @@ NAME = "pair"  # of scenes that Python describes, in messages
 def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
     """Return the scene of a pair with further tables; raise WrongInput for what does not fit together."""
     return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)
-
-
-def patch_table(patch: Patch) -> dict[str, float]:
-    """Return the table [patch] of a scene file."""
-    return {"a": patch.a, "b": patch.b, "s": patch.s}
 
 
 def run_scene(scene: Scene, out: str | Path, options: Options = DEFAULT) -> Path:

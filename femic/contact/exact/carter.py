@@ -22,7 +22,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from femic.contact.exact.hertz import LineContact
+from femic.contact.exact.hertz import LineContact, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -41,15 +41,14 @@ class TractiveRolling:
     creepage: float
 
     def __post_init__(self) -> None:
-        for name in ("load", "friction"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise WrongInput(f"{name} = {getattr(self, name)!r}: must be positive and finite")
+        require_positive("load", self.load)
+        require_positive("friction", self.friction)
         if not np.isfinite(self.creepage):
             raise WrongInput(f"creepage = {self.creepage!r}: must be finite")
 
     @classmethod
     def at_force(cls, surfaces: LineContact, load: float, friction: float, force: float) -> Self:
-        """The rolling that goes with a tangential force per length [N/mm] on the upper body.
+        """Return the rolling that goes with a tangential force per length [N/mm] on the upper body.
 
         Raises WrongInput for a force of friction load or more: no or any creepage beyond goes with it.
         """

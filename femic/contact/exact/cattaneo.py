@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from femic.contact.exact.hertz import LineContact, LoadedPoint
+from femic.contact.exact.hertz import LineContact, LoadedPoint, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import S, X
@@ -145,7 +145,7 @@ class ShiftedLine:
 
 
 def _sticking(friction: float, force: float, load: float) -> float:
-    """The share of friction load that a force leaves."""
+    """Return the share of friction load that a force leaves."""
     return 1 - abs(force) / (friction * load)
 
 
@@ -153,10 +153,8 @@ def _check(nu: float, friction: float, force: float, load: float, direction: int
     """Raise WrongInput for what the solution does not hold for."""
     if not 0 <= nu <= 0.5:
         raise WrongInput(f"nu = {nu!r}: must lie in 0 ... 0.5")
-    if not 0 < friction < np.inf:
-        raise WrongInput(f"friction = {friction!r}: must be positive and finite")
-    if not 0 < load < np.inf:
-        raise WrongInput(f"load = {load!r}: must be positive and finite")
+    require_positive("friction", friction)
+    require_positive("load", load)
     if not abs(force) < friction * load:
         raise WrongInput(f"force = {force!r}: must be below friction * load = {friction * load:g}")
     if direction not in (X, S):

@@ -70,7 +70,7 @@ class CreepageCoefficients:
 
 
 def creepage_coefficients(a: float, b: float, nu: float, *, degree: int = DEGREE) -> CreepageCoefficients:
-    """The coefficients of an ellipse, by polynomials up to a degree; nu is the combined one.
+    """Return the coefficients of an ellipse, by polynomials up to a degree; nu is the combined one.
 
     Raises WrongInput for semi-axes whose ratio is beyond `WIDEST`, nu beyond 0 ... 0.5, and too low a degree.
     """
@@ -135,11 +135,11 @@ class _Modes:
         return np.stack([both[least] for least in self.least])
 
     def place(self, direction: int, n: int, m: int) -> int:
-        """The number of a mode."""
+        """Return the number of a mode."""
         return int(np.flatnonzero((self.direction == direction) & (self.n == n) & (self.m == m))[0])
 
     def of_mode(self, q: Array, direction: int, n: int, m: int) -> float:
-        """The coefficient of a mode."""
+        """Return the coefficient of a mode."""
         return float(q[self.place(direction, n, m)])
 
 

@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad
 
-from femic.contact.exact.hertz import LineContact
+from femic.contact.exact.hertz import LineContact, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -68,7 +68,7 @@ class StickingLine:
         return float(1 / (1 - 2 * epsilon * integral))
 
     def half_width(self, load: float) -> float:
-        """Half of the width [mm] of the contact under a load per length [N/mm]."""
+        """Return half of the width [mm] of the contact under a load per length [N/mm]."""
         return self.surfaces.half_width(load / self.load_ratio)
 
     def tractions(self, load: float, s: ArrayLike) -> tuple[Array, Array]:
@@ -97,9 +97,8 @@ class StickingPoint:
     beta: float
 
     def __post_init__(self) -> None:
-        for name in ("curvature", "modulus"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise WrongInput(f"{name} = {getattr(self, name)!r}: must be positive and finite")
+        require_positive("curvature", self.curvature)
+        require_positive("modulus", self.modulus)
         _check_beta(self.beta)
 
     @cached_property
@@ -122,12 +121,11 @@ class StickingPoint:
 
     def radius(self, load: float) -> float:
         """Radius [mm] of the contact under a load [N]."""
-        if not 0 < load < np.inf:
-            raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
+        require_positive("load", load)
         return float((3 * load / (4 * self.modulus * self.curvature * self.load_ratio)) ** (1 / 3))
 
     def approach(self, load: float) -> float:
-        """How much nearer distant points of the two bodies come [mm] under a load [N]."""
+        """Return how much nearer distant points of the two bodies come [mm] under a load [N]."""
         return self.curvature * self.radius(load) ** 2 * self.approach_ratio
 
     def tractions(self, load: float, r: ArrayLike) -> tuple[Array, Array]:

@@ -35,18 +35,18 @@ class PointContact:
 
     def __post_init__(self) -> None:
         for name in ("curvature_x", "curvature_s", "modulus"):
-            _check_positive(name, getattr(self, name))
+            require_positive(name, getattr(self, name))
 
     def at_load(self, load: float) -> "LoadedPoint":
-        """The contact under a load [N]."""
-        _check_positive("load", load)
+        """Return the contact under a load [N]."""
+        require_positive("load", load)
         slender, integral = self.slenderness, elliprd(0, self.slenderness**2, 1)
         a = (load * integral / (np.pi * self.modulus * self.curvature_x)) ** (1 / 3)
         return LoadedPoint(self, load, float(a), float(slender * a))
 
     def at_approach(self, approach: float) -> "LoadedPoint":
-        """The contact at an approach [mm]: it grows as load^(2/3)."""
-        _check_positive("approach", approach)
+        """Return the contact at an approach [mm]: it grows as load^(2/3)."""
+        require_positive("approach", approach)
         return self.at_load((approach / self.at_load(1.0).approach) ** 1.5)
 
     @cached_property
@@ -106,16 +106,16 @@ class LineContact:
     modulus: float
 
     def __post_init__(self) -> None:
-        for name in ("curvature", "modulus"):
-            _check_positive(name, getattr(self, name))
+        require_positive("curvature", self.curvature)
+        require_positive("modulus", self.modulus)
 
     def half_width(self, load: float) -> float:
-        """Half of the width [mm] of the contact under a load per length [N/mm]."""
-        _check_positive("load", load)
+        """Return half of the width [mm] of the contact under a load per length [N/mm]."""
+        require_positive("load", load)
         return float(np.sqrt(4 * load / (np.pi * self.modulus * self.curvature)))
 
     def p_max(self, load: float) -> float:
-        """Largest pressure [MPa] under a load per length [N/mm]."""
+        """Return largest pressure [MPa] under a load per length [N/mm]."""
         return 2 * load / (np.pi * self.half_width(load))
 
     def pressure(self, load: float, s: ArrayLike) -> Array:
@@ -131,7 +131,7 @@ class LineContact:
         return np.asarray(self.curvature * half_width**2 / 2 * grown)
 
 
-def _check_positive(name: str, value: float) -> None:
+def require_positive(name: str, value: float) -> None:
     """Raise WrongInput for what is not a positive number."""
     if not 0 < value < np.inf:
         raise WrongInput(f"{name} = {value!r}: must be positive and finite")

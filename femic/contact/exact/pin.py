@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from femic.contact.exact.hertz import combined_modulus
+from femic.contact.exact.hertz import combined_modulus, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -76,9 +76,8 @@ class PinInHole:
         return float(brentq(self._clearance_ratio, 0.5, np.pi - 1e-3, xtol=1e-14))
 
     def half_angle(self, load: float) -> float:
-        """Half of the angle [rad] of the contact under a load per length [N/mm]."""
-        if not 0 < load < np.inf:
-            raise WrongInput(f"load = {load!r}: must be positive and finite [N/mm]")
+        """Return half of the angle [rad] of the contact under a load per length [N/mm]."""
+        require_positive("load", load)
         target = np.pi * self.modulus * self.clearance / load
 
         def excess(half_angle: float) -> float:

@@ -1,13 +1,13 @@
 """Frictionless contact of two meshed bodies, without any influence coefficients.
 
     from femic.contact.finite_elements.result import fe_contact
-    from femic.contact.finite_elements.levels import Bodies
+    from femic.contact.finite_elements.meshed_contact import Bodies
 
     contact = fe_contact(Bodies(lower, upper, s_range=lower.contour.limits), load=58e3)
     contact.numbers.p_max, contact.estimate.p_max
 
 Modules: `bodies` (mesh, stiffness, multigrid), `overlap` and `coupling` (mortar), `saddle` (displacements,
-pressures and approach for a given contact area), `active_set` (the area), `extent` (its edges), `levels` (a
-contact on one pair of meshes), `result` (meshes made for the patch, and estimates), `supports` (bodies of a
-contact problem). Imports femic, approx, geometries.
+pressures and approach for a given contact area), `active_set` (the area), `extent` (its edges),
+`meshed_contact` (a contact on one pair of meshes), `result` (meshes made for the patch, and estimates),
+`supports` (bodies of a contact problem). Imports femic, approx, geometries.
 """

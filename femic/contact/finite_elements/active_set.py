@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.contact.finite_elements.saddle import Pair, State, solve
+from femic.contact.finite_elements.saddle import CoupledBodies, State, solve
 from femic.reference.accuracy import NotConverged
 from geometries.arrays import Array, Mask
 
@@ -31,8 +31,8 @@ class ActiveSetSolution:
     penetration: float  # largest mean over a hat function, as a share of the approach
 
 
-def solve_active_set(pair: Pair, load: float, active: Mask, start: State) -> ActiveSetSolution:
-    """The contact under a load [N] on the model, from a first guess of the vertices in contact.
+def solve_active_set(pair: CoupledBodies, load: float, active: Mask, start: State) -> ActiveSetSolution:
+    """Return the contact under a load [N] on the model, from a first guess of the vertices in contact.
 
     Raises NotConverged where the area still changes after `MOST_STEPS` steps.
     """
@@ -44,8 +44,8 @@ def solve_active_set(pair: Pair, load: float, active: Mask, start: State) -> Act
         leaving, joining = tension > TENSION, penetration > PENETRATION
         changes = int(np.count_nonzero(leaving | joining))
         if fine and not changes:
-            found = float(tension.max()), float(penetration.max())
-            return ActiveSetSolution(state, active, step, iterations, *(max(0.0, most) for most in found))
+            largest = (max(0.0, float(violation.max())) for violation in (tension, penetration))
+            return ActiveSetSolution(state, active, step, iterations, *largest)
         active = (active & ~leaving) | joining
         fine = bool(changes <= NEARLY * np.count_nonzero(active))
     raise NotConverged(
@@ -55,7 +55,7 @@ def solve_active_set(pair: Pair, load: float, active: Mask, start: State) -> Act
     )
 
 
-def violations(pair: Pair, active: Mask, state: State) -> tuple[Array, Array]:
+def violations(pair: CoupledBodies, active: Mask, state: State) -> tuple[Array, Array]:
     """Tension in contact over the largest pressure; penetration outside it over the approach; (m,) each."""
     penetration = -pair.gap(state) / pair.coupling.area / max(abs(state.approach), 1e-300)
     tension = -state.p / max(float(np.max(np.abs(state.p))), 1e-300)

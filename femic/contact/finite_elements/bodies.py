@@ -37,7 +37,7 @@ class Expected:
         return (self.s[1] - self.s[0]) / 2
 
     def radius(self, x: Array, s: Array) -> Array:
-        """Distance of points from the middle, over that of the edge of the ellipse in their direction."""
+        """Return the distance of points from the middle over that of the edge in their direction."""
         return np.asarray(np.hypot(x / self.a, (s - sum(self.s) / 2) / self.b))
 
 
@@ -102,13 +102,13 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
 
 
 def _crown(expected: Expected, end: float, half_section: bool) -> Array:
-    """Points (x, s) [mm] along the middle of the patch from its edge to the end of the body, shape (2, n)."""
+    """Return points (x, s) [mm] along the crown from the edge of the patch to the end of the body, (2, n)."""
     x = np.geomspace(expected.a, end, max(2, round(np.log(end / expected.a) / np.log(STRETCH))))
     return np.stack([x, np.full_like(x, 0.0 if half_section else sum(expected.s) / 2)])
 
 
 def _covering(expected: Expected, spacing: float, half_section: bool) -> Array:
-    """Points (x, s) [mm] of the modelled part of a patch, up to its edge, shape (2, n)."""
+    """Return points (x, s) [mm] of the modelled part of a patch, up to its edge, shape (2, n)."""
     low, high = (0.0 if half_section else expected.s[0]), expected.s[1]
     x, s = (
         np.linspace(start, end, 1 + round(np.ceil((end - start) / spacing)))

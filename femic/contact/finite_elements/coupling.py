@@ -62,7 +62,7 @@ class Coupling:
 
 
 def zone_of(trace: Trace, selected: Mask) -> Zone:
-    """The vertices of a surface that are `selected`, (n_vertices,)."""
+    """Return the vertices of a surface that are `selected`, (n_vertices,)."""
     vertices = np.flatnonzero(selected)
     return Zone(vertices, *trace.basis.mesh.p[:, vertices])
 
@@ -97,7 +97,7 @@ def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, zone: Zone) -
 
 
 def on_lower(undeformed: Undeformed, chart: Array) -> Array:
-    """Points (x, s) of the lower surface whose normals meet the upper one at chart points (xi, t), (2, n)."""
+    """Return points (x, s) whose lower normals meet the upper surface at chart points (xi, t), (2, n)."""
     x, y, z = undeformed.upper.position(*chart)
     section = np.stack([y + undeformed.shift, z + undeformed.touching[1]])
     reach = np.abs(chart[1]).max() + abs(undeformed.upper_offset)
@@ -114,7 +114,7 @@ def on_upper(undeformed: Undeformed, points: Array, distance: Array) -> Array:
 
 
 def _opposite(undeformed: Undeformed, points: Array, upper: MeshTri) -> Indices:
-    """The triangles of the upper surface near the points that are opposite points (2, n) of the lower one.
+    """Return the upper triangles near the points that are opposite points (2, n) of the lower surface.
 
     Others may be projected onto the same part of it: the far side of a wheel, or what lies above the centre
     of a groove.
@@ -145,20 +145,20 @@ def _check_covered(trace: Trace, triangles: Indices, weights: Array) -> None:
 
 
 def _duals(trace: Trace, triangles: Indices, points: Array, vertices: Indices) -> csr_matrix:
-    """Values of the functions psi of some vertices at points (2, n) in triangles (n,), shape (n, m)."""
+    """Return the functions psi of some vertices at points (2, n) in triangles (n,), shape (n, m)."""
     mesh = trace.basis.mesh
     values = 4 * barycentric(mesh.p[:, mesh.t[:, triangles]], points) - 1
     return _rows(values, mesh.t[:, triangles], mesh.nvertices)[:, vertices]
 
 
 def _quadratic(shares: Array) -> Array:
-    """The six quadratic functions at barycentric coordinates (3, n), shape (6, n): vertices, then edges."""
+    """Return the quadratic functions at barycentric coordinates (3, n), (6, n): of vertices, of edges."""
     edges = [4 * shares[i] * shares[j] for i, j in ((0, 1), (1, 2), (0, 2))]
     return np.stack([*(shares * (2 * shares - 1)), *edges])
 
 
 def _rows(values: Array, columns: Indices, n_columns: int) -> csr_matrix:
-    """A matrix (n, n_columns) with some values per row, shape (k, n) like their columns."""
+    """Return a matrix (n, n_columns) with some values per row, shape (k, n) like their columns."""
     n = values.shape[1]
     starts = np.arange(n + 1) * len(values)
     return csr_matrix((values.T.ravel(), columns.T.ravel(), starts), shape=(n, n_columns))

@@ -23,7 +23,7 @@ FARTHEST = 2.0  # spacings between the edge and the outermost vertex in contact
 
 
 def end(along: Array, across: Array, gap: Array, spacing: float, *, symmetric: bool) -> float:
-    """The largest coordinate `along` [mm] that the patch reaches, from gaps [mm] at vertices, (n,) each.
+    """Return the largest coordinate `along` [mm] of the patch, from gaps [mm] at vertices, (n,) each.
 
     Gaps are 0 in contact; `spacing` [mm] is that of the vertices. `symmetric`: about across = 0. Raises
     Failure where vertices are too few or gaps tell no edge.
@@ -49,7 +49,7 @@ def end(along: Array, across: Array, gap: Array, spacing: float, *, symmetric: b
 
 
 def _edge(fit: Array, width: float) -> float:
-    """The coordinate x nearest to 0 at which a fit vanishes, at the y, |y| <= width, where it is farthest."""
+    """Return the x nearest to 0 at which a fit vanishes, at the y, |y| <= width, where it is farthest."""
     y = np.clip(-fit[4] / (2 * fit[3]), -width, width) if len(fit) > 4 else 0.0
     constant = fit[0] + fit[3] * y**2 + (fit[4] * y if len(fit) > 4 else 0.0)
     roots = np.roots([fit[2], fit[1], constant])

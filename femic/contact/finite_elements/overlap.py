@@ -53,12 +53,12 @@ def barycentric(corners: Array, points: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """The z component of the product of plane vectors (2, ...)."""
+    """Return the z component of the product of plane vectors (2, ...)."""
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
 def _near(first: Array, second: Array) -> tuple[Indices, Indices]:
-    """Numbers of the pairs of triangles whose bounding boxes overlap, (n_pairs,) each."""
+    """Return numbers of the pairs of triangles whose bounding boxes overlap, (n_pairs,) each."""
     (low_1, high_1), (low_2, high_2) = ((t.min(axis=1), t.max(axis=1)) for t in (first, second))
     near = np.ones((first.shape[2], second.shape[2]), dtype=bool)
     for d in range(2):
@@ -79,13 +79,13 @@ def _corners(first: Array, second: Array) -> Array:
 
 
 def _inside(corners: Array, triangles: Array) -> Array:
-    """The corners (2, 3, n) that lie in the triangles (2, 3, n); nan for the others."""
+    """Return the corners (2, 3, n) that lie in the triangles (2, 3, n); nan for the others."""
     shares = np.stack([barycentric(triangles, corners[:, k]) for k in range(3)], axis=1)  # (3, corner, n)
     return np.where(np.all(shares >= -ROUNDING, axis=0), corners, np.nan)
 
 
 def _crossing(a: Array, b: Array) -> Array:
-    """Points (2, n) in which segments a and b (2, 2 ends, n) cross; nan where they do not."""
+    """Return points (2, n) in which segments a and b (2, 2 ends, n) cross; nan where they do not."""
     along_a, along_b, between = a[:, 1] - a[:, 0], b[:, 1] - b[:, 0], b[:, 0] - a[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         twice = _cross(along_a, along_b)

@@ -17,7 +17,13 @@ import numpy as np
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.contact.finite_elements.levels import Bodies, Level, ZoneTooSmall, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import (
+    Bodies,
+    MeshedContact,
+    ZoneTooSmall,
+    meshes_of,
+    solved,
+)
 from femic.reference.models import peak_memory
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -43,7 +49,7 @@ class Numbers:
     s_centre: float  # centre of pressure along s
 
     def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
-        """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
+        """Return estimates of the errors from coarser numbers and from the reading of an edge [mm]."""
         a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
         return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
 
@@ -76,7 +82,7 @@ class FEContact:
 def fe_contact(
     bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
 ) -> FEContact:
-    """The frictionless contact of two bodies under a vertical load [N].
+    """Return the frictionless contact of two bodies under a vertical load [N].
 
     `expected` is a guess of the patch, Hertz's by default. Raises WrongInput for a load that is not positive
     and too few cells, and Failure where a mesh or the contact fails.
@@ -85,30 +91,30 @@ def fe_contact(
         raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
     require_enough(cells)
     start = perf_counter()
-    rough = _found(bodies, load, expected or hertz_patch(bodies, load))
-    found = perf_counter()
+    rough = _on_rough_meshes(bodies, load, expected or hertz_patch(bodies, load))
+    patch_seconds = perf_counter() - start
     coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
     fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
-    return _contact_of(fine, coarse, found - start)
+    return _contact_of(fine, coarse, patch_seconds)
 
 
-def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
-    """The numbers of a contact on one pair of meshes; of a `patch` where gaps do not tell its edges."""
-    patch = patch or Expected(level.a, level.s_range)
+def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers:
+    """Return the numbers of a contact; with a `patch` where gaps do not tell its edges."""
+    patch = patch or Expected(contact.a, contact.s_range)
     return Numbers(
         patch.a,
         patch.b,
-        float(np.ptp(level.bodies.lower.contour.inclination(np.array(patch.s)))),
-        float(level.p.max()),
-        level.solution.state.approach,
-        level.lateral_force,
-        level.moment,
-        level.centre_of_pressure,
+        float(np.ptp(contact.bodies.lower.contour.inclination(np.array(patch.s)))),
+        float(contact.p.max()),
+        contact.solution.state.approach,
+        contact.lateral_force,
+        contact.moment,
+        contact.centre_of_pressure,
     )
 
 
-def estimates(fine: Level, coarse: Level) -> Numbers:
-    """Estimates of the errors of the numbers on the finer of two pairs of meshes."""
+def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
+    """Return estimates of the errors of the numbers on the finer of two pairs of meshes."""
     numbers = numbers_of(fine)
     try:
         return numbers.estimate(numbers_of(coarse), READING * fine.spacing)
@@ -116,8 +122,8 @@ def estimates(fine: Level, coarse: Level) -> Numbers:
         return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
 
 
-def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContact:
-    """The result of the finest meshes, with estimates from coarser ones."""
+def _contact_of(fine: MeshedContact, coarse: MeshedContact, patch_seconds: float) -> FEContact:
+    """Return the result of the finest meshes, with estimates from coarser ones."""
     solution = fine.solution
     return FEContact(
         fine.zone.x,
@@ -134,41 +140,41 @@ def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContac
         (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
         solution.steps,
         solution.iterations,
-        {"patch": seconds_of_patch, "coarse": coarse.seconds, "fine": fine.seconds},
+        {"patch": patch_seconds, "coarse": coarse.seconds, "fine": fine.seconds},
         peak_memory(),
     )
 
 
-def _found(bodies: Bodies, load: float, expected: Expected) -> Level:
-    """The contact on rough meshes made for its own patch."""
-    level = None
+def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedContact:
+    """Return the contact on rough meshes made for its own patch."""
+    contact = None
     for _ in range(MOST_TRIES):
         try:
-            level = solved(bodies, meshes_of(bodies, expected, ROUGH), load, level)
+            contact = solved(bodies, meshes_of(bodies, expected, ROUGH), load, contact)
         except ZoneTooSmall:
             expected = _within(bodies, _enlarged(expected))
             continue
-        found = level.patch
-        if max(abs(np.log(found.a / expected.a)), abs(np.log(found.b / expected.b))) < NEAR_ENOUGH:
-            return level
-        expected = found
+        patch = contact.patch
+        if max(abs(np.log(patch.a / expected.a)), abs(np.log(patch.b / expected.b))) < NEAR_ENOUGH:
+            return contact
+        expected = patch
     raise Failure(f"contact under {load:g} N: no patch found that its meshes fit; give `expected`")
 
 
 def _enlarged(patch: Expected) -> Expected:
-    """A patch that is `GROWTH` times as large."""
+    """Return a patch that is `GROWTH` times as large."""
     middle = sum(patch.s) / 2
     return Expected(GROWTH * patch.a, (middle - GROWTH * patch.b, middle + GROWTH * patch.b))
 
 
 def _within(bodies: Bodies, patch: Expected) -> Expected:
-    """The part of a patch that lies where the bodies may touch."""
+    """Return the part of a patch that lies where the bodies may touch."""
     low, high = bodies.s_range
     return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
 
 
 def hertz_patch(bodies: Bodies, load: float) -> Expected:
-    """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
+    """Return the patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
     touching = bodies.undeformed.touching[0]
     step = 1e-3 * (bodies.s_range[1] - bodies.s_range[0])
     before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))

@@ -37,12 +37,12 @@ class State:
     approach: float
 
     def vector(self, active: Mask) -> Array:
-        """The unknowns of a linear problem."""
+        """Return the unknowns of a linear problem."""
         return np.concatenate([self.u_lower, self.u_upper, self.p[active], [self.approach]])
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class CoupledBodies:
     """Two bodies, how they are coupled, and what preconditions the pressures."""
 
     lower: Elastic
@@ -61,10 +61,10 @@ class Pair:
         return np.asarray(of.h - state.approach * of.c + of.upper @ state.u_upper - of.lower @ state.u_lower)
 
 
-def paired(lower: Elastic, upper: Elastic, coupling: Coupling) -> Pair:
-    """Two coupled bodies, ready to be solved."""
+def coupled_bodies(lower: Elastic, upper: Elastic, coupling: Coupling) -> CoupledBodies:
+    """Return two coupled bodies, ready to be solved."""
     materials = lower.solid.body.material, upper.solid.body.material
-    return Pair(lower, upper, coupling, _roughness(coupling, materials))
+    return CoupledBodies(lower, upper, coupling, _roughness(coupling, materials))
 
 
 def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Array:
@@ -79,8 +79,10 @@ def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Arra
     return np.asarray((waves * (modulus / 2 * np.sqrt(np.maximum(squares, 0) + least))) @ waves.T)
 
 
-def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float) -> tuple[State, int]:
-    """The state with contact at the `active` vertices under a load [N] on the model; number of iterations.
+def solve(
+    pair: CoupledBodies, active: Mask, load: float, start: State, tolerance: float
+) -> tuple[State, int]:
+    """Return the state in contact at `active` vertices under a load [N], and the number of iterations.
 
     `tolerance` bounds the residual over the right-hand side, both in the norm of the preconditioner, which
     is about that of energy. Raises NotConverged where it is not met in `MOST_ITERATIONS` iterations.
@@ -97,7 +99,7 @@ def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float)
         while _size(preconditioner, residual) > bound:  # SciPy stops by another measure
             if len(steps) >= MOST_ITERATIONS:
                 raise NotConverged(_unsolved(_size(preconditioner, residual) / bound * tolerance, tolerance))
-            found, _ = minres(
+            correction, _ = minres(
                 matrix,
                 residual,
                 M=preconditioner,
@@ -105,18 +107,18 @@ def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float)
                 maxiter=MOST_AT_ONCE,
                 callback=lambda _: steps.append(None),
             )
-            vector = vector + found
+            vector = vector + correction
             residual = right_side - matrix.matvec(vector)
     return _state(pair, active, vector), len(steps)
 
 
 def _size(preconditioner: LinearOperator, residual: Array) -> float:
-    """The norm of a residual."""
+    """Return the norm of a residual."""
     return float(np.sqrt(residual @ preconditioner.matvec(residual)))
 
 
 def _unsolved(reached: float, tolerance: float) -> str:
-    """The message of a linear problem that is not solved."""
+    """Return the message of a linear problem that is not solved."""
     return (
         f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} iterations, "
         f"{tolerance:.0e} specified. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
@@ -124,21 +126,21 @@ def _unsolved(reached: float, tolerance: float) -> str:
     )
 
 
-def _state(pair: Pair, active: Mask, vector: Array) -> State:
-    """The state that unknowns stand for."""
+def _state(pair: CoupledBodies, active: Mask, vector: Array) -> State:
+    """Return the state that unknowns stand for."""
     u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
     p = np.zeros(len(active))
     p[active] = p_active
     return State(u_lower, u_upper, p, float(approach[0]))
 
 
-def _ends(pair: Pair, active: Mask) -> Array:
-    """Where the parts of the unknowns end, but for the last."""
+def _ends(pair: CoupledBodies, active: Mask) -> Array:
+    """Return where the parts of the unknowns end, but for the last."""
     return np.cumsum([pair.lower.unknowns, pair.upper.unknowns, np.count_nonzero(active)])
 
 
-def _operators(pair: Pair, active: Mask) -> tuple[LinearOperator, LinearOperator]:
-    """The matrix of the linear problem, and its preconditioner."""
+def _operators(pair: CoupledBodies, active: Mask) -> tuple[LinearOperator, LinearOperator]:
+    """Return the matrix of the linear problem, and its preconditioner."""
     lower, upper, ends = pair.lower, pair.upper, _ends(pair, active)
     B_l, B_u, c = pair.coupling.lower[active], pair.coupling.upper[active], pair.coupling.c[active]
     B_l_T, B_u_T = B_l.T.tocsr(), B_u.T.tocsr()

@@ -6,7 +6,7 @@ clamped. A body without end along x is meshed as far as its far arc screens what
 
 from dataclasses import replace
 
-from femic.contact.finite_elements.levels import Bodies
+from femic.contact.finite_elements.meshed_contact import Bodies
 from femic.contact.pairs.c_jobs import job_of
 from femic.contact.pairs.pair_on_grid import undeformed_of
 from femic.contact.specification import ContactProblem
@@ -20,7 +20,7 @@ LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def meshed_bodies(problem: ContactProblem) -> Bodies:
-    """The bodies in their places, with the supports that C has, and ends that do not matter."""
+    """Return the bodies in their places, with the supports that C has, and ends that do not matter."""
     undeformed, radius = undeformed_of(problem), problem.support_radius
     lower, upper = (
         replace(problem.bodies[name], domain=Domain(radius, LENGTH * radius)) for name in ("lower", "upper")

@@ -28,7 +28,7 @@ def centred(slip: Array) -> Array:
 
 
 def centred_derivative(slip: Array) -> Linear:
-    """The derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
+    """Return the derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
     step = (_behind(slip) - slip) / 2
     weight, of_ahead, of_behind = _weights(slip)
     half, rest = weight / 2, 1 - weight / 2
@@ -42,12 +42,12 @@ def centred_derivative(slip: Array) -> Linear:
 
 
 def _behind(values: Array) -> Array:
-    """The values of the elements behind; the first ones have their own."""
+    """Return the values of the elements behind; the first ones have their own."""
     return np.concatenate([values[:1], values[:-1]])
 
 
 def _weights(slip: Array) -> tuple[Array, Array, Array]:
-    """The weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each."""
+    """Return the weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each."""
     behind = _behind(slip)
     a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
     product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)

@@ -15,13 +15,15 @@ Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SI
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from femic.contact.friction.centred import Linear
 from femic.contact.friction.force_limit import require_attainable
 from femic.contact.friction.leading_edge import LeadingEdge
+from femic.contact.friction.motion import Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
@@ -36,26 +38,12 @@ OF_FULL_STICK = 1e-6  # the same for full stick, which may be far from a first g
 MOST_VECTORS = 80  # of GMRES
 SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
 
-Linear = Callable[[Array], Array]
-
-
-class Places(Protocol):
-    """Where slip is known, and where friction opposes it."""
-
-    def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements, shape (n_x, n_s, 2)."""
-        ...
-
-    def derivative_at_elements(self, slip: Array) -> Linear:
-        """The derivative of it at a slip: a linear function of changes of this."""
-        ...
-
 
 @dataclass(frozen=True, eq=False)
 class FreeAmplitudes:
     """Amplitudes c of slips `modes`, unknowns like the tractions, with equations `weights` . p = `targets`.
 
-    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,).
+    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,); k may be 0.
     """
 
     modes: Array
@@ -68,7 +56,7 @@ class Coulomb:
     """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
 
     `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements. Friction
-    opposes the slip at the centres of elements, which `places` finds from s; it vanishes where s does.
+    opposes the slip at the centres of elements, which `motion` finds from s; it vanishes where s does.
     """
 
     compliance: Linear
@@ -76,8 +64,8 @@ class Coulomb:
     rigid: Array
     bound: Array
     edge: LeadingEdge
-    places: Places
-    free: FreeAmplitudes | None = None
+    motion: Motion
+    free: FreeAmplitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +80,6 @@ class Tangential:
     stick: Mask
     amplitudes: Array
     residuals: Sequence[float]
-    products: int
 
 
 def tractions(
@@ -107,7 +94,7 @@ def tractions(
     Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where friction
     cannot supply the prescribed forces.
     """
-    if problem.free is not None:
+    if len(problem.free.targets):
         require_attainable(problem.free.weights, problem.bound, problem.free.targets)
     residuals: list[float] = []
     for scale in SCALES:
@@ -123,13 +110,9 @@ def tractions(
 
 
 def _idle(residuals: Sequence[float]) -> bool:
-    """Whether the last residuals are all larger than one before."""
+    """Return whether the last residuals are all larger than one before."""
     before, last = residuals[:-MOST_IDLE_STEPS], residuals[-MOST_IDLE_STEPS:]
     return bool(before) and min(last) > min(before)
-
-
-class _Counter:
-    products = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +143,6 @@ class _Newton:
     mask: Mask  # free elements
     g: Array  # their bounds, (m, 1)
     scale: float  # r
-    counter: _Counter
 
     @classmethod
     def of(cls, problem: Coulomb, scale: float) -> "_Newton":
@@ -169,13 +151,12 @@ class _Newton:
         middle = n_x // 2, n_s // 2
         unit[middle] = 1.0
         own = float(np.mean(problem.compliance(unit)[middle]))
-        return cls(problem, mask, problem.bound[mask][:, None], scale / own, _Counter())
+        return cls(problem, mask, problem.bound[mask][:, None], scale / own)
 
     def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
-        """Tractions and amplitudes to begin with."""
+        """Return tractions and amplitudes to begin with."""
         q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
-        k = 0 if self.problem.free is None else len(self.problem.free.targets)
-        return q, np.zeros(k) if amplitudes is None else amplitudes
+        return q, np.zeros(len(self.problem.free.targets)) if amplitudes is None else amplitudes
 
     def starts(self, given: _State, tolerance: float) -> Iterator[_State]:
         """States to begin with: the given one, and, where forces are given, that of full stick.
@@ -195,47 +176,44 @@ class _Newton:
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
 
     def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
-        """The tractions, None where steps do not lead to them; the residuals go to a list."""
+        """Return the tractions, None where steps do not lead to them; the residuals go to a list."""
         before = len(residuals)
         while len(residuals) - before <= MOST_STEPS and not _idle(residuals[before:]):
             residuals.append(state.largest)
             if state.largest <= tolerance:
                 stick = self.everywhere(state.stick)
-                p, products = self.spread(state.q), self.counter.products
-                return Tangential(p, state.centred, stick, state.c, residuals, products)
+                return Tangential(self.spread(state.q), state.centred, stick, state.c, residuals)
             state = self.next(state, tolerance)
         return None
 
     def everywhere(self, stick: Mask) -> Mask:
-        """Which elements stick: free ones, and those that follow them, (n_x, n_s)."""
+        """Return which elements stick: free ones, and those that follow them, (n_x, n_s)."""
         of_free = np.zeros(self.mask.shape, bool)
         of_free[self.mask] = stick
         followed = np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
         return np.asarray(followed & (self.problem.bound > 0))
 
     def spread(self, q: Array) -> Array:
-        """Tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
+        """Return tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
         p = np.zeros(self.problem.rigid.shape)
         p[self.mask] = q
         return self.problem.edge.spread(p)
 
     def slip(self, q: Array, c: Array) -> Array:
         """L p + B c, shape (n_x, n_s, 2)."""
-        self.counter.products += 1
         of_tractions = self.problem.compliance(self.spread(q))
-        free = self.problem.free
-        return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
+        return np.asarray(of_tractions + np.tensordot(c, self.problem.free.modes, 1))
 
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
-        """The state of tractions and amplitudes."""
+        """Return the state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
-        centred = self.problem.places.at_elements(slip)
+        centred = self.problem.motion.at_elements(slip)
         trial = q - self.scale * centred[self.mask]
         length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
         stick, direction = length[:, 0] <= self.g[:, 0], trial / length
         of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
-        of_forces = self.forces(q) - self.target_forces
+        of_forces = self.forces(q) - self.problem.free.targets / self.sums
         residual = np.concatenate([of_elements.ravel(), of_forces])
         projected = np.where(stick[:, None], trial, self.g * direction)
         defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
@@ -244,23 +222,15 @@ class _Newton:
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
-        free = self.problem.free
-        return (
-            np.zeros(0) if free is None else np.tensordot(free.weights, self.spread(q), 3) / self.sums(free)
-        )
+        return np.asarray(np.tensordot(self.problem.free.weights, self.spread(q), 3) / self.sums)
 
-    @property
-    def target_forces(self) -> Array:
-        """The targets of these sums, shape (k,)."""
-        free = self.problem.free
-        return np.zeros(0) if free is None else free.targets / self.sums(free)
-
-    def sums(self, free: FreeAmplitudes) -> Array:
+    @cached_property
+    def sums(self) -> Array:
         """Sums of the weights in contact, shape (k,)."""
-        return np.asarray(np.sum(np.abs(free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
+        return np.asarray(np.sum(np.abs(self.problem.free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
 
     def next(self, state: _State, tolerance: float) -> _State:
-        """The state after a step."""
+        """Return the state after a step."""
         dq, dc = self.step(state, tolerance)
         change = self.slip(dq, dc)
         share = 1.0
@@ -271,13 +241,13 @@ class _Newton:
             share /= 2
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
-        """The solution of the linear equations."""
+        """Return the solution of the linear equations."""
         m, k = len(state.q), len(state.c)
         weak = np.where(state.stick[:, None], 0.0, state.share)
-        at_elements = self.problem.places.derivative_at_elements(state.slip)
+        at_elements = self.problem.motion.derivative_at_elements(state.slip)
 
         def of_elements(q: Array, slip: Array) -> Array:
-            """The derivative of the law by tractions and slip."""
+            """Return the derivative of the law by tractions and slip."""
             moved = q - self.scale * at_elements(slip)[self.mask]
             across = moved - state.direction * np.sum(state.direction * moved, axis=1, keepdims=True)
             return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
@@ -320,17 +290,12 @@ class _Bordered:
     def of(
         cls, newton: _Newton, inverse: Linear, of_elements: Callable[[Array, Array], Array], m: int, k: int
     ) -> "_Bordered":
-        free = newton.problem.free
-        if free is None or k == 0:
-            return cls(newton, inverse, np.zeros((0, m, 2)), np.zeros((0, 0)), m)
-        none = np.zeros((m, 2))
-        columns = np.array([inverse(of_elements(none, mode)) for mode in free.modes])
-        complement = -np.array([newton.forces(column) for column in columns]).T
+        none, modes = np.zeros((m, 2)), newton.problem.free.modes
+        columns = np.reshape([inverse(of_elements(none, mode)) for mode in modes], (k, m, 2))
+        complement = -np.reshape([newton.forces(column) for column in columns], (k, k)).T
         return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR), m)
 
     def __call__(self, v: Array) -> Array:
         q = self.inverse(v[: 2 * self.m])
-        if not len(self.of_amplitudes):
-            return q.ravel()
         c = self.of_forces @ (v[2 * self.m :] - self.newton.forces(q))
         return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

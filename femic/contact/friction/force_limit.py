@@ -20,7 +20,7 @@ class ForcesBeyondFriction(Failure):
 
 
 def require_attainable(weights: Array, bound: Array, targets: Array) -> None:
-    """Raise NotBorne where no tractions within bounds (n_x, n_s) supply forces `targets` (k,).
+    """Raise ForcesBeyondFriction where no tractions within bounds (n_x, n_s) supply forces `targets` (k,).
 
     The forces are the sums of weights (k, n_x, n_s, 2) times tractions.
     """

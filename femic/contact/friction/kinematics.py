@@ -38,7 +38,7 @@ NAMES = ("longitudinal", "lateral", "spin")
 
 
 @dataclass(frozen=True, eq=False)
-class Rolling:
+class RollingKinematics:
     """Where a wheel of rolling radius `radius` [mm] rolls on a lower contour.
 
     `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; `height` [mm], (n_s,), is that of the
@@ -72,5 +72,5 @@ class Rolling:
         return self.rigid_velocity(creepages)[..., :N]
 
     def per_creepage(self, name: str) -> Array:
-        """The rigid slip that a creepage of 1 adds, shape (n_x, n_s, 2): it is linear in each of them."""
+        """Return the rigid slip that a creepage of 1 adds, (n_x, n_s, 2): it is linear in each."""
         return self.rigid_slip(Creepages(**{name: 1.0})) - self.rigid_slip(Creepages())

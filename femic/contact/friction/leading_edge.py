@@ -30,7 +30,7 @@ class LeadingEdge:
 
     @classmethod
     def of(cls, bound: Array, depth: int = DEPTH) -> "LeadingEdge":
-        """The leading edge of where bounds are positive; rolling is towards +x."""
+        """Return the leading edge of where bounds are positive; rolling is towards +x."""
         places = np.arange(len(bound))[:, None]
         ahead, behind = _neighbours(bound[::-1] > 0)[::-1], _neighbours(bound > 0)
         following = np.minimum(depth, (ahead + 1 + behind) // LEAST_PER_DEPTH)
@@ -47,12 +47,12 @@ class LeadingEdge:
         return np.asarray(own & (self.ratio > 0))
 
     def spread(self, p: Array) -> Array:
-        """Tractions of all elements from those of the free ones, shape (n_x, n_s, 2)."""
+        """Return tractions of all elements from those of the free ones, shape (n_x, n_s, 2)."""
         return np.asarray(np.take_along_axis(p, self.followed[..., None], axis=0) * self.ratio[..., None])
 
 
 def _neighbours(mask: Mask) -> Indices:
-    """How many elements before each one, without a gap, are in a mask, shape (n_x, n_s)."""
+    """Return how many elements before each one, without a gap, are in a mask, shape (n_x, n_s)."""
     counts = np.zeros(mask.shape, dtype=int)
     for row in range(1, len(mask)):
         counts[row] = np.where(mask[row - 1], counts[row - 1] + 1, 0)

@@ -55,15 +55,15 @@ class Motion:
     has_coarser = True
 
     def slip_of(self, u: Array) -> Array:
-        """The part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
+        """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return u
 
     def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements; it vanishes with the other, which may be beside these."""
+        """Return the slip at the centres of elements; it vanishes with `slip`, which may be beside these."""
         return slip
 
     def derivative_at_elements(self, slip: Array) -> Linear:  # noqa: ARG002 (linear here)
-        """The derivative of it at a slip: a linear function of changes of this."""
+        """Return the derivative of it at a slip: a linear function of changes of this."""
         return lambda change: change
 
     @property
@@ -77,20 +77,20 @@ class Motion:
         return self.rigid
 
     def given_at(self, approach: float) -> Array:  # noqa: ARG002 (a shift depends on it)
-        """The slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
+        """Return the slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
         return self.given
 
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.array([free.slip for free in self.free])
+        return np.reshape([free.slip for free in self.free], (-1, *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """By what `slip_of` multiplies waves that turn by these angles from one element to the next."""
+        """Return what `slip_of` multiplies waves by that turn by these angles from element to element."""
         return np.full_like(angles, 1.0, dtype=complex)
 
     def coarsened(self) -> Self:
-        """The motion on elements twice as large."""
+        """Return the motion on elements twice as large."""
         return replace(self, rigid=block_mean(self.rigid), free=tuple(free.coarsened for free in self.free))
 
 
@@ -112,14 +112,14 @@ class Shift(Motion):
         return self.rigid if self.before is None else self.rigid - self.before
 
     def given_at(self, approach: float) -> Array:
-        """The slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
+        """Return the slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
         if self.per_approach is None:
             return self.given
         along_s = (approach - self.approach_before) * self.per_approach
         return self.given + along_s[:, None] * [0.0, 1.0]
 
     def coarsened(self) -> "Shift":
-        """The shift on elements twice as large."""
+        """Return the shift on elements twice as large."""
         before = None if self.before is None else block_mean(self.before)
         sines = None if self.per_approach is None else self.per_approach.reshape(-1, 2).mean(axis=1)
         return replace(super().coarsened(), before=before, per_approach=sines)
@@ -151,15 +151,15 @@ class SteadyRolling(Motion):
         return replace(self, followers=self.depth - 1) if self.depth else None
 
     def slip_of(self, u: Array) -> Array:
-        """The part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
+        """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return (u - ahead(u)) / self.dx
 
     def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements, from that ahead and that behind them."""
+        """Return the slip at the centres of elements, from that ahead and that behind them."""
         return slip if self.order == 1 else centred(slip)
 
     def derivative_at_elements(self, slip: Array) -> Linear:
-        """The derivative of it at a slip: a linear function of changes of this."""
+        """Return the derivative of it at a slip: a linear function of changes of this."""
         return super().derivative_at_elements(slip) if self.order == 1 else centred_derivative(slip)
 
     @property
@@ -170,15 +170,15 @@ class SteadyRolling(Motion):
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.array([self._half_way(free.slip) for free in self.free])
+        return np.reshape([self._half_way(free.slip) for free in self.free], (-1, *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """By what `slip_of` multiplies waves; those that hardly change along x are damped."""
+        """Return what `slip_of` multiplies waves by; those that hardly change along x are damped."""
         damping = DAMPING / len(self.rigid)
         return np.asarray((1 - np.exp(1j * angles - damping)) / self.dx)
 
     def coarsened(self) -> "SteadyRolling":
-        """The rolling on elements twice as large."""
+        """Return the rolling on elements twice as large."""
         return replace(super().coarsened(), dx=2 * self.dx)
 
     def _half_way(self, rigid: Array) -> Array:
@@ -193,7 +193,7 @@ class RollingStep(SteadyRolling):
     has_coarser = False  # the step is as long as an element
 
     def slip_of(self, u: Array) -> Array:
-        """The part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
+        """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return u / self.dx
 
     @property
@@ -203,10 +203,10 @@ class RollingStep(SteadyRolling):
         return super().given - before
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """By what `slip_of` multiplies waves."""
+        """Return what `slip_of` multiplies waves by."""
         return np.full_like(angles, 1 / self.dx, dtype=complex)
 
 
 def ahead(values: Array) -> Array:
-    """The values of the next elements along x; the last ones have their own."""
+    """Return the values of the next elements along x; the last ones have their own."""
     return np.concatenate([values[1:], values[-1:]])

@@ -44,7 +44,7 @@ def approximate_operator(
     *,
     upper_offset: float = 0.0,
 ) -> Convolution | GridOperator:
-    """The operator of an approximation of the combined ICs of two bodies.
+    """Return the operator of an approximation of the combined ICs of two bodies.
 
     The grid lies on the lower contour; arc lengths [mm] of the upper one are `upper_offset` larger where both
     meet, so that each body rotates with its own inclinations. The operator is a convolution where all forms
@@ -69,12 +69,12 @@ def approximate_operator(
 
 
 def approximate_matrix(variant: str, pair: Pair, grid: Grid, *, upper_offset: float = 0.0) -> Array:
-    """The ICs of `approximate_operator` [mm/MPa] at lags >= 0 between strips, (n_x, n_s, n_s, 3, 3)."""
+    """Return the ICs of `approximate_operator` [mm/MPa] at lags >= 0, (n_x, n_s, n_s, 3, 3)."""
     return _matrix(_parts(forms_of(variant), pair, grid, upper_offset))
 
 
 def half_space_operator(pair: Pair, grid: Grid, directions: tuple[int, ...] = (X, S, N)) -> Convolution:
-    """The operator of A of both bodies, whose inverse is a preconditioner of contact with any ICs."""
+    """Return the operator of A of both bodies, whose inverse is a preconditioner of contact with any ICs."""
     return _convolution(_parts(forms_of("A"), pair, grid, 0.0), directions)
 
 
@@ -118,7 +118,7 @@ class _Part:
         return by_form
 
     def half_space_ics(self, form: Form) -> Array:
-        """A or A' [mm/MPa] at all lags, shape (3, 3, 2 n_x - 1, 2 n_s - 1)."""
+        """Return A or A' [mm/MPa] at all lags, shape (3, 3, 2 n_x - 1, 2 n_s - 1)."""
         return self._a_prime if form.effective else self._a
 
     @cached_property
@@ -133,13 +133,13 @@ class _Part:
 
 
 def _matrix(parts: Sequence[_Part]) -> Array:
-    """The sum of parts at lags >= 0 [mm/MPa], shape (n_x, n_s, n_s, 3, 3)."""
+    """Return the sum of parts at lags >= 0 [mm/MPa], shape (n_x, n_s, n_s, 3, 3)."""
     ics = np.sum([part.between_strips(slice(part.grid.n_x - 1, None)) for part in parts], axis=0)
     return np.moveaxis(ics, (0, 1), (3, 4))
 
 
 def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolution:
-    """The sum of parts, all of them with fixed shares of the rotation, as a sum of convolutions."""
+    """Return the sum of parts, all of them with fixed shares of the rotation, as a sum of convolutions."""
     factors: dict[str, Array] = {}
     kernels: dict[tuple[Place, Place], Array] = {}
     for number, part in enumerate(parts):
@@ -165,7 +165,7 @@ def _waves(part: _Part, directions: tuple[int, ...]) -> Iterator[tuple[tuple[int
 
 
 def _weights(shares: Shares) -> dict[float, Complex]:
-    """The weights W of T^p A T^q = Re(sum of exp(i w alpha) W A) by w >= 0: of A_kl in ij, (3, 3, 3, 3)."""
+    """Return W of T^p A T^q = Re(sum of exp(i w alpha) W A) by w >= 0: of A_kl in ij, (3, 3, 3, 3)."""
     total: dict[float, Complex] = {}
     for (p, left), (q, right) in product(_terms(shares.observer), _terms(shares.load)):
         w, weights = round(p + q, 12), np.einsum("ik,lj->ijkl", left, right).astype(complex)
@@ -190,7 +190,7 @@ def _products(w: float, cosine: Array, sine: Array) -> Iterator[tuple[str, str, 
 
 
 def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
-    """The parts whose sum are the combined ICs.
+    """Return the parts whose sum are the combined ICs.
 
     Components of combined effective properties are of both bodies on the lower contour. So are others with
     shares where both bodies rotate alike and have no properties of their own; else each body has its part.

@@ -36,7 +36,7 @@ class Convolution:
         return (lags_x + 1) // 2, (lags_s + 1) // 2
 
     def __call__(self, tractions: Array) -> Array:
-        """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, directions) each."""
+        """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, directions) each."""
         n_x, n_s = self.shape
         spectra = {
             (j, b): fft.rfft2(tractions[..., self.directions.index(j)] * self.factors[b], self.padded)
@@ -53,7 +53,7 @@ class Convolution:
         return u
 
     def coarsened(self) -> "Convolution":
-        """The operator on elements twice as large: mean displacements due to equal tractions on four.
+        """Return the operator on elements twice as large: mean displacements due to equal tractions on four.
 
         Factors are averaged. Both numbers of elements must be even.
         """
@@ -64,7 +64,7 @@ class Convolution:
         )
 
     def restricted(self, directions: tuple[int, ...]) -> "Convolution":
-        """The operator from tractions in some directions to displacements in these directions."""
+        """Return the operator from tractions in some directions to displacements in these directions."""
         return Convolution(
             directions,
             self.factors,
@@ -81,7 +81,7 @@ class Convolution:
         return self.inverse_on_ring(np.ones_like)
 
     def inverse_on_ring(self, along_x: Callable[[Array], Array | Complex]) -> RingInverse:
-        """The same where displacements are multiplied by `along_x`, as `RingInverse.of` says."""
+        """Return the same where displacements are multiplied by `along_x`, as `RingInverse.of` says."""
         m = len(self.directions)
         kernels = np.zeros((*(2 * n - 1 for n in self.shape), m, m))
         for ((i, _), (j, _)), kernel in self.kernels.items():
@@ -107,7 +107,7 @@ class Convolution:
 
 
 def merged(kernel: Array, axis: int) -> Array:
-    """A kernel between pairs of elements: the mean displacement of a pair due to equal tractions on a pair.
+    """Return a kernel between pairs of elements: mean displacements due to equal tractions on a pair.
 
     Lags run from -(n - 1) to n - 1 along `axis`; lags of pairs are even lags of elements.
     """

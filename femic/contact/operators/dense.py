@@ -69,7 +69,7 @@ class GridOperator:
         return cls.of(ics, directions)
 
     def __call__(self, tractions: Array) -> Array:
-        """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
+        """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
         phases = np.tile(_phases(self.directions, np.complex128), tractions.shape[1])
         spectra = fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0) / phases
         parts = spectra.view(float).reshape(*spectra.shape, 2).astype(self.transformed.dtype)
@@ -77,7 +77,7 @@ class GridOperator:
         return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
 
     def coarsened(self) -> "GridOperator":
-        """The operator on elements twice as large: mean displacements due to equal tractions on four.
+        """Return the operator on elements twice as large: mean displacements due to equal tractions on four.
 
         Both numbers of elements must be even.
         """
@@ -92,7 +92,7 @@ class GridOperator:
         return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
 
     def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
-        """The operator from tractions in some directions to displacements in these directions."""
+        """Return the operator from tractions in some directions to displacements in these directions."""
         m, chosen = len(self.directions), [self.directions.index(direction) for direction in directions]
         unknowns = self.transformed.shape[1]
         places = (m * np.arange(unknowns // m)[:, None] + chosen).ravel()
@@ -164,7 +164,7 @@ def strip_lags(n_s: int) -> Indices:
 
 
 def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:
-    """The factor i for direction x, else 1, shape (m,)."""
+    """Return the factor i for direction x, else 1, shape (m,)."""
     return np.where(np.array(directions) == X, 1j, 1.0).astype(dtype)
 
 
@@ -176,7 +176,7 @@ def _frequencies(n: int) -> tuple[Indices, Indices]:
 
 
 def reciprocity_defects(ics: Array) -> Array:
-    """Largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
+    """Return largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
 
     Each is a share of the component's own largest value, because a small part of C_nn may be much of C_sn.
     For components that vanish it is 0. `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies at the

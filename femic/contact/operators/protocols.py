@@ -9,11 +9,11 @@ class Operator(Protocol):
     """ICs as an operator from tractions [MPa] to displacements [mm], shape (n_x, n_s, directions) each."""
 
     def __call__(self, tractions: Array) -> Array:
-        """Displacements due to tractions."""
+        """Return displacements due to tractions."""
         ...
 
     def coarsened(self) -> Self:
-        """The operator on elements twice as large."""
+        """Return the operator on elements twice as large."""
         ...
 
 
@@ -21,5 +21,5 @@ class FullOperator(Operator, Protocol):
     """ICs of all directions."""
 
     def restricted(self, directions: tuple[int, ...]) -> Self:
-        """The operator from tractions in some directions to displacements in the same."""
+        """Return the operator from tractions in some directions to displacements in the same."""
         ...

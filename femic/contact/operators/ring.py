@@ -31,7 +31,7 @@ class RingInverse:
         padded: tuple[int, int],
         along_x: Callable[[Array], Array | Complex] = np.ones_like,
     ) -> "RingInverse":
-        """The inverse of a convolution with kernels (2 n_x - 1, 2 n_s - 1, m, m) [mm/MPa] at all lags.
+        """Return the inverse of a convolution with kernels (2 n_x - 1, 2 n_s - 1, m, m) [mm/MPa] at all lags.
 
         Displacements are multiplied by `along_x` of the phase [rad] of a wave between neighbours along x.
         """
@@ -42,7 +42,7 @@ class RingInverse:
         return cls(np.asarray(inverse, complex), padded)
 
     def __call__(self, values: Array) -> Array:
-        """Tractions [MPa] that cause the displacements `values` [mm], shape (n_x, n_s, m) each."""
+        """Return tractions [MPa] that cause the displacements `values` [mm], shape (n_x, n_s, m) each."""
         n_x, n_s, _ = values.shape
         spectrum = fft.rfft2(values, self.padded, axes=(0, 1))
         inverted = np.einsum("xsij,xsj->xsi", self.inverse, spectrum)

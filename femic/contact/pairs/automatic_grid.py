@@ -7,7 +7,7 @@ from femic.contact.edges import MARGIN
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import contact_size
-from femic.contact.pairs.given_ics import NONE_GIVEN, NormalICs, approximations_of, given_of
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
@@ -20,7 +20,7 @@ Outcome = TypeVar("Outcome")
 
 
 def sizing_of(problem: ContactProblem) -> Sizing:
-    """The sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
+    """Return the sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
     bodies, elements = pair_on_grid(problem, problem.grid), problem.specification.elements
     return Sizing(bodies, elements, COARSE_MARGIN if problem.specification.friction else MARGIN + 1)
 
@@ -28,7 +28,7 @@ def sizing_of(problem: ContactProblem) -> Sizing:
 def grids_of(
     problem: ContactProblem, given: Mapping[str, NormalICs] = NONE_GIVEN
 ) -> list[tuple[Grid, list[Loading]]]:
-    """The grids of a problem and the loadings on each: the given one, or automatic ones.
+    """Return the grids of a problem and the loadings on each: the given one, or automatic ones.
 
     ICs that are given have a grid of their own, on which all is solved. With friction there is one grid, of
     the largest load, which the steps to it share. Raises WrongInput where given ICs have different grids, and
@@ -39,7 +39,7 @@ def grids_of(
         return [(_common_grid(own), loadings)]
     if not specification.automatic:
         return [(problem.grid, loadings)]
-    sizing, variants = sizing_of(problem), approximations_of(specification.ics, given)
+    sizing, variants = sizing_of(problem), [name for name in specification.ics if name != C]
     if specification.friction:
         largest = loadings[-1:]
         grid = sizing.grid([contact_size(sizing.bodies, largest[0])])

@@ -6,7 +6,7 @@ are large and of opposite signs, and normals at equal arc lengths are not parall
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,11 +35,6 @@ class BodyICs:
     ics: Array
     approach: float = 0.0
 
-    @property
-    def reciprocal(self) -> "BodyICs":
-        """The same with the mean of C(I, J) and C(J, I)^T."""
-        return replace(self, ics=reciprocal(self.ics))
-
 
 def c_of_bodies(
     problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions, directions: tuple[int, ...]
@@ -59,7 +54,7 @@ def c_of_bodies(
 
 
 def sum_of_bodies(on_grid: PairOnGrid, bodies: Mapping[str, BodyICs], *, wheel_rolls: bool = False) -> Array:
-    """The sum of the ICs of both bodies (n_x, n_s, n_s, m, m) [mm/MPa], less the approach of the pair."""
+    """Return the sum of the ICs of both bodies (n_x, n_s, n_s, m, m) [mm/MPa], less their approach."""
     lower, upper = bodies["lower"].ics, bodies["upper"].ics
     if wheel_rolls:
         upper = rolled(upper, on_grid.undeformed.upper, on_grid.upper_grid)
@@ -69,7 +64,7 @@ def sum_of_bodies(on_grid: PairOnGrid, bodies: Mapping[str, BodyICs], *, wheel_r
 
 
 def reciprocal(ics: Array) -> Array:
-    """The mean of C(I, J) and C(J, I)^T, of ICs (n_x, n_s, n_s, m, m) in all directions or along n."""
+    """Return the mean of C(I, J) and C(J, I)^T, of ICs (n_x, n_s, n_s, m, m) in all directions or along n."""
     m = ics.shape[-1]
     return np.asarray((ics + PARITY[-m:, -m:] * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)) / 2)
 

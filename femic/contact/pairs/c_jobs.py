@@ -16,14 +16,14 @@ ASPECTS = (0.01, 100.0)  # least and largest dx / ds of a grid of C
 
 
 def components_of(problem: ContactProblem) -> tuple[str, ...]:
-    """The components of C that a contact needs."""
+    """Return the components of C that a contact needs."""
     return COMPONENTS if problem.specification.friction else ("nn",)
 
 
 def c_jobs(
     problem: ContactProblem, on_grid: PairOnGrid, components: tuple[str, ...] | None = None
 ) -> dict[str, MatrixJob]:
-    """The jobs of C of both bodies on a grid; strips of the upper body lie opposite, on its own contour.
+    """Return the jobs of C of both bodies on a grid; the upper strips lie opposite, on their own contour.
 
     By default with the `components` that the contact needs. Raises WrongInput for slender elements.
     """
@@ -41,7 +41,7 @@ def c_jobs(
 
 
 def job_of(problem: ContactProblem, name: str, grid: Grid, components: tuple[str, ...]) -> MatrixJob:
-    """The job of C of a body on a grid."""
+    """Return the job of C of a body on a grid."""
     body = replace(problem.bodies[name], domain=Domain(far_radius(problem, grid), np.inf))
     settings = replace(problem.settings, cells=None)
     return MatrixJob(body, grid, settings, components, (problem.discount,))

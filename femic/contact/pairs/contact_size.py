@@ -46,7 +46,7 @@ class _Trial:
 
 
 def contact_size(bodies: PairOnGrid, loading: Loading) -> Size:
-    """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit.
+    """Return the size of a contact with B-hat, on coarse grids made longer or shorter until they fit.
 
     Raises Failure where the contact reaches the end of a contour, and where there is none.
     """
@@ -66,20 +66,20 @@ def contact_size(bodies: PairOnGrid, loading: Loading) -> Size:
 
 
 def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:
-    """The grid that is tried first: a little larger than the patch of Hertz."""
+    """Return the grid that is tried first: a little larger than the patch of Hertz."""
     touching, patch = bodies.undeformed.touching[0], hertz(bodies, loading)
     half_s = GROWTH * patch.b
     return _trial(bodies, GROWTH * patch.a, (touching - half_s, touching + half_s), TRIED)
 
 
 def _trial(bodies: PairOnGrid, half_x: float, s: Range, n_s: int) -> _Trial:
-    """A trial grid, no longer than the contours."""
+    """Return a trial grid, no longer than the contours."""
     start, end = bodies.undeformed.s_range
     return _Trial(half_x, (max(s[0], start), min(s[1], end)), n_s)
 
 
 def _enlarged(bodies: PairOnGrid, trial: _Trial, short: PotentialAreaTooSmall) -> _Trial:
-    """A longer trial grid, with more strips where it cannot be longer; raises Failure for too many."""
+    """Return a longer trial grid, with more strips where it cannot be longer; raises Failure for too many."""
     (low, high), n_s, half_x = trial.s, trial.n_s, trial.half_x
     if _at_ends(bodies, short, trial.s):
         n_s *= 2
@@ -109,7 +109,7 @@ def _at_ends(bodies: PairOnGrid, short: PotentialAreaTooSmall, s: Range) -> list
 
 
 def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
-    """The ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
+    """Return the ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
     grid = on_grid.grid
     x = [place for patch in contact.patches for place in patch.x]
     s = [place for patch in contact.patches for place in patch.s]
@@ -118,7 +118,7 @@ def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
 
 
 def _narrowed(trial: _Trial, size: Size, across: tuple[int, int]) -> tuple[float, Range]:
-    """Half-length and range of s [mm] of a shorter trial grid, where too few elements are in contact."""
+    """Return half-length and range of s [mm] of a shorter trial grid with more elements in contact."""
     half_x, s = trial.half_x, trial.s
     if across[0] < FEWEST:
         half_x = size.x[1] * GROWTH
@@ -129,7 +129,7 @@ def _narrowed(trial: _Trial, size: Size, across: tuple[int, int]) -> tuple[float
 
 
 def _across(contact: NormalContact) -> tuple[int, int]:
-    """Numbers of elements in contact along x and s, from the first to the last."""
+    """Return numbers of elements in contact along x and s, from the first to the last."""
     along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
     return int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1
 

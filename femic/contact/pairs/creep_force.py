@@ -41,7 +41,7 @@ class Continuation:
 
     @classmethod
     def of(cls, pair: PairWithFriction, problem: FrictionalProblem, label: str) -> "Continuation":
-        """The continuation along the curve of a problem on its own grid."""
+        """Return the continuation along the curve of a problem on its own grid."""
         return cls(pair, pair.rolling(problem), label)
 
     @property
@@ -55,14 +55,14 @@ class Continuation:
         return self.problem.problem.friction * self.pair.loads[0]
 
     def curve(self) -> CreepForceCurve:
-        """The contacts at all creepages, each from its neighbour, and the contacts at prescribed forces."""
+        """Return the contacts at all creepages, each from its neighbour, and at prescribed forces."""
         contacts = self.contacts()
         free, equal = self.free(list(contacts.values()))
         points = {xi: self.measured(contact) for xi, contact in contacts.items()}
         return CreepForceCurve(contacts, points, free, equal)
 
     def free(self, contacts: Sequence[RollingContact]) -> tuple[Measured, RollingContact]:
-        """The numbers of `OF_CURVE` from a curve of `contacts`, and the contact at which ICs are compared."""
+        """Return the numbers of `OF_CURVE` from `contacts`, and the contact at which ICs are compared."""
         zero, below, above, equal = (
             self.with_force(share * self.largest, contacts)
             for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.pair.specification.equal_force)
@@ -79,7 +79,7 @@ class Continuation:
         return Measured(numbers, scales, self.measured(zero).floors), equal
 
     def contacts(self) -> dict[float, RollingContact]:
-        """The contacts by creepage, growing; without those that have no solution."""
+        """Return the contacts by creepage, growing; without those that have no solution."""
         first = self.first()
         by_creepage = {first.creepages.longitudinal: first}
         number = self.xi.index(first.creepages.longitudinal)
@@ -91,14 +91,14 @@ class Continuation:
         return {xi: by_creepage[xi] for xi in sorted(by_creepage)}
 
     def first(self) -> RollingContact:
-        """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
+        """Return the contact at the creepage nearest 0 that has a solution without a neighbour's."""
         for xi in sorted(self.xi, key=abs):
             if contact := self.at_if_possible(xi, None):
                 return contact
         raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
 
     def at_if_possible(self, xi: float, before: RollingContact | None) -> RollingContact | None:
-        """The contact at a creepage; None where it has no solution, which is reported."""
+        """Return the contact at a creepage; None where it has no solution, which is reported."""
         try:
             return self.at(xi, before)
         except PotentialAreaTooSmall:
@@ -108,7 +108,7 @@ class Continuation:
             return None
 
     def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
-        """The contact with a longitudinal force [N], from where the curve of `contacts` has it."""
+        """Return the contact with a longitudinal force [N], from where the curve of `contacts` has it."""
         forces = [contact.contact.force[0] for contact in contacts]
         xi = [contact.creepages.longitudinal for contact in contacts]
         nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
@@ -119,7 +119,7 @@ class Continuation:
             return self.search_force(force, start)
 
     def search_force(self, force: float, start: RollingContact) -> RollingContact:
-        """The contact with a force [N] by a search over creepages; Failure where none has it."""
+        """Return the contact with a force [N] by a search over creepages; Failure where none has it."""
         by_creepage = {start.creepages.longitudinal: start}
 
         def beyond(xi: float) -> float:
@@ -132,7 +132,7 @@ class Continuation:
         return by_creepage[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
 
     def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
-        """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""
+        """Return the contact at a creepage, from a neighbour; where that fails, in two steps of this kind."""
         try:
             return self.solve(xi, before)
         except PotentialAreaTooSmall:
@@ -144,7 +144,7 @@ class Continuation:
             return self.at(xi, half_way, halvings - 1)
 
     def solve(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
-        """The contact at a creepage, or with a longitudinal force [N] near it."""
+        """Return the contact at a creepage, or with a longitudinal force [N] near it."""
         specification = self.pair.specification
         return self.problem.contact(
             Creepages(xi, specification.lateral, specification.spin),
@@ -154,5 +154,5 @@ class Continuation:
         )
 
     def measured(self, rolling: RollingContact) -> Measured:
-        """The numbers of a contact, with what estimates need."""
+        """Return the numbers of a contact, with what estimates need."""
         return measured(self.pair.on_grid, rolling.contact, OF_ROLLING)

@@ -21,7 +21,7 @@ TOLERANCE = 1e-4  # of the approach: of a change of the distance that is itself 
 
 
 def displaced_numbers(continuation: Continuation, curve: CreepForceCurve) -> Mapping[str, float]:
-    """The numbers of `OF_DISPLACED` at the creepage nearest 0; NaN where the grid has no such contact.
+    """Return the numbers of `OF_DISPLACED` at the creepage nearest 0; NaN where the grid has no such contact.
 
     They are NaN, too, where one of both contacts is found in a less accurate form than the other: that would
     change more than the distance does. The creepage without force is moved by the change of the force over
@@ -41,7 +41,7 @@ def displaced_numbers(continuation: Continuation, curve: CreepForceCurve) -> Map
 
 
 def displaced(continuation: Continuation, contact: RollingContact) -> RollingContact:
-    """The contact at the same creepages with the distance at its own approach: a fixed point.
+    """Return the contact at the same creepages with the distance at its own approach: a fixed point.
 
     Heights of rolling circles stay those of the linearised contact: the displacements of the same size that
     they lack along s are not known from the approach, and would make slip depend on the rigid-body discount.

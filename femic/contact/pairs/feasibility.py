@@ -1,17 +1,20 @@
 """Whether a contact can have a solution, before anything is solved: why it has none, and the remedy."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.extra_gap import Scattered
 from femic.contact.motions import MOTIONS
+from femic.contact.operators.approximations import approximate_operator
 from femic.contact.pairs.first_touch import distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import SAMPLES
+from geometries.errors import WrongInput
+from geometries.grids import Grid
 
 PLACES = 9  # at which distances are the same where bodies touch all over,
 ALIKE = 1e-9  # to this share of the reach
@@ -40,6 +43,16 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
     yield from misfits
     if not misfits:
         yield from MOTIONS[specification.motion].misfits(problem, sizing)
+
+
+def without_operator(problem: ContactProblem, variants: Sequence[str]) -> Iterator[str]:
+    """Yield which approximations have no operator: a few elements show it."""
+    few = Grid(2, 2, problem.grid.dx, problem.grid.ds, problem.grid.s)
+    for variant in variants:
+        try:
+            approximate_operator(variant, problem.pair, few)
+        except WrongInput as refusal:
+            yield f"contact.ics: {refusal}: leave it out"
 
 
 def _of_place(sizing: Sizing) -> Iterator[str]:

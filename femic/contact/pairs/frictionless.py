@@ -9,7 +9,6 @@ import numpy as np
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
-from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of, reference_name
@@ -103,14 +102,6 @@ def solve_frictionless(
 
 
 @dataclass(frozen=True, eq=False)
-class _PerturbedICs:
-    """ICs that are given, as operator, and the same with their estimated error added."""
-
-    operator: GridOperator
-    perturbed: GridOperator
-
-
-@dataclass(frozen=True, eq=False)
 class _Solver:
     """Solves contacts under some loadings on the same grid."""
 
@@ -122,7 +113,7 @@ class _Solver:
     def on_grid(
         self, on_grid: PairOnGrid
     ) -> tuple[dict[tuple[Loading, str], SolvedContact], ReferenceICs | None]:
-        """The contacts with all ICs on a grid, and C on it."""
+        """Return the contacts with all ICs on a grid, and C on it."""
         grid, reference = on_grid.grid, None
         self.options.watch.on_stage(
             f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
@@ -130,36 +121,39 @@ class _Solver:
         )
         contacts: dict[tuple[Loading, str], SolvedContact] = {}
         for name in self.problem.specification.ics:
-            known: ReferenceICs | _PerturbedICs | None = None
+            operator: Operator
+            perturbed: Operator | None = None
             if name in self.given:
                 ics, estimate = self.given[name].at(on_grid)
-                known = _PerturbedICs(normal_operator(ics), normal_operator(ics + estimate))
+                operator, perturbed = normal_operator(ics), normal_operator(ics + estimate)
             elif name == C:
-                known = reference = normal_reference_ics(self.problem, on_grid, self.options)
+                reference = normal_reference_ics(self.problem, on_grid, self.options)
+                operator, perturbed = reference.operator, reference.perturbed
+            else:
+                operator = on_grid.operator(name)
             for loading in self.loadings:
                 try:
-                    contacts[loading, name] = self.solved(on_grid, loading, name, known)
+                    contacts[loading, name] = self.solved(on_grid, loading, name, operator, perturbed)
                 except PotentialAreaTooSmall as short:
                     raise PotentialAreaTooSmall(short.ends, loading, name) from short
         return contacts, reference
 
     def solved(
-        self, on_grid: PairOnGrid, loading: Loading, name: str, known: ReferenceICs | _PerturbedICs | None
+        self, on_grid: PairOnGrid, loading: Loading, name: str, operator: Operator, perturbed: Operator | None
     ) -> SolvedContact:
-        """One contact; with known errors of the ICs these are added, too, and the reference is displaced."""
+        """Solve a contact, also with perturbed ICs, and, with the reference's, of the displaced bodies."""
         start, exact = perf_counter(), self.problem.specification.exact
-        operator: Operator = known.operator if known else on_grid.operator(name)
         contact = on_grid.solve(operator, loading, exact=exact)
         seconds = perf_counter() - start
-        perturbed = on_grid.solve(known.perturbed, loading, exact=exact) if known else None
+        with_errors = on_grid.solve(perturbed, loading, exact=exact) if perturbed else None
         displaced = None
         if not exact and name == reference_name(self.problem.specification.ics, [*self.given]):
             displaced = _displaced(on_grid, operator, loading)
-        return SolvedContact(loading, name, contact, perturbed, displaced, seconds)
+        return SolvedContact(loading, name, contact, with_errors, displaced, seconds)
 
 
 def _displaced(on_grid: PairOnGrid, operator: Operator, loading: Loading) -> PairContact | None:
-    """The contact with the exact distance; None where it is larger than the grid, or there is none."""
+    """Return the contact with the exact distance; None where it is larger than the grid, or there is none."""
     try:
         return on_grid.solve(operator, loading, exact=True)
     except Failure:

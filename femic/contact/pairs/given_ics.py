@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from geometries.grids import Grid
 from geometries.patches import N
 
 C = "C"
+Given = TypeVar("Given")
 
 
 class NormalICs(Protocol):
@@ -26,7 +27,7 @@ class NormalICs(Protocol):
         ...
 
     def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
-        """The ICs of bodies on this grid and their estimated errors [mm/MPa], (n_x, n_s, n_s) each."""
+        """Return the ICs of bodies on this grid and their estimated errors [mm/MPa], (n_x, n_s, n_s) each."""
         ...
 
 
@@ -66,20 +67,15 @@ class GivenICs:
             )
 
 
-NONE_GIVEN: Mapping[str, NormalICs] = MappingProxyType({})
+NONE_GIVEN: Mapping[str, GivenICs] = MappingProxyType({})
 
 
-def given_of(ics: Sequence[str], given: Mapping[str, NormalICs]) -> dict[str, NormalICs]:
-    """The given ICs among those named."""
+def given_of(ics: Sequence[str], given: Mapping[str, Given]) -> dict[str, Given]:
+    """Return the given ICs among those named."""
     return {name: given[name] for name in ics if name in given}
 
 
-def approximations_of(ics: Sequence[str], given: Mapping[str, NormalICs] = NONE_GIVEN) -> list[str]:
-    """The names of approximations among those of ICs."""
-    return [name for name in ics if name != C and name not in given]
-
-
 def reference_name(ics: Sequence[str], given: Sequence[str] = ()) -> str:
-    """The ICs that others are compared with: C, or without it given ones, B-hat, or the last."""
+    """Return the ICs that others are compared with: C, or without it given ones, B-hat, or the last."""
     first = (C, *(name for name in ics if name in given), "Bhat")
     return next((name for name in first if name in ics), ics[-1])

@@ -93,7 +93,7 @@ class PairOnGrid:
         return half_space_operator(self.pair, self.grid, (N,))
 
     def operator(self, variant: str) -> Convolution | GridOperator:
-        """The nn ICs of an approximation."""
+        """Return the nn ICs of an approximation."""
         if variant == "A":
             return self.flat
         return approximate_operator(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
@@ -110,12 +110,12 @@ class PairOnGrid:
         return replace(self.grid, s=self.grid.s + self.offset)
 
     def moved_to(self, shift: float) -> "PairOnGrid":
-        """The upper body moved along y to another position [mm], with the ICs of this one."""
+        """Return the upper body moved along y to another position [mm], with the ICs of this one."""
         undeformed = replace(self.undeformed, shift=shift)
         return replace(self, undeformed=undeformed, paired=self.paired or self.undeformed)
 
     def solve(self, operator: Operator, loading: Loading, *, exact: bool = False) -> "PairContact":
-        """The contact with nn ICs, in the position given or the one that gives it the lateral force.
+        """Return the contact with nn ICs, in the position given or the one that gives it the lateral force.
 
         Raises as `solve_in_place`, and Failure where no position has the force.
         """
@@ -137,7 +137,7 @@ class PairOnGrid:
         return replace(equilibrium.contact, lateral_stiffness=equilibrium.stiffness)
 
     def solve_in_place(self, operator: Operator, loading: Loading, *, exact: bool = False) -> NormalContact:
-        """The contact with nn ICs where the upper body is now, whatever lateral force that needs.
+        """Return the contact with nn ICs where the upper body is now, whatever lateral force that needs.
 
         `exact`: with the distance of the displaced upper body instead of the linearised one. Raises as
         `contact.normal.solve`, and WrongInput where the bodies do not touch.
@@ -158,7 +158,7 @@ class PairOnGrid:
         return self._displaced(contact, loading) if exact else contact
 
     def _displaced(self, contact: NormalContact, loading: Loading) -> NormalContact:
-        """The contact with the distance at its own approach: a fixed point."""
+        """Return the contact with the distance at its own approach: a fixed point."""
         for _ in range(EXACT_STEPS):
             before = contact.approach
             distance = self.distance_at(before) + before * self.cosine
@@ -190,19 +190,19 @@ class PairContact:
 
 
 def pair_on_grid(problem: ContactProblem, grid: Grid) -> PairOnGrid:
-    """The bodies of a problem on a grid."""
+    """Return the bodies of a problem on a grid."""
     return PairOnGrid(problem.pair, undeformed_of(problem), grid, problem.specification.extra_gap)
 
 
 def undeformed_of(problem: ContactProblem) -> Undeformed:
-    """The surfaces of a problem, the upper one moved along y as it says."""
+    """Return the surfaces of a problem, the upper one moved along y as it says."""
     lower, upper = problem.bodies["lower"].surface, problem.bodies["upper"].surface
     return _undeformed(upper, lower, _reach(problem), problem.specification.shift)
 
 
 @lru_cache(maxsize=16)
 def _undeformed(upper: Surface, lower: Surface, s_range: tuple[float, float], shift: float) -> Undeformed:
-    """Two surfaces above each other, the same object each time: the point of first contact is found once."""
+    """Return the surfaces, the same object each time: the point of first contact is found once."""
     return Undeformed(upper, lower, s_range, shift)
 
 

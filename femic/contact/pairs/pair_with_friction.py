@@ -3,16 +3,15 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import TypeVar
 
-from femic.contact.friction.kinematics import Rolling
+from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
-from femic.contact.pairs.given_ics import C, GivenICs
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, GivenICs, given_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.rolling import RollingProblem
@@ -21,7 +20,6 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
 
 Outcome = TypeVar("Outcome")
-NONE_WITH_FRICTION: Mapping[str, GivenICs] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,49 +58,58 @@ class PairWithFriction:
         return self.problem.specification.loads
 
     def operator(self, name: str) -> FullOperator:
-        """The ICs of a name."""
+        """Return the ICs of a name."""
         if name in self.given:
             return self.given[name].operator
         return self.reference.operator if name == C else approximation(self.on_grid, name)
 
     def perturbed(self, name: str) -> FullOperator | None:
-        """The ICs of a name with their estimated errors added; None where no errors are known."""
+        """Return the ICs of a name with their estimated errors added; None where no errors are known."""
         if name in self.given:
             return self.given[name].perturbed
         return self.reference.perturbed if name == C else None
 
     def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
-        """The contact problem with some ICs and a coefficient of friction."""
-        on_grid = self.on_grid
-        return FrictionalProblem(
-            on_grid.grid,
-            operator,
-            half_space_operator(on_grid.pair, on_grid.grid),
-            on_grid.distance,
-            on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
-            friction,
-        )
+        """Return the contact problem with some ICs and a coefficient of friction."""
+        return frictional_problem(self.on_grid, operator, friction)
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
-        """The rolling problem of a contact problem, on the grid of this."""
-        on_grid = replace(self.on_grid, grid=problem.grid)
-        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
-        height = undeformed.upper_height(strips)
-        contour, radius = undeformed.lower.contour, undeformed.upper.rolling_radius
-        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
+        """Return the rolling problem of a contact problem, on the grid of this."""
+        return rolling_problem(self.on_grid, problem)
+
+
+def frictional_problem(on_grid: PairOnGrid, operator: FullOperator, friction: float) -> FrictionalProblem:
+    """Return the contact problem of bodies with some ICs and a coefficient of friction."""
+    return FrictionalProblem(
+        on_grid.grid,
+        operator,
+        half_space_operator(on_grid.pair, on_grid.grid),
+        on_grid.distance,
+        on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
+        friction,
+    )
+
+
+def rolling_problem(on_grid: PairOnGrid, problem: FrictionalProblem) -> RollingProblem:
+    """Return the rolling problem of bodies, on the grid of their contact problem."""
+    on_grid = replace(on_grid, grid=problem.grid)
+    undeformed, strips = on_grid.undeformed, on_grid.grid.strips
+    height, contour = undeformed.upper_height(strips), undeformed.lower.contour
+    radius = undeformed.upper.rolling_radius
+    return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
 
 
 def solve_with_friction(
     problem: ContactProblem,
     solve: Callable[[PairWithFriction], Outcome],
     options: RunOptions = DEFAULT,
-    given: Mapping[str, GivenICs] = NONE_WITH_FRICTION,
+    given: Mapping[str, GivenICs] = NONE_GIVEN,
 ) -> Outcome:
     """Return the solution of `solve` on a grid that fits the largest load, made longer where needed.
 
     `given` are ICs of the caller by name; with some of them among those of the problem, the grid is theirs.
     """
-    own = {name: given[name] for name in problem.specification.ics if name in given}
+    own = given_of(problem.specification.ics, given)
     ((grid, loadings),) = grids_of(problem, own)
 
     def solve_on(on_grid: PairOnGrid) -> Outcome:

@@ -13,7 +13,7 @@ SAME = 1e-6  # difference of mirrored ICs over the largest, to which they are th
 
 
 def require_positive(problem: ContactProblem, on_grid: PairOnGrid, ic: Array) -> float:
-    """The smallest eigenvalue of C_nn (n_x, n_s, n_s) for the pressures that a contact may have.
+    """Return the smallest eigenvalue of C_nn (n_x, n_s, n_s) for the pressures that a contact may have.
 
     It is divided by the least IC of an element on itself. Where loads are given these pressures are all those
     without vertical load, by which solutions may differ; where all is symmetric they are symmetric. Raises
@@ -45,7 +45,7 @@ def _remedy(problem: ContactProblem) -> str:
 
 
 def smallest_eigenvalue(ic: Array, freed: Array, *, symmetric: bool = False) -> float:
-    """The smallest eigenvalue of nn ICs (n_x, n_s, n_s) over the least IC of an element on itself.
+    """Return the smallest eigenvalue of nn ICs (n_x, n_s, n_s) over the least IC of an element on itself.
 
     It is that of pressures without resultant along the motions `freed` (n, n_s): a give in these is added, as
     large as the largest IC. `symmetric`: of pressures that are symmetric about the middle of the grid.
@@ -58,7 +58,7 @@ def smallest_eigenvalue(ic: Array, freed: Array, *, symmetric: bool = False) -> 
 
 
 def _folded(ic: Array) -> Array:
-    """The same for symmetric pressures: those on the strips of one half, and of the middle one."""
+    """Return the same for symmetric pressures: those on the strips of one half, and of the middle one."""
     n_s = ic.shape[1]
     half = (n_s + 1) // 2
     folded = ic[:, :half, :half] + ic[:, :half, ::-1][..., :half]

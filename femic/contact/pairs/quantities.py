@@ -2,78 +2,20 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from femic.contact import estimates
 from femic.contact.edges import Extent
-from femic.contact.error_floors import Places, SlipState, floors, readings, scales
-from femic.contact.estimates import (
-    ABOUT_X,
-    ABOUT_Z,
-    AREA,
-    ASPECT,
-    CENTRE,
-    CREEPAGE,
-    GIVEN,
-    LATERAL,
-    LENGTH,
-    LONGITUDINAL,
-    POSITION,
-    PRESSURE,
-    SLIDING,
-    SLOPE,
-    STIFFNESS,
-    WIDTH,
-    WORK,
-    Kind,
-    Measured,
-    Scale,
-)
+from femic.contact.error_floors import Places, floors, readings, scales
+from femic.contact.estimates import Kind, Measured, Scale
+from femic.contact.frictional import FrictionalContact
+from femic.contact.normal import NormalContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.resultants import centre_of_pressure
-from geometries.arrays import Array
-from geometries.grids import Grid
 
-
-class _OnGrid(Protocol):
-    @property
-    def grid(self) -> Grid: ...
-
-
-class Contact(Protocol):
-    """A contact on the grid of its problem, without or with friction."""
-
-    @property
-    def problem(self) -> _OnGrid:
-        """The problem that it solves."""
-        ...
-
-    @property
-    def pressures(self) -> Array:
-        """Pressures [MPa], shape (n_x, n_s)."""
-        ...
-
-    @property
-    def tractions(self) -> Array:
-        """Tractions on the upper body [MPa], shape (n_x, n_s, 3)."""
-        ...
-
-    @property
-    def patches(self) -> list[Extent]:
-        """The contact patches."""
-        ...
-
-    @property
-    def slip_state(self) -> SlipState:
-        """Where it sticks and slips."""
-        ...
-
-    @property
-    def largest_work(self) -> float:
-        """Work of friction if all slides, in its unit; 0 without friction."""
-        ...
+Contact = NormalContact | FrictionalContact
 
 
 @dataclass(frozen=True)
@@ -91,7 +33,7 @@ class Quantity:
 
 
 def main_patch(contact: Contact) -> Extent:
-    """The patch with the largest sum of pressures."""
+    """Return the patch with the largest sum of pressures."""
     return max(contact.patches, key=lambda patch: float(np.sum(contact.pressures[patch.elements])))
 
 
@@ -109,15 +51,19 @@ def angle(on_grid: PairOnGrid, contact: Contact) -> float:
 
 
 def half_length(on_grid: PairOnGrid, contact: Contact) -> float:
-    """Half-length of the main patch along x [mm]."""
+    """Return half-length of the main patch along x [mm]."""
     low, high = main_patch(contact).x
     return (high - low) / 2 * on_grid.grid.dx
 
 
 def half_width(on_grid: PairOnGrid, contact: Contact) -> float:
-    """Half-width of the main patch along s, on the arc [mm]."""
+    """Return half-width of the main patch along s, on the arc [mm]."""
     low, high = s_range(on_grid, contact)
     return (high - low) / 2
+
+
+def _largest_pressure(_: PairOnGrid, contact: Contact) -> float:
+    return float(np.max(contact.pressures))
 
 
 def _aspect(on_grid: PairOnGrid, contact: Contact) -> float:
@@ -133,71 +79,67 @@ def _dissipation(on_grid: PairOnGrid, contact: Any) -> float:
 
 
 def _force(axis: int) -> Callable[[PairOnGrid, Contact], float]:
-    """The force [N] on the upper body along a global axis."""
+    """Return the force [N] on the upper body along a global axis."""
     return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[axis])
 
 
 def _moment(axis: int) -> Callable[[PairOnGrid, Contact], float]:
-    """The moment [N mm] on the upper body about a global axis through the contact centre."""
+    """Return the moment [N mm] on the upper body about a global axis through the contact centre."""
     return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[axis])
 
 
 def _own(name: str) -> Callable[[PairOnGrid, Any], float]:
-    """A number that contacts have as an attribute."""
+    """Return a number that contacts have as an attribute."""
     return lambda _, contact: getattr(contact, name)
 
 
-ALL: Mapping[str, Quantity] = MappingProxyType(
-    {
-        "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", WIDTH, angle),
-        "a": Quantity("a", "mm", "half-length of the patch along x", LENGTH, half_length),
-        "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", WIDTH, half_width),
-        "aspect": Quantity("a/b", "1", "aspect of the patch", ASPECT, _aspect),
-        "p_max": Quantity(
-            "p_max", "MPa", "largest pressure", PRESSURE, lambda _, contact: float(np.max(contact.pressures))
-        ),
-        "approach": Quantity("ζ", "mm", "vertical approach", GIVEN, _own("approach")),
-        "load": Quantity("N", "N", "vertical load", GIVEN, _own("load")),
-        "position": Quantity(
-            "y_u",
-            "mm",
-            "lateral position of the upper body",
-            POSITION,
-            lambda on_grid, _: on_grid.undeformed.shift,
-        ),
-        "F_x": Quantity("F_x", "N", "longitudinal force on the upper body", LONGITUDINAL, _force(0)),
-        "F_y": Quantity("F_y", "N", "lateral force on the upper body", LATERAL, _force(1)),
-        "M_x": Quantity(
-            "M_x",
-            "N mm",
-            "moment on the upper body about the x axis through the contact centre",
-            ABOUT_X,
-            _moment(0),
-        ),
-        "M_z": Quantity(
-            "M_z",
-            "N mm",
-            "moment on the upper body about the contact centre's vertical",
-            ABOUT_Z,
-            _moment(2),
-        ),
-        "s_centre": Quantity("s_c", "mm", "centre of pressure along s", CENTRE, _centre),
-        "area": Quantity("area", "mm2", "contact area on the lower surface", AREA, _own("area")),
-        "stiffness": Quantity(
-            "dN/dζ", "N/mm", "derivative of the load by the approach", STIFFNESS, _own("stiffness")
-        ),
-        "sliding_share": Quantity(
-            "sliding", "1", "area of sliding over that of contact", SLIDING, _own("sliding_share")
-        ),
-        "dissipation": Quantity(
-            "work", "N", "work of friction per unit of rolled distance", WORK, _dissipation
-        ),
-    }
-)
+ALL: Mapping[str, Quantity] = {
+    "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", estimates.WIDTH, angle),
+    "a": Quantity("a", "mm", "half-length of the patch along x", estimates.LENGTH, half_length),
+    "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", estimates.WIDTH, half_width),
+    "aspect": Quantity("a/b", "1", "aspect of the patch", estimates.ASPECT, _aspect),
+    "p_max": Quantity("p_max", "MPa", "largest pressure", estimates.PRESSURE, _largest_pressure),
+    "approach": Quantity("ζ", "mm", "vertical approach", estimates.GIVEN, _own("approach")),
+    "load": Quantity("N", "N", "vertical load", estimates.GIVEN, _own("load")),
+    "position": Quantity(
+        "y_u",
+        "mm",
+        "lateral position of the upper body",
+        estimates.POSITION,
+        lambda on_grid, _: on_grid.undeformed.shift,
+    ),
+    "F_x": Quantity("F_x", "N", "longitudinal force on the upper body", estimates.LONGITUDINAL, _force(0)),
+    "F_y": Quantity("F_y", "N", "lateral force on the upper body", estimates.LATERAL, _force(1)),
+    "M_x": Quantity(
+        "M_x",
+        "N mm",
+        "moment on the upper body about the x axis through the contact centre",
+        estimates.ABOUT_X,
+        _moment(0),
+    ),
+    "M_z": Quantity(
+        "M_z",
+        "N mm",
+        "moment on the upper body about the contact centre's vertical",
+        estimates.ABOUT_Z,
+        _moment(2),
+    ),
+    "s_centre": Quantity("s_c", "mm", "centre of pressure along s", estimates.CENTRE, _centre),
+    "area": Quantity("area", "mm2", "contact area on the lower surface", estimates.AREA, _own("area")),
+    "stiffness": Quantity(
+        "dN/dζ", "N/mm", "derivative of the load by the approach", estimates.STIFFNESS, _own("stiffness")
+    ),
+    "sliding_share": Quantity(
+        "sliding", "1", "area of sliding over that of contact", estimates.SLIDING, _own("sliding_share")
+    ),
+    "dissipation": Quantity(
+        "work", "N", "work of friction per unit of rolled distance", estimates.WORK, _dissipation
+    ),
+}
 
 
 def _chosen(*names: str) -> Mapping[str, Quantity]:
-    return MappingProxyType({name: ALL[name] for name in names})
+    return {name: ALL[name] for name in names}
 
 
 OF_FRICTIONLESS = _chosen(
@@ -208,17 +150,15 @@ OF_COMPRESSION = _chosen(
     *("F_y", "M_x", "M_z", "approach", "p_max", "a", "b", "angle", "area", "sliding_share")
 )
 OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)  # steady or transient
-OF_CURVE: Mapping[str, Quantity] = MappingProxyType(
-    {  # of a creep-force curve, besides its points
-        "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", CREEPAGE),
-        "slope": Quantity(
-            "dF_x/dξ", "N", "derivative of the longitudinal force by the creepage there", SLOPE
-        ),
-        "equal_creepage": Quantity(
-            "ξ_e", "1", "creepage at the force at which tractions are compared", CREEPAGE
-        ),
-    }
-)
+OF_CURVE: Mapping[str, Quantity] = {  # of a creep-force curve, besides its points
+    "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", estimates.CREEPAGE),
+    "slope": Quantity(
+        "dF_x/dξ", "N", "derivative of the longitudinal force by the creepage there", estimates.SLOPE
+    ),
+    "equal_creepage": Quantity(
+        "ξ_e", "1", "creepage at the force at which tractions are compared", estimates.CREEPAGE
+    ),
+}
 
 
 def numbers(
@@ -230,7 +170,7 @@ def numbers(
 
 
 def kinds(quantities: Mapping[str, Quantity]) -> dict[str, Kind]:
-    """How the errors of quantities are estimated."""
+    """Return how the errors of quantities are estimated."""
     return {name: quantity.kind for name, quantity in quantities.items()}
 
 
@@ -252,7 +192,7 @@ def _on_grid_of(contact: Contact, on_grid: PairOnGrid) -> PairOnGrid:
 
 
 def _places(on_grid: PairOnGrid) -> Places:
-    """Where the elements are."""
+    """Return where the elements are."""
     contour, strips = on_grid.undeformed.lower.contour, on_grid.grid.strips
     (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
     return Places(on_grid.x, y, z, sin, cos, on_grid.grid.area)

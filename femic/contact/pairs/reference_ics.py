@@ -1,7 +1,7 @@
 """C of both bodies on a grid as operators of contact, with its quality; approximations as operators."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -43,7 +43,7 @@ class ReferenceICs:
 
 
 def approximation(on_grid: PairOnGrid, variant: str) -> FullOperator:
-    """An approximation of the ICs of both bodies on their grid, in the form that is faster there."""
+    """Return an approximation of the ICs of both bodies on their grid, in the form that is faster there."""
     operator = approximate_operator(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
     if variant == FLAT or on_grid.grid.n_s > MOST_DENSE or isinstance(operator, GridOperator):
         return operator
@@ -80,7 +80,7 @@ def full_reference_ics(
         GridOperator.of(ics),
         GridOperator.of(ics + estimate),
         float(np.max(estimate)) / float(np.max(np.abs(ics[..., N, N]))),
-        max((Asymmetry.of(body.ics) for body in bodies.values()), key=lambda one: one.share),
+        max((Asymmetry.of(body.ics) for body in bodies.values()), key=lambda asymmetry: asymmetry.share),
         eigenvalue,
         perf_counter() - start,
     )
@@ -95,7 +95,7 @@ def normal_ics(
 
 
 def normal_operator(ics: Array) -> GridOperator:
-    """The operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
+    """Return the operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
     return GridOperator.of(reciprocal(ics[..., None, None]), NORMAL)
 
 
@@ -107,11 +107,11 @@ def pair_operator(
     variation: str = "",
     wheel_rolls: bool = False,
 ) -> GridOperator:
-    """The operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
+    """Return the operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
     bodies = bodies_of(references, on_grid.grid, directions, variation)
     total = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
     return GridOperator.of(total, directions)
 
 
 def _each_reciprocal(bodies: Mapping[str, BodyICs]) -> dict[str, BodyICs]:
-    return {name: body.reciprocal for name, body in bodies.items()}
+    return {name: replace(body, ics=reciprocal(body.ics)) for name, body in bodies.items()}

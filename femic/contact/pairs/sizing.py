@@ -60,7 +60,7 @@ class Sizing:
         return [(self.grid([sizes[loading] for loading in group]), group) for group in groups]
 
     def grid(self, sizes: Sequence[Size]) -> Grid:
-        """A grid for some sizes of contacts."""
+        """Return a grid for some sizes of contacts."""
         dx, ds = (
             float(min(high - low for low, high in ranges)) / self.elements
             for ranges in ([size.x for size in sizes], [size.s for size in sizes])
@@ -73,7 +73,7 @@ class Sizing:
         return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))
 
     def large_enough(self, grid: Grid, loadings: Sequence[Loading], variants: Sequence[str]) -> Grid:
-        """The grid, made longer where the contact with another approximation needs it."""
+        """Return the grid, made longer where the contact with another approximation needs it."""
         for variant, loading in product(variants, loadings):
 
             def grid_of(on_grid: PairOnGrid, variant: str = variant, loading: Loading = loading) -> Grid:
@@ -96,7 +96,7 @@ class Sizing:
         raise no_grid(loading)
 
     def longer(self, grid: Grid, short: PotentialAreaTooSmall) -> Grid:
-        """The grid with `STEP` more elements at the ends at which it is too short.
+        """Return the grid with `STEP` more elements at the ends at which it is too short.
 
         Raises Failure where a contour ends there.
         """
@@ -109,7 +109,7 @@ class Sizing:
         return self._within(longer)
 
     def _within(self, grid: Grid) -> Grid:
-        """The grid, moved or with narrower strips so that it stays on the contours."""
+        """Return the grid, moved or with narrower strips so that it stays on the contours."""
         (low, high), (start, end) = self.extent, grid.extent
         if end - start > high - low:
             return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
@@ -117,7 +117,7 @@ class Sizing:
 
 
 def _rounded(n: float) -> int:
-    """The next multiple of `STEP`."""
+    """Return the next multiple of `STEP`."""
     return STEP * int(np.ceil(n / STEP))
 
 

@@ -14,7 +14,7 @@ from femic.contact.estimates import Numbers
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.body_ics import ALL, NORMAL
 from femic.contact.pairs.c_jobs import c_jobs
-from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact
+from femic.contact.pairs.frictionless import FrictionlessContacts
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -50,40 +50,30 @@ class OtherSupports:
 def changed_supports(
     contacts: FrictionlessContacts, options: RunOptions = DEFAULT
 ) -> dict[str, dict[str, float]]:
-    """The numbers of the largest contact with C with other supports, by what is other; empty without C.
+    """Return the numbers of the largest contact with other supports of C, by name; empty without C.
 
     C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
     hardly matter where it is.
     """
-    largest = _largest_with_c(contacts)
-    if largest is None or not contacts.problem.specification.supports:
-        return {}
-    return dict(_changed(contacts.problem, largest, options))
-
-
-def _largest_with_c(contacts: FrictionlessContacts) -> SolvedContact | None:
     with_c = [contact for (_, ics), contact in contacts.contacts.items() if ics == C]
-    return max(with_c, key=lambda contact: contact.normal.load, default=None)
-
-
-def _changed(
-    problem: ContactProblem, solved: SolvedContact, options: RunOptions
-) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield what is other about the supports, and the numbers with it."""
-    for supports in other_supports(problem, solved.on_grid, options):
-        operator = supports.operator(solved.on_grid, friction=False)
+    if not with_c or not contacts.problem.specification.supports:
+        return {}
+    largest, rows = max(with_c, key=lambda contact: contact.normal.load), {}
+    for supports in other_supports(contacts.problem, largest.on_grid, options):
+        operator = supports.operator(largest.on_grid, friction=False)
         try:
-            contact = solved.on_grid.solve(operator, solved.loading)
+            contact = largest.on_grid.solve(operator, largest.loading)
         except Failure as failure:
             options.watch.on_stage(f"  left out, {supports.name}: {failure}")
             continue
-        yield supports.name, numbers(contact.on_grid, contact.normal)
+        rows[supports.name] = numbers(contact.on_grid, contact.normal)
+    return rows
 
 
 def changed_supports_with_friction(
     pair: PairWithFriction, friction: float
 ) -> dict[str, tuple[float, Numbers]]:
-    """The place and the numbers of one contact with C with other supports, by what is other.
+    """Return the place and the numbers of one contact with C with other supports, by what is other.
 
     It is the `one_point` of the motion; empty where that has none.
     """
@@ -111,7 +101,7 @@ def other_supports(
 
 
 def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
-    """The problem with flatter flanks on both bodies; None where flanks are tangents of given points."""
+    """Return the problem with flatter flanks on both bodies; None for contours through points."""
     if any(np.all(np.isfinite(body.contour.extent)) for body in problem.bodies.values()):
         return None
     bodies = {
@@ -122,7 +112,7 @@ def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
 
 
 def with_flatter_flanks(contour: Contour) -> Contour:
-    """The contour with flanks that begin `FLATTER_DEG` earlier, where its core inclines by as much less."""
+    """Return the contour with flanks that begin earlier, where its core inclines by `FLATTER_DEG` less."""
     s = np.linspace(*contour.limits, SAMPLES)
     delta = contour.inclination(s)
     steepest = np.abs(delta[[0, -1]]) - np.radians(FLATTER_DEG)

@@ -10,7 +10,7 @@ import numpy as np
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.friction.kinematics import Rolling
+from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.friction.leading_edge import DEPTH, LeadingEdge
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
@@ -74,7 +74,7 @@ def wheel_on(problem, *, order=2, mirrored=False):
     contour = arc(10.0, *(1.3, 1.1)[:: -1 if mirrored else 1]) if inclined else plane()
     strips = problem.grid.strips
     height = contour.position(strips)[1]
-    rolling = Rolling(contour, WHEEL if inclined else np.inf, x_of(problem.grid), strips, height)
+    rolling = RollingKinematics(contour, WHEEL if inclined else np.inf, x_of(problem.grid), strips, height)
     return RollingProblem(problem, rolling, order)
 
 
@@ -83,11 +83,11 @@ def slip_between(u, rigid, dx, order):
 
     Of order 1 with the rigid slip at the element, else with that half way.
     """
-    found = np.zeros((len(u) - 1, *u.shape[1:2], 2))
-    for i, j in np.ndindex(*found.shape[:2]):
+    result = np.zeros((len(u) - 1, *u.shape[1:2], 2))
+    for i, j in np.ndindex(*result.shape[:2]):
         w = rigid[i, j] if order == 1 else (rigid[i, j] + rigid[i + 1, j]) / 2
-        found[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
-    return found
+        result[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
+    return result
 
 
 def at_centres(ahead, behind):

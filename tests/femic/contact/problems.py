@@ -45,15 +45,19 @@ def conformal(grid, variant="Bhat", *, ratio=1e-2, materials=(BRASS, STEEL), shi
     """A wheel whose groove is by this ratio wider than the rail's arc of 10 mm; the flanks are not equal."""
     rail = Surface(LOWER, arc(10.0, 1.3, 1.1))
     wheel = Surface(UPPER, arc(10.0 * (1 + ratio), 1.3, 1.1), 500.0)
-    distance = Undeformed(wheel, rail, (-12.0, 10.0), shift).distance(x_of(grid)[:, None], grid.strips)
-    bodies = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
-    cosine = np.cos(rail.contour.inclination(grid.strips))
+    return wheel_on_rail(Undeformed(wheel, rail, (-12.0, 10.0), shift), grid, variant, materials)
+
+
+def wheel_on_rail(surfaces, grid, variant, materials):
+    """The problem of a wheel on a rail."""
+    rail = surfaces.lower
+    bodies = Pair(Solid(materials[0], surfaces.upper), Solid(materials[1], rail))
     return NormalProblem(
         grid,
         approximate_operator(variant, bodies, grid, (N,)),
         half_spaces(grid, *materials),
-        distance,
-        cosine,
+        surfaces.distance(x_of(grid)[:, None], grid.strips),
+        np.cos(rail.contour.inclination(grid.strips)),
     )
 
 
@@ -67,16 +71,7 @@ def elliptic(name, grid, variant="Bhat"):
         Surface(side, ellipse(*axes, 1.2, 1.2), radius)
         for side, axes, radius in zip((UPPER, LOWER), GROOVES[name], (ROLLING_RADIUS, np.inf), strict=True)
     )
-    distance = Undeformed(wheel, rail, (-20.0, 20.0)).distance(x_of(grid)[:, None], grid.strips)
-    bodies = Pair(Solid(STEEL, wheel), Solid(STEEL, rail))
-    cosine = np.cos(rail.contour.inclination(grid.strips))
-    return NormalProblem(
-        grid,
-        approximate_operator(variant, bodies, grid, (N,)),
-        half_spaces(grid, STEEL, STEEL),
-        distance,
-        cosine,
-    )
+    return wheel_on_rail(Undeformed(wheel, rail, (-20.0, 20.0)), grid, variant, (STEEL, STEEL))
 
 
 def with_distance(problem, distance):
@@ -101,7 +96,7 @@ def differences(contact):
     A number may be the same on both grids by luck, but not three of them. The last three rest on edges, whose
     own accuracy is added.
     """
-    found, grid, (patch,) = numbers(contact), contact.problem.grid, contact.patches
-    each = np.abs(numbers(contact.coarser) / found - 1)
-    of_edges = patch.accuracy_x * grid.dx / found[4] + patch.accuracy_s * grid.ds / found[5]
+    fine, grid, (patch,) = numbers(contact), contact.problem.grid, contact.patches
+    each = np.abs(numbers(contact.coarser) / fine - 1)
+    of_edges = patch.accuracy_x * grid.dx / fine[4] + patch.accuracy_s * grid.ds / fine[5]
     return np.repeat([np.max(each[:3]), np.max(each[3:]) + of_edges], 3)

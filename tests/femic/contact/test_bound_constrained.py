@@ -67,7 +67,7 @@ SIZES = [(12, 17), (30, 23), (1, 40), (40, 1)]
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
 @pytest.mark.parametrize("gap", [smooth_gap, rough_gap])
 @pytest.mark.parametrize("sizes", SIZES)
-def test_gaps_and_pressures_exclude_each_other(sizes, gap, variant):
+def test_gaps_and_pressures_are_complementary(sizes, gap, variant):
     of = problem(*sizes, gap(*sizes), variant=variant)
     load = 150.0 * of.h.size
     solution = pressures(of, load=load)
@@ -79,7 +79,7 @@ def test_gaps_and_pressures_exclude_each_other(sizes, gap, variant):
 
 @pytest.mark.parametrize("gap", [smooth_gap, rough_gap])
 @pytest.mark.parametrize("sizes", SIZES)
-def test_a_load_and_its_approach_are_the_same_contact(sizes, gap):
+def test_load_and_its_approach_give_the_same_contact(sizes, gap):
     of = problem(*sizes, gap(*sizes))
     by_load = pressures(of, load=150.0 * of.h.size, tolerance=1e-10)
     by_approach = pressures(of, approach=by_load.approach, tolerance=1e-10)
@@ -88,24 +88,24 @@ def test_a_load_and_its_approach_are_the_same_contact(sizes, gap):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_small_problems_are_those_of_all_sets_of_elements_in_contact(seed):
+def test_small_problems_agree_with_enumeration_of_all_contact_sets(seed):
     """Of 2^9 sets the only one with p >= 0 on it and gaps beside it."""
     of = problem(3, 3, rough_gap(3, 3, seed))
     S, h, c, zeta = dense(of), of.h.ravel(), of.c.ravel(), 0.03
-    found = []
+    result = []
     for elements in product([False, True], repeat=9):
         mask, p = np.array(elements), np.zeros(9)
         p[mask] = np.linalg.solve(S[np.ix_(mask, mask)], (zeta * c - h)[mask])
         if np.all(p[mask] > 0) and np.all((S @ p + h - zeta * c)[~mask] >= 0):
-            found.append(p)
-    (exact,) = found
+            result.append(p)
+    (exact,) = result
     assert 0 < np.count_nonzero(exact) < 9
     solution = pressures(of, approach=zeta, tolerance=1e-12)
     np.testing.assert_allclose(solution.p.ravel(), exact, atol=1e-9 * np.max(exact))
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_larger_ones_are_those_of_nonnegative_least_squares(seed):
+def test_large_problems_agree_with_nonnegative_least_squares(seed):
     """With S = L L^T the energy is |L^T p - L^-1 (zeta c - h)|^2 / 2, but for a constant."""
     of = problem(8, 11, rough_gap(8, 11, seed))
     S, zeta = dense(of), 0.05
@@ -116,7 +116,7 @@ def test_larger_ones_are_those_of_nonnegative_least_squares(seed):
 
 
 @pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
-def test_the_start_does_not_matter_but_saves_work(given):
+def test_start_saves_iterations_without_changing_the_solution(given):
     of = problem(20, 27, rough_gap(20, 27))
     cold = pressures(of, **given, tolerance=1e-10)
     corner = np.zeros(of.h.shape)
@@ -129,7 +129,7 @@ def test_the_start_does_not_matter_but_saves_work(given):
 
 
 @pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
-def test_a_start_without_pressures_is_as_good_as_none(given):
+def test_start_without_pressures_equals_no_start(given):
     """Such as the pressures of an approach at which nothing touches."""
     of = problem(9, 11, rough_gap(9, 11))
     cold = pressures(of, **given)
@@ -138,7 +138,7 @@ def test_a_start_without_pressures_is_as_good_as_none(given):
 
 
 @pytest.mark.parametrize("given", [{"load": 3e5}, {"approach": 1.0}])
-def test_with_all_elements_in_contact_directions_are_conjugate(given):
+def test_search_directions_are_conjugate_with_all_elements_in_contact(given):
     """Conjugate gradients then end after as many steps as there are unknowns, whatever the preconditioner."""
     of = replace(problem(2, 3, smooth_gap(2, 3)), inverse=lambda u: 1e5 * u)
     solution = pressures(of, **given, tolerance=1e-12)
@@ -146,7 +146,7 @@ def test_with_all_elements_in_contact_directions_are_conjugate(given):
     assert 2 < solution.iterations <= 6
 
 
-def test_it_stops_at_its_tolerance_and_the_error_is_of_its_size():
+def test_solver_stops_at_the_tolerance_with_an_error_of_its_size():
     of = problem(20, 27, rough_gap(20, 27))
     exact = pressures(of, load=3e4, tolerance=1e-13).p
     errors = []
@@ -171,7 +171,7 @@ def test_iterations_and_products_are_counted(monkeypatch):
 
 
 @pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.05}])
-def test_units_do_not_matter(given):
+def test_pressures_are_independent_of_units(given):
     """Metres: displacements 1e-3; loads in kN: pressures 1e-3."""
     of = problem(14, 9, rough_gap(14, 9))
     here = pressures(of, **given)
@@ -181,7 +181,7 @@ def test_units_do_not_matter(given):
     assert there.approach == pytest.approx(1e-3 * here.approach, rel=1e-9)
 
 
-def test_pressures_grow_nowhere_where_elements_cannot_touch():
+def test_pressures_are_zero_where_elements_cannot_touch():
     """h is infinite on some elements, which then leave the problem."""
     h = rough_gap(9, 11)
     free = pressures(problem(9, 11, h), approach=0.05)
@@ -199,7 +199,7 @@ def test_pressures_grow_nowhere_where_elements_cannot_touch():
     assert solution.approach == pytest.approx(0.05, rel=1e-9)
 
 
-def test_without_overlap_there_is_no_pressure():
+def test_no_overlap_gives_no_pressure():
     of = problem(9, 11, smooth_gap(9, 11))
     solution = pressures(of, approach=-0.01)
     assert not solution.p.any()
@@ -217,7 +217,7 @@ def test_ics_that_are_not_positive_are_refused(given):
         pressures(indefinite, **given)
 
 
-def test_a_rigid_compliance_that_pressures_in_contact_do_not_feel_is_no_obstacle():
+def test_negative_rigid_compliance_without_effect_on_contact_is_accepted():
     """Where the load is given, m c c^T does no work on directions; only the approach changes, by m load."""
     of = problem(12, 9, rough_gap(12, 9))
     m = np.max(np.linalg.eigvalsh(dense(of)))  # S - m c c^T is far from positive
@@ -228,6 +228,6 @@ def test_a_rigid_compliance_that_pressures_in_contact_do_not_feel_is_no_obstacle
 
 
 @pytest.mark.parametrize("given", [{}, {"load": 1.0, "approach": 1.0}])
-def test_either_a_load_or_an_approach_is_given(given):
+def test_load_and_approach_exclude_each_other(given):
     with pytest.raises(ValueError, match="either load or approach"):
         pressures(problem(3, 4, smooth_gap(3, 4)), **given)

@@ -34,7 +34,7 @@ def last(problem, steps):
     return list(compressed(problem, steps))[-1]
 
 
-def test_each_step_obeys_the_law_from_the_displacements_before():
+def test_each_step_obeys_coulombs_law_from_the_previous_displacements():
     before, approach = 0.0, 0.0
     sines = np.sin(OF_BOTH.inclination)[:, None] * [0.0, 1.0]
     problem = replace(OF_BOTH, friction=0.8)
@@ -48,7 +48,7 @@ def test_each_step_obeys_the_law_from_the_displacements_before():
     assert np.max(law_errors(contact, shift)) > 1e-3  # not without the history
 
 
-def test_without_friction_it_is_the_frictionless_contact():
+def test_zero_friction_gives_the_frictionless_contact():
     problem = replace(OF_BOTH, friction=0.0)
     for contact, step in zip(compressed(problem, STEPS), STEPS, strict=True):
         exact = normal.solve(problem.normal, load=step.load, tolerance=1e-9)
@@ -71,7 +71,7 @@ def test_inclined_places_of_equal_bodies_are_pushed_along_s():
 
 
 @pytest.mark.parametrize("by", ["load", "approach"])
-def test_loads_and_their_approaches_are_the_same_history(by):
+def test_loads_and_their_approaches_give_the_same_history(by):
     by_load = list(compressed(OF_BOTH, STEPS))
     steps = [Loading(approach=contact.approach) if by == "approach" else step
              for contact, step in zip(by_load, STEPS, strict=True)]  # fmt: skip
@@ -87,7 +87,7 @@ def test_a_rigid_motion_along_z_adds_to_the_approach_only():
         assert there.approach - here.approach == pytest.approx(1e-6 * here.force[2], rel=1e-3)
 
 
-def test_a_step_to_where_it_is_changes_nothing_and_a_step_back_leaves_tractions():
+def test_repeated_step_changes_nothing_and_a_step_back_leaves_tractions():
     there, again, back = compressed(OF_BOTH, [Loading(4000.0), Loading(4000.0), Loading(1500.0)])
     np.testing.assert_allclose(again.p, there.p, atol=1e-5 * there.p.max())
     assert np.max(np.abs(again.slip)) < 1e-5 * np.max(np.abs(there.slip))
@@ -95,7 +95,7 @@ def test_a_step_to_where_it_is_changes_nothing_and_a_step_back_leaves_tractions(
     assert np.max(np.abs(back.p - only.p)) > 0.05 * only.p.max()
 
 
-def test_without_contact_a_step_does_nothing():
+def test_step_without_contact_does_nothing():
     none, contact = compressed(OF_BOTH, [Loading(approach=-0.001), Loading(1500.0)])
     assert not np.any(none.p)
     first = last(OF_BOTH, [Loading(1500.0)])
@@ -150,7 +150,7 @@ def test_dissimilar_bodies_that_stick_are_stiffer():
 # ---- input
 
 
-def test_steps_are_needed():
+def test_no_steps_are_refused():
     with pytest.raises(WrongInput, match="steps of the load: give one at least"):
         next(compressed(OF_BOTH, []))
 

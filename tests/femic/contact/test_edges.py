@@ -15,7 +15,7 @@ def flat_ended(low, high, n, power=1.5):
 
 @pytest.mark.parametrize("low", [5.0, 5.1, 5.5, 5.999])
 @pytest.mark.parametrize("high", [11.0, 11.3, 11.9])
-def test_they_are_exact_where_gaps_grow_as_distance_to_three_halves(low, high):
+def test_edges_are_exact_where_gaps_grow_as_distance_to_three_halves(low, high):
     """A rectangle: on the lines beside its corners nothing else touches."""
     contact_x, gap_x = flat_ended(low, high, 17)
     contact_s, gap_s = flat_ended(3.4, 20.25, 26)
@@ -25,7 +25,7 @@ def test_they_are_exact_where_gaps_grow_as_distance_to_three_halves(low, high):
     np.testing.assert_array_equal(extent.elements, np.outer(contact_x, contact_s))
 
 
-def test_they_are_exact_for_any_size_of_the_gaps():
+def test_edges_are_exact_for_any_size_of_the_gaps():
     contact_x, gap_x = flat_ended(4.2, 9.7, 15)
     contact_s, gap_s = flat_ended(3.1, 6.6, 11)
     for scale in (1e-12, 1e6):
@@ -76,14 +76,14 @@ def test_a_patch_is_at_least_half_as_long_as_its_elements(n):
     assert extent.accuracy_x >= 0.25 * (n == 1)
 
 
-def test_several_patches_come_from_the_left_to_the_right():
+def test_patches_are_listed_from_left_to_right():
     ranges = [(40.3, 52.8), (4.4, 12.1), (22.6, 29.0)]
-    found = extents(*separate(*ranges))
-    assert [extent.s for extent in found] == [pytest.approx(each, abs=1e-10) for each in sorted(ranges)]
-    assert sum(extent.elements for extent in found).max() == 1
+    result = extents(*separate(*ranges))
+    assert [extent.s for extent in result] == [pytest.approx(each, abs=1e-10) for each in sorted(ranges)]
+    assert sum(extent.elements for extent in result).max() == 1
 
 
-def test_they_are_sorted_along_s_and_not_along_x():
+def test_patches_are_sorted_along_s_and_not_along_x():
     contact = np.zeros((20, 30), dtype=bool)
     contact[4:6, 20:23] = contact[12:15, 5:9] = True
     first, second = extents(contact, np.where(contact, 0.0, 1.0))
@@ -91,7 +91,7 @@ def test_they_are_sorted_along_s_and_not_along_x():
     assert first.x[0] > second.x[0]
 
 
-def test_between_near_patches_an_edge_is_that_of_the_elements():
+def test_edge_between_near_patches_is_the_element_edge():
     """Of gaps that do not grow over three elements nothing can be read."""
     for right in (15.0, 16.0):  # two and three elements between both
         first, second = extents(*separate((4.4, 12.0), (right, 22.3)))
@@ -118,7 +118,7 @@ def test_an_edge_stays_within_its_first_element_without_contact():
         assert extents(contact, gap)[0].s[1] == pytest.approx(edge, abs=0.01)
 
 
-def test_at_the_end_of_the_grid_an_edge_is_that_of_the_elements():
+def test_edge_at_the_end_of_the_grid_is_the_element_edge():
     contact, gap = flat_ended(4.0, 8.2, 11)
     (extent,) = extents(np.outer(contact, contact), gap[:, None] + gap)
     assert extent.x == pytest.approx((4.0, 8.5), abs=1e-12)
@@ -126,7 +126,7 @@ def test_at_the_end_of_the_grid_an_edge_is_that_of_the_elements():
 
 @pytest.mark.parametrize("room", [0, 1, 2, 3, 4])
 @pytest.mark.parametrize(("end", "axis", "far"), [(0, 0, False), (1, 0, True), (2, 1, False), (3, 1, True)])
-def test_a_margin_of_three_elements_is_asked_for_at_each_end(end, axis, far, room):
+def test_margin_of_three_elements_is_required_at_each_end(end, axis, far, room):
     contact = np.zeros((20, 30), dtype=bool)
     contact[8:11, 9:17] = True
     n = contact.shape[axis]
@@ -136,7 +136,7 @@ def test_a_margin_of_three_elements_is_asked_for_at_each_end(end, axis, far, roo
     assert near_ends(contact) == ((ENDS[end],) if room < MARGIN else ())
 
 
-def test_all_ends_that_are_near_are_named_and_no_contact_is_near_none():
+def test_all_near_ends_are_named_and_no_contact_has_none():
     assert near_ends(np.ones((9, 9), dtype=bool)) == ENDS
     assert near_ends(np.zeros((9, 9), dtype=bool)) == ()
     assert extents(np.zeros((9, 9), dtype=bool), np.ones((9, 9))) == []

@@ -28,7 +28,7 @@ def test_uniform_sliding_is_not_open():
     assert floors(whole)["force"] > 0  # the edge is
 
 
-def test_sliding_is_open_where_slip_turns_within_elements():
+def test_sliding_elements_are_open_where_slip_turns():
     """Slip that grows with x vanishes between two elements: these and no others, and none sticks there."""
     turns = tractions(np.zeros(SHAPE, bool), along_x(1e-4 * X))
     expected = (np.abs(X) <= 1) & (P > 0)
@@ -38,7 +38,7 @@ def test_sliding_is_open_where_slip_turns_within_elements():
     assert floors(turns)["sliding"] == pytest.approx((OF_SLIDING + OF_TURNING) * share)
 
 
-def test_borders_of_stick_and_slip_are_open_on_both_sides_and_do_not_turn():
+def test_stick_slip_borders_are_open_on_both_sides_and_not_turning():
     part = tractions(X > 0, along_x(1e-3), filled=0.999)
     inside = P > 0
     beside = inside & (np.abs(X) < 1)
@@ -46,21 +46,21 @@ def test_borders_of_stick_and_slip_are_open_on_both_sides_and_do_not_turn():
     assert not part.turning[beside].any()
 
 
-def test_sticking_is_open_where_tractions_are_near_their_bound_only():
+def test_sticking_elements_are_open_near_the_traction_bound_only():
     """Half of the bound: the edge could slide, where bounds vanish, and the middle not."""
     sticks = tractions(np.ones(SHAPE, bool), along_x(0.0), filled=0.5)
     assert np.all(sticks.open[sticks.at_edge])
     assert not sticks.open[np.hypot(X / 5, S / 4) < 0.4].any()
 
 
-def test_without_friction_forces_rest_on_the_edge_alone():
+def test_frictionless_force_floors_come_from_the_edge_alone():
     none = floors(tractions(np.zeros(SHAPE, bool), along_x(0.0), friction=0.0))
     at_edge = tractions(np.zeros(SHAPE, bool), along_x(1.0)).at_edge
     assert none["force"] == pytest.approx(OF_EDGE * P[at_edge].sum() / P.sum())
     assert none["area"] > 0
 
 
-def test_floors_fall_with_elements():
+def test_floors_fall_with_the_element_size():
     """Twice as many elements both ways: about half of the area at the edge and at borders."""
     x, s = np.meshgrid((np.arange(24) - 11.4) / 2, (np.arange(20) - 8.8) / 2, indexing="ij")
     p = np.sqrt(np.maximum(1 - (x / 5) ** 2 - (s / 4) ** 2, 0.0))
@@ -92,7 +92,7 @@ def test_forces_are_scaled_by_friction_times_load_and_on_inclined_places_by_pres
     assert all(scale.rounds > 0 for scale in scales(P, 0.0, places()).values())
 
 
-def test_a_load_away_from_the_axis_makes_no_larger_scale_about_x():
+def test_distance_of_the_load_from_the_axis_does_not_enlarge_the_scale_about_x():
     """The load stays: only differences of levers count."""
     here, there = places(), places()
     there = Places(there.x, there.y + 100.0, there.z, there.sin, there.cos, there.area)

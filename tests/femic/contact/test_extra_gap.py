@@ -17,22 +17,22 @@ def plane(x, s):
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("away", [0.0, 1e3])
-def test_it_is_linear_between_points_of_any_spacing(size, away):
+def test_gap_is_linear_between_points_of_any_spacing(size, away):
     """About places that are a thousand spacings from the origin, too."""
     places = size * (LATTICE + away)
     gap = extra_gap(np.column_stack([places, plane(*LATTICE.T)]))
-    found = gap.at(size * (X + away), size * (S + away))
-    np.testing.assert_allclose(found, plane(X, S), rtol=0, atol=1e-9)
+    result = gap.at(size * (X + away), size * (S + away))
+    np.testing.assert_allclose(result, plane(X, S), rtol=0, atol=1e-9)
 
 
-def test_it_is_linear_on_a_narrow_band():
+def test_gap_is_linear_on_a_narrow_band():
     """A millionth as wide as it is long."""
     narrow = LATTICE * [1e-6, 1.0]
     gap = extra_gap(np.column_stack([narrow, plane(*LATTICE.T)]))
     np.testing.assert_allclose(gap.at(1e-6 * X, S), plane(X, S), rtol=0, atol=1e-9)
 
 
-def test_it_is_zero_beyond_its_points():
+def test_gap_is_zero_beyond_its_points():
     gap = extra_gap(np.column_stack([LATTICE, np.ones(len(LATTICE))]))
     np.testing.assert_array_equal(gap.at(np.array([[-4.1], [5.1]]), np.array([[0.0]])), 0.0)
     profile = extra_gap(np.array([(-1.0, 2.0), (1.0, 2.0)]))
@@ -40,7 +40,7 @@ def test_it_is_zero_beyond_its_points():
 
 
 @pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
-def test_a_profile_is_the_same_at_all_x_however_it_is_given(order):
+def test_profile_is_the_same_at_all_x_in_all_formats(order):
     """As columns s, gap, at one x, or as a strip of points that is long along x."""
     s = np.array([-5.0, -1.0, 0.5, 6.0])
     rows = np.column_stack([s, np.abs(s)])[order]
@@ -70,6 +70,6 @@ def test_a_profile_is_the_same_at_all_x_however_it_is_given(order):
         ([(0.0, 0.0, 1.0), (1.0, 1.0, 1.0)], "2 points on one line"),
     ],
 )
-def test_points_that_leave_open_what_lies_between_are_refused(columns, reason):
+def test_points_without_a_unique_gap_between_them_are_refused(columns, reason):
     with pytest.raises(WrongInput, match=reason):
         extra_gap(np.array(columns))

@@ -60,7 +60,7 @@ def same(there, here, scale=1.0, tolerance=1e-5):
 @each_problem
 @pytest.mark.parametrize("friction", [0.1, 0.6])
 @pytest.mark.parametrize("order", [1, 2])
-def test_the_law_holds_on_each_element_in_rolling(problem, order, friction):
+def test_coulombs_law_holds_on_each_element_in_rolling(problem, order, friction):
     problem = replace(problem, friction=friction)
     motion = rolls(problem, order)
     contact = solve(problem, motion, Loading(LOAD))
@@ -71,7 +71,7 @@ def test_the_law_holds_on_each_element_in_rolling(problem, order, friction):
 
 
 @each_problem
-def test_the_law_holds_on_each_element_after_a_shift(problem):
+def test_coulombs_law_holds_on_each_element_after_a_shift(problem):
     problem = replace(problem, friction=0.6 if np.any(problem.inclination) else 0.3)
     motion = shifted(problem, 2e-3, -1e-3)
     contact = solve(problem, motion, Loading(LOAD))
@@ -82,7 +82,7 @@ def test_the_law_holds_on_each_element_after_a_shift(problem):
 
 
 @each_problem
-def test_pressures_and_gaps_exclude_each_other(problem):
+def test_pressures_and_gaps_are_complementary(problem):
     contact = solve(problem, rolls(problem), Loading(LOAD))
     u = problem.operator(contact.p)
     np.testing.assert_allclose(contact.u, u, atol=1e-12)
@@ -126,7 +126,7 @@ def test_the_work_of_friction_tends_to_that_of_the_rigid_slip():
     assert lost[1, 20] / 2.5 < lost[1, 40]
 
 
-def test_a_half_way_tolerance_is_not_the_end(monkeypatch):
+def test_loose_inner_tolerance_does_not_end_the_alternation(monkeypatch):
     """Turns that change nothing because both problems were solved loosely go on to the last tolerance."""
     seen = []
 
@@ -147,7 +147,7 @@ def test_a_half_way_tolerance_is_not_the_end(monkeypatch):
 
 @each_problem
 @pytest.mark.parametrize("given", ["load", "approach"])
-def test_without_friction_it_is_the_frictionless_contact(problem, given):
+def test_zero_friction_gives_the_frictionless_contact(problem, given):
     problem = replace(problem, friction=0.0)
     exact = normal.solve(problem.normal, load=LOAD, tolerance=1e-9)
     value = {"load": LOAD, "approach": exact.approach}[given]
@@ -162,7 +162,7 @@ def test_without_friction_it_is_the_frictionless_contact(problem, given):
 @each_problem
 @pytest.mark.parametrize("friction", [30.0, 1e3])
 @pytest.mark.parametrize("order", [1, 2, None])
-def test_with_much_friction_almost_all_sticks(problem, order, friction):
+def test_large_friction_makes_almost_all_elements_stick(problem, order, friction):
     """But for elements at the edge with hardly a pressure."""
     problem = replace(problem, friction=friction)
     creepages = Creepages() if np.any(problem.inclination) else Creepages(1e-4, 1e-4)
@@ -188,7 +188,7 @@ def test_without_creepages_equal_planes_have_no_tangential_tractions(order):
 
 
 @pytest.mark.parametrize("direction", [X, S])
-def test_a_shift_is_cattaneo_s(direction):
+def test_shift_agrees_with_cattaneo(direction):
     exact = ShiftedPoint(POINT, 0.28, 0.3, 0.6 * 0.3 * LOAD, direction)
     problem = paraboloids(48, 44, offset=(0.2, 0.3))
     along = -exact.shift * np.eye(2)[direction]
@@ -207,7 +207,7 @@ def test_a_shift_is_cattaneo_s(direction):
 
 
 @pytest.mark.parametrize("order", [1, 2, None])
-def test_metres_and_newtons_per_square_metre_give_the_same_contact(order):
+def test_si_units_give_the_same_contact(order):
     grid, flat = OF_BOTH.grid, OF_BOTH.flat
     scaled = [
         replace(linear, kernels={at: 1e-9 * kernel for at, kernel in linear.kernels.items()})
@@ -219,18 +219,18 @@ def test_metres_and_newtons_per_square_metre_give_the_same_contact(order):
         motions = shifted(OF_BOTH, 3e-3, 1e-3), shifted(there, 3e-6, 1e-6)
     else:
         motions = rolls(OF_BOTH, order), replace(rolls(OF_BOTH, order), dx=in_metres.dx)
-    here, found = (
+    here, result = (
         solve(problem, motion, Loading(LOAD))
         for problem, motion in zip((OF_BOTH, there), motions, strict=False)
     )
-    same(found, here, 1e6)
-    assert found.force == pytest.approx(here.force, rel=1e-5)
-    assert found.approach == pytest.approx(1e-3 * here.approach, rel=1e-6)
+    same(result, here, 1e6)
+    assert result.force == pytest.approx(here.force, rel=1e-5)
+    assert result.approach == pytest.approx(1e-3 * here.approach, rel=1e-6)
 
 
 @pytest.mark.parametrize("decades", [-5, 5])
 @pytest.mark.parametrize("order", [1, 2])
-def test_ten_decades_of_load_are_alike(order, decades):
+def test_ten_decades_of_load_are_similar(order, decades):
     """Sizes and creepages in proportion to load^(1/3): pressures are, too."""
     size = 10.0 ** (decades / 3)
     grid = FLAT.grid
@@ -271,7 +271,7 @@ def test_ics_as_a_matrix_give_the_same_contact(order):
 
 
 @each_problem
-def test_a_load_and_its_approach_are_the_same_contact_from_any_start(problem):
+def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     motion = rolls(problem)
     here = solve(problem, motion, Loading(LOAD))
     there = solve(problem, motion, Loading(approach=here.approach))
@@ -313,7 +313,7 @@ def test_few_elements_obey_the_law(elements, order):
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("axis", [0, 1], ids=["one behind the other", "side by side"])
-def test_two_patches_far_apart_are_two_contacts(axis, order):
+def test_distant_patches_are_independent_contacts(axis, order):
     """Each is that of a lone one under half of the load, but for the other's load far away."""
     shape = [20, 20]
     shape[axis] = 120
@@ -338,7 +338,7 @@ def test_two_patches_far_apart_are_two_contacts(axis, order):
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS)
-def test_an_approach_too_small_is_no_contact(problem):
+def test_too_small_an_approach_gives_no_contact(problem):
     for motion in (rolls(problem), shifted(problem, 1e-3)):
         contact = solve(problem, motion, Loading(approach=-0.01))
         assert not np.any(contact.p)
@@ -349,13 +349,13 @@ def test_an_approach_too_small_is_no_contact(problem):
         np.testing.assert_allclose(contact.gap, gap, rtol=1e-12)
 
 
-def test_a_contact_near_an_end_is_refused_and_the_end_named():
+def test_contact_near_an_end_is_refused_with_the_end_named():
     problem = paraboloids(offset=(6.0, 0.0))
     with pytest.raises(PotentialAreaTooSmall, match="x > 0"):
         solve(problem, rolls(problem), Loading(LOAD))
 
 
-def test_a_load_that_friction_bears_alone_is_said(monkeypatch):
+def test_load_borne_by_friction_alone_is_refused(monkeypatch):
     """Where more is to be left to pressures than they carry."""
     monkeypatch.setattr(frictional, "LEAST_PRESSED", 1.2)
     monkeypatch.setattr(frictional, "MOST_ALTERNATIONS", 20)
@@ -363,7 +363,7 @@ def test_a_load_that_friction_bears_alone_is_said(monkeypatch):
         solve(GROOVE, rolls(GROOVE, 1), Loading(LOAD))
 
 
-def test_rolling_down_a_slope_with_much_friction():
+def test_rolling_on_a_slope_with_large_friction_obeys_the_law():
     """Tangential tractions carry most of the load, or press the bodies on each other."""
     problem = replace(GROOVE, friction=1e3)
     motion = rolls(problem, 1, Creepages(-1e-3, 2e-3, 1e-3))
@@ -374,7 +374,7 @@ def test_rolling_down_a_slope_with_much_friction():
     assert np.all(law_errors(contact, motion.rigid, order=1, dx=problem.grid.dx) < 1e-4)
 
 
-def test_turns_without_an_end_are_said(monkeypatch):
+def test_alternation_without_end_is_refused(monkeypatch):
     monkeypatch.setattr(frictional, "MOST_ALTERNATIONS", 2)
     with pytest.raises(Failure, match=r"after 2 alternations, not 1.0e-06; use smaller steps"):
         solve(GROOVE, rolls(GROOVE), Loading(LOAD))
@@ -386,7 +386,7 @@ def test_friction_must_be_zero_or_more(friction):
         replace(FLAT, friction=friction)
 
 
-def test_what_presses_is_a_load_or_an_approach():
+def test_load_and_approach_exclude_each_other():
     for given in ({}, {"load": 1.0, "approach": 1.0}):
         with pytest.raises(WrongInput, match="give one of them"):
             Loading(**given)

@@ -31,7 +31,7 @@ def pressed(motion):
 
 
 @pytest.mark.usefixtures("again")
-def test_a_motion_that_is_registered_is_solved(monkeypatch):
+def test_registered_motion_is_solved(monkeypatch):
     monkeypatch.setitem(compute.LABELS, "again", compute.LABELS["compression"])
     known, other = (compute_with_friction(pressed(motion)) for motion in ("compression", "again"))
     for name in MOTIONS["again"].quantities:
@@ -40,7 +40,7 @@ def test_a_motion_that_is_registered_is_solved(monkeypatch):
 
 
 @pytest.mark.usefixtures("again")
-def test_what_a_motion_lacks_is_said_before_any_work(monkeypatch):
+def test_missing_parts_of_a_motion_are_reported_before_any_work(monkeypatch):
     with pytest.raises(BadScene, match=r"contact\.motion = 'again': its solutions have no labels"):
         compute_with_friction(pressed("again"))
     with pytest.raises(BadScene, match=r"contact\.motion = 'again': no page: register one"):
@@ -50,7 +50,7 @@ def test_what_a_motion_lacks_is_said_before_any_work(monkeypatch):
 
 
 @pytest.mark.usefixtures("again")
-def test_a_motion_has_the_keys_that_it_is_registered_with(monkeypatch):
+def test_motion_accepts_its_registered_keys_only(monkeypatch):
     with pytest.raises(
         BadScene, match=r"lateral is only of motion = 'rolling' or 'transient', not 'again': leave it out"
     ):
@@ -71,7 +71,7 @@ def test_unknown_motions_are_refused():
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_all_that_is_named_is_there(motion):
+def test_all_late_names_resolve(motion):
     """Names of what is imported late, and of the numbers that have a function."""
     of = MOTIONS[motion]
     assert all(quantity.of for quantity in of.quantities.values())
@@ -83,9 +83,9 @@ def test_rolling_needs_no_scene():
     """At large creepages all of a small contact slides: forces are friction times load."""
     friction = FrictionSpecification((0.3,), (-4e-3, 0.0, 4e-3), equal_force=0.3)
     of = problem(loads=(SMALL,), motion="rolling", friction=friction, ics=("A",), elements=8)
-    found = solve_with_friction(of, lambda pair: solve_curve(pair, 0.3, "A"))
+    result = solve_with_friction(of, lambda pair: solve_curve(pair, 0.3, "A"))
     for xi in (-4e-3, 4e-3):
-        numbers = found.curve.points[xi].numbers
+        numbers = result.curve.points[xi].numbers
         assert numbers["sliding_share"] == 1.0
         assert numbers["F_x"] == pytest.approx(np.sign(xi) * 0.3 * SMALL, rel=5e-3)
-    assert 0 < found.curve.free.numbers["equal_creepage"] < 4e-3
+    assert 0 < result.curve.free.numbers["equal_creepage"] < 4e-3

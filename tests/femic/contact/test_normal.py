@@ -66,7 +66,7 @@ def test_the_difference_to_the_coarser_contact_covers_the_error(hertz):
     assert np.max(ratios) < 2
 
 
-def test_where_the_grid_lies_changes_the_results_by_less_than_the_estimate():
+def test_position_of_the_grid_changes_results_by_less_than_the_estimate():
     contacts = [
         solve(hertzian(ELLIPSE, 48, 36, offset=offset), load=2000.0)
         for offset in [(0.0, 0.0), (0.5, 0.0), (0.25, -0.35), (2.4, 1.7)]
@@ -93,7 +93,7 @@ def test_load_is_the_derivative_of_energy_and_stiffness_that_of_load(problem):
 
 
 @pytest.mark.parametrize("problem", [SOLVED, GROOVE], ids=["Hertz", "groove"])
-def test_a_load_and_its_approach_are_the_same_contact_from_any_start(problem):
+def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     here = solve(problem, load=2000.0, tolerance=1e-10)
     there = solve(problem, approach=here.approach, tolerance=1e-10)
     start = np.random.default_rng(0).random(here.p.shape)
@@ -132,7 +132,7 @@ def test_contacts_on_coarse_grids_and_starts_save_iterations():
     assert iterations(again.coarser) < iterations(contact.coarser)
 
 
-def test_gaps_and_pressures_exclude_each_other():
+def test_gaps_and_pressures_are_complementary():
     contact = solve(GROOVE, load=2000.0)
     u = GROOVE.operator(contact.p[..., None])[..., 0]
     gap = u + GROOVE.distance - contact.approach * GROOVE.cosine
@@ -144,7 +144,7 @@ def test_gaps_and_pressures_exclude_each_other():
     assert contact.load == pytest.approx(np.sum(contact.p * GROOVE.cosine) * 1.2 * 0.5)
 
 
-def test_vertical_load_counts_what_inclined_pressures_carry():
+def test_vertical_load_includes_inclined_pressures():
     """All pressures at an inclination of 30 degrees, where the surfaces part by approach cos."""
     inclined = replace(SOLVED, cosine=np.full(SOLVED.grid.n_s, np.cos(np.pi / 6)))
     level, tilted = solve(SOLVED, load=2000.0), solve(inclined, load=2000.0 * np.cos(np.pi / 6))
@@ -153,13 +153,13 @@ def test_vertical_load_counts_what_inclined_pressures_carry():
     assert tilted.stiffness == pytest.approx(level.stiffness * np.cos(np.pi / 6) ** 2, rel=1e-6)
 
 
-def test_it_is_symmetric_along_x():
+def test_contact_is_symmetric_along_x():
     contact = solve(GROOVE, load=2000.0, tolerance=1e-10)
     np.testing.assert_allclose(contact.p, contact.p[::-1], atol=1e-8 * contact.p.max())
     assert np.max(np.abs(contact.p - contact.p[:, ::-1])) > 0.1 * contact.p.max()  # but not along s
 
 
-def test_metres_and_newtons_per_square_metre_give_the_same_contact():
+def test_si_units_give_the_same_contact():
     grid, operator = SOLVED.grid, SOLVED.operator
     scaled = Grid(grid.n_x, grid.n_s, 1e-3 * grid.dx, 1e-3 * grid.ds)
     operator = replace(operator, kernels={at: 1e-9 * kernel for at, kernel in operator.kernels.items()})
@@ -172,7 +172,7 @@ def test_metres_and_newtons_per_square_metre_give_the_same_contact():
     assert there.patches[0].x == pytest.approx(here.patches[0].x, abs=1e-6)
 
 
-def test_two_bumps_far_apart_are_two_hertzian_contacts():
+def test_distant_bumps_are_two_hertzian_contacts():
     """Each feels the other's load as that of a point: approach = Hertz + load / (pi E* distance)."""
     grid = Grid(24, 240, 2 * CIRCLE.a / 12, 2 * CIRCLE.a / 12)
     apart = 200 * grid.ds
@@ -188,7 +188,7 @@ def test_two_bumps_far_apart_are_two_hertzian_contacts():
     assert contact.approach == pytest.approx(CIRCLE.approach + influence, rel=0.003)
 
 
-def test_a_contact_near_an_end_is_refused_and_the_end_named():
+def test_contact_near_an_end_is_refused_with_the_end_named():
 
     for moved, ends in (
         ((0, 8), ("s > 0",)),

@@ -26,7 +26,7 @@ def figure_grid(name, n):
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
 @pytest.mark.parametrize("name", GROOVES)
-def test_under_small_loads_they_are_hertzian(name, variant):
+def test_grooves_under_small_loads_agree_with_hertz(name, variant):
     """The radius of an ellipse at its crown is lateral^2 / vertical."""
     wheel, rail = (vertical / lateral**2 for lateral, vertical in GROOVES[name])
     hertz = PointContact(1 / ROLLING_RADIUS, rail - wheel, combined_modulus(STEEL, STEEL)).at_load(10.0)
@@ -36,7 +36,7 @@ def test_under_small_loads_they_are_hertzian(name, variant):
 
 @pytest.mark.parametrize("variant", ["A", "Bhat"])
 @pytest.mark.parametrize("name", GROOVES)
-def test_under_large_loads_the_estimate_covers_the_difference_to_a_fine_grid(name, variant):
+def test_estimate_under_large_loads_covers_the_difference_to_a_fine_grid(name, variant):
     """Conformal contacts of 34 degrees and more; elements of a quarter of the size stand for the truth."""
     load = SIZES[name][2]
     coarse, fine = (solve(elliptic(name, figure_grid(name, n), variant), load=load) for n in (24, 96))
@@ -47,7 +47,7 @@ def test_under_large_loads_the_estimate_covers_the_difference_to_a_fine_grid(nam
 
 
 @pytest.mark.parametrize("name", GROOVES)
-def test_they_are_symmetric(name):
+def test_contacts_in_grooves_are_symmetric(name):
     contact = solve(elliptic(name, figure_grid(name, 24)), load=SIZES[name][2], tolerance=1e-9)
     for mirrored in (contact.p[::-1], contact.p[:, ::-1]):
         np.testing.assert_allclose(mirrored, contact.p, atol=1e-6 * contact.p.max())

@@ -33,7 +33,7 @@ def test_elements_may_be_as_narrow_as_one_in_twenty(aspect):
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 400.0])
-def test_so_may_patches(ratio):
+def test_patches_may_be_very_slender(ratio):
     """Semi-axes 1 to 70 and 40 to 1, with elements to match. The tips are sharper than elements are long:
 
     gaps beyond them grow otherwise, and the longer axis comes out short by up to half an element.
@@ -79,7 +79,7 @@ def test_ten_decades_of_load_follow_hertz_while_the_contact_is_small_against_the
     assert np.max(np.abs(relative[-1] - relative[0])) > 0.01
 
 
-def test_tight_grooves_come_near_to_those_without_clearance():
+def test_tight_grooves_approach_the_limit_without_clearance():
     """Of 10 mm, by 1 um and less wider, on rails that end at -8 and 7 mm: so does the contact."""
     grid, pressures = Grid(16, 48, 1.5, 0.45, -1.0), []
     for ratio in (1e-4, 1e-5, 1e-6, 0.0):
@@ -93,7 +93,7 @@ def test_tight_grooves_come_near_to_those_without_clearance():
     assert np.divide(differences[:-1], differences[1:]) == pytest.approx([10, 10], rel=0.1)
 
 
-def test_a_flat_punch_presses_half_spaces_as_boussinesq_says():
+def test_flat_punch_agrees_with_boussinesq():
     """No gap on a circle, no contact beside it: approach = load / (2 E* radius), pressures without end."""
     errors = []
     for n in (24, 48, 96):

@@ -28,7 +28,7 @@ def with_ics(ics, problem=GROOVE):
     return replace(problem, operator=GridOperator.of(ics, (N,)))
 
 
-def test_a_matrix_of_half_spaces_and_a_are_the_same_contact():
+def test_matrix_of_half_spaces_gives_the_contact_of_a():
     problem = hertzian(ELLIPSE, 36, 26, offset=(0.2, 0.3))
     bodies = Pair(Solid(BRASS, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
     ics = matrix("A", bodies, problem.grid)[..., N:, N:]
@@ -39,7 +39,7 @@ def test_a_matrix_of_half_spaces_and_a_are_the_same_contact():
 
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
-def test_a_matrix_of_turned_ics_and_their_operator_are_the_same_contact(variant):
+def test_matrix_of_rotated_ics_gives_the_contact_of_their_operator(variant):
     """Not the coarser one: the factors of operators are averaged."""
     problem = conformal(GROOVE.grid, variant, shift=0.05)
     here = solve(problem, load=2000.0)
@@ -70,7 +70,7 @@ def dense(ics, elements):
 
 
 @pytest.mark.parametrize("given", ["approach", "load"])
-def test_damage_of_ics_changes_pressures_by_its_work_to_first_order(given):
+def test_perturbed_ics_change_pressures_linearly_to_first_order(given):
     """-S^-1 dS p on the elements in contact, and what keeps the load; the rest falls with the square."""
     whole = solve(with_ics(ICS), load=2000.0, tolerance=TIGHT)
     elements, p = whole.in_contact, whole.p[whole.in_contact]
@@ -94,7 +94,7 @@ def test_damage_of_ics_changes_pressures_by_its_work_to_first_order(given):
 
 
 @pytest.mark.parametrize("m", [1e-7, -1e-7])
-def test_a_rigid_compliance_shifts_the_approach_and_nothing_else(m):
+def test_rigid_compliance_changes_the_approach_alone(m):
     """M_zz of a discount, m cos(delta_I) cos(delta_J) per unit force: the approach changes by m load."""
     cosine, grid = GROOVE.cosine, GROOVE.grid
     rigid = np.broadcast_to(m * grid.area * np.outer(cosine, cosine), ICS.shape[:3])[..., None, None]
@@ -106,7 +106,7 @@ def test_a_rigid_compliance_shifts_the_approach_and_nothing_else(m):
     assert there.energy - here.energy == pytest.approx(m * 2000.0**2 / 2, rel=1e-6)
 
 
-def test_twice_as_stiff_bodies_are_as_twice_the_gap_is():
+def test_doubled_stiffness_doubles_pressures_at_an_approach():
     """Pressures over the modulus depend on the approach alone."""
     here = solve(GROOVE, approach=0.005)
     stiff = conformal(
@@ -117,7 +117,7 @@ def test_twice_as_stiff_bodies_are_as_twice_the_gap_is():
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
 @pytest.mark.parametrize("ratio", [1e-6, 1e-3, 10.0, 1e6])
-def test_of_materials_without_coupling_only_the_combined_modulus_matters(ratio, variant):
+def test_materials_without_coupling_matter_by_their_combined_modulus_only(ratio, variant):
     """nu = 0.5, K = 0 of each body, any ratio of the moduli; but for the different turns of the contours."""
     greater = max(ratio, 1 / ratio)
     softer = Material(100.0 * (1 + 1 / greater), 0.5)
@@ -133,7 +133,7 @@ def test_of_materials_without_coupling_only_the_combined_modulus_matters(ratio, 
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 1e6])
-def test_on_half_spaces_it_is_so_for_all_materials(ratio):
+def test_half_spaces_matter_by_their_combined_modulus_only(ratio):
     problem = hertzian(ELLIPSE, 36, 26)
     materials = Material(90e3, 0.3), Material(90e3 * ratio, 0.1)
     operator = half_spaces(problem.grid, *materials)

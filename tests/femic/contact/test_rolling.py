@@ -40,37 +40,37 @@ PRESCRIBED = {"longitudinal": 300.0, "lateral": 150.0, "spin": -200.0}
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("names", [NAMES[:1], NAMES[1:2], NAMES[:2], NAMES], ids=str)
 @pytest.mark.parametrize("problem", [FLAT, OF_BOTH], ids=["half-spaces", "two materials"])
-def test_creepages_bring_about_the_forces_and_the_same_tractions(problem, names, order):
+def test_solved_creepages_reproduce_forces_and_tractions(problem, names, order):
     wheel = wheel_on(problem, order=order)
     forces = {name: PRESCRIBED[name] for name in names}
     if problem is OF_BOTH:  # pressures have a lateral force and a moment of their own
         own = wheel.contact(Creepages(), Loading(LOAD)).contact
         pressed = dict(zip(NAMES, (*own.force[:2], torque(own, wheel.rolling)), strict=True))
         forces = {name: pressed[name] + 0.3 * forces[name] for name in names}
-    found = wheel.contact(CREEPAGES, Loading(LOAD), forces=forces)
-    has = dict(zip(NAMES, (*found.contact.force[:2], torque(found.contact, wheel.rolling)), strict=True))
+    result = wheel.contact(CREEPAGES, Loading(LOAD), forces=forces)
+    has = dict(zip(NAMES, (*result.contact.force[:2], torque(result.contact, wheel.rolling)), strict=True))
     for name in NAMES:
         if name in names:
             assert has[name] == pytest.approx(forces[name], abs=1e-4 * 0.3 * LOAD)
         else:
-            assert getattr(found.creepages, name) == getattr(CREEPAGES, name)
-    again = wheel.contact(found.creepages, Loading(LOAD))
-    np.testing.assert_allclose(again.contact.p, found.contact.p, atol=2e-5 * found.contact.p.max())
-    assert again.creepages == found.creepages
+            assert getattr(result.creepages, name) == getattr(CREEPAGES, name)
+    again = wheel.contact(result.creepages, Loading(LOAD))
+    np.testing.assert_allclose(again.contact.p, result.contact.p, atol=2e-5 * result.contact.p.max())
+    assert again.creepages == result.creepages
 
 
 @pytest.mark.parametrize("guess", [Creepages(), Creepages(0.05), Creepages(-0.02, 0.03, 1e-3)], ids=str)
-def test_the_guess_of_the_creepages_does_not_matter(guess):
+def test_solution_is_independent_of_the_guess_of_creepages(guess):
     wheel = wheel_on(FLAT)
     forces = {"longitudinal": -0.85 * 0.3 * LOAD, "lateral": 0.2 * 0.3 * LOAD}
-    found = wheel.contact(guess, Loading(LOAD), forces=forces)
+    result = wheel.contact(guess, Loading(LOAD), forces=forces)
     exact = wheel.contact(Creepages(spin=guess.spin), Loading(LOAD), forces=forces)
     for name in NAMES:
-        assert getattr(found.creepages, name) == pytest.approx(
+        assert getattr(result.creepages, name) == pytest.approx(
             getattr(exact.creepages, name), rel=1e-3, abs=1e-7
         )
-    warm = wheel.contact(guess, Loading(LOAD), forces=forces, start=found.contact)
-    assert warm.creepages.longitudinal == pytest.approx(found.creepages.longitudinal, rel=1e-4)
+    warm = wheel.contact(guess, Loading(LOAD), forces=forces, start=result.contact)
+    assert warm.creepages.longitudinal == pytest.approx(result.creepages.longitudinal, rel=1e-4)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -86,7 +86,7 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
 @pytest.mark.parametrize(
     ("failure", "tried"), [(ForcesBeyondFriction, [2]), (Failure, [2, 1, 0])], ids=["not borne", "not found"]
 )
-def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monkeypatch):
+def test_simpler_forms_are_tried_only_after_a_failure(failure, tried, monkeypatch):
     depths = []
 
     def failing(alternations, *_):
@@ -100,7 +100,7 @@ def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monke
     assert depths == tried
 
 
-def test_a_contact_says_that_it_was_found_in_a_simpler_form(monkeypatch):
+def test_contact_solved_in_a_simpler_form_is_marked(monkeypatch):
     wheel, end = wheel_on(paraboloids(14, 12)), _Alternation.end
 
     def simpler_only(alternations, *of):
@@ -115,13 +115,13 @@ def test_a_contact_says_that_it_was_found_in_a_simpler_form(monkeypatch):
     assert wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
 
 
-def test_without_friction_or_contact_no_forces_are_borne():
+def test_forces_without_friction_or_contact_are_refused():
     for problem, pressing in ((replace(FLAT, friction=0.0), Loading(LOAD)), (FLAT, Loading(approach=-0.1))):
         with pytest.raises(Failure, match="prescribed forces exceed what friction can supply"):
             wheel_on(problem).contact(Creepages(), pressing, forces={"longitudinal": 0.0})
 
 
-def test_forces_have_names():
+def test_unknown_names_of_forces_are_refused():
     with pytest.raises(WrongInput, match="forces of radial: creepages are longitudinal, lateral, spin"):
         wheel_on(FLAT).contact(Creepages(), Loading(LOAD), forces={"radial": 1.0})
 
@@ -188,7 +188,7 @@ def test_power_is_that_of_the_torque_about_the_axle_less_that_of_the_forces():
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_a_mirror_in_s_mirrors_all(order):
+def test_mirror_in_s_mirrors_the_contact(order):
     """Also what a mirror in x does, with the rolling turned round by a half turn about z."""
     here = wheel_on(OF_BOTH, order=order).contact(CREEPAGES, Loading(LOAD)).contact
     mirrored = wheel_on(groove(materials=MIXED, mirrored=True), order=order, mirrored=True)
@@ -200,7 +200,7 @@ def test_a_mirror_in_s_mirrors_all(order):
     assert np.max(np.abs(there.p[:, ::-1] - here.p)) > 0.1 * here.p.max()
 
 
-def test_the_opposite_creepages_on_a_plane_turn_tractions_round():
+def test_opposite_creepages_on_a_plane_reverse_tractions():
     """Of longitudinal and lateral ones: half-spaces have no sides of their own."""
     wheel = wheel_on(FLAT)
     here, there = (
@@ -217,7 +217,7 @@ COEFFICIENTS = cache(lambda: creepage_coefficients(POINT.a, POINT.b, STEEL.nu))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_small_creepages_have_kalker_s_forces(name):
+def test_small_creepages_give_kalkers_forces(name):
     """Where friction is large, to the second order; the contact is that of the grid, of Hertz to 0.3 %."""
     n_x, n_s = 40, 36
     problem = paraboloids(n_x, n_s, friction=3.0, room=(1.3, 1.3))
@@ -229,10 +229,10 @@ def test_small_creepages_have_kalker_s_forces(name):
     creepages = [size * (name == other) for other in NAMES]
     F_x, F_s, M_n = COEFFICIENTS().forces(G, *creepages)
     c = np.sqrt(POINT.a * POINT.b)
-    found = np.array([*contact.force[:2], torque(contact, wheel.rolling) / c])
+    result = np.array([*contact.force[:2], torque(contact, wheel.rolling) / c])
     exact = np.array([F_x, F_s, M_n / c])
     largest = np.max(np.abs(exact))
-    np.testing.assert_allclose(found, exact, atol=0.012 * largest)
+    np.testing.assert_allclose(result, exact, atol=0.012 * largest)
     assert largest > 1.0
 
 

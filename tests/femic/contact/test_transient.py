@@ -31,7 +31,7 @@ def rolled(wheel, creepages, steps):
 
 
 @BOTH
-def test_at_rest_pressures_are_frictionless_and_nothing_slides(problem):
+def test_contact_at_rest_has_frictionless_pressures_and_no_sliding(problem):
     """Though pressures move the surfaces over each other, on flanks and by K."""
     rest = wheel_on(problem).at_rest(LOAD)
     np.testing.assert_allclose(rest.p[..., :N], 0.0, atol=1e-5 * rest.p.max())
@@ -44,7 +44,7 @@ def test_at_rest_pressures_are_frictionless_and_nothing_slides(problem):
 
 
 @BOTH
-def test_the_first_step_is_a_shift_by_the_rigid_slip_and_by_what_the_surface_has_turned(problem):
+def test_first_step_is_a_shift_by_rigid_slip_and_rotation_of_the_surface(problem):
     """Particles come from the next element ahead, with the displacements by pressures there."""
     wheel, dx = wheel_on(problem, order=1), problem.grid.dx
     rest, first = rolled(wheel, CREEPAGES, 1)
@@ -56,7 +56,7 @@ def test_the_first_step_is_a_shift_by_the_rigid_slip_and_by_what_the_surface_has
 
 
 @pytest.mark.parametrize(("direction", "creepages"), [(X, Creepages(1e-4)), (S, Creepages(0.0, -1e-4))])
-def test_at_first_all_sticks_and_forces_grow_with_mindlin_s_stiffness(direction, creepages):
+def test_forces_grow_at_first_with_mindlins_stiffness_and_full_stick(direction, creepages):
     """With so much friction that nothing slips; to the error of these elements."""
     wheel = wheel_on(paraboloids(32, 30, friction=1e3), order=1)
     _, first = rolled(wheel, creepages, 1)
@@ -79,7 +79,7 @@ def test_forces_grow_with_the_rolled_distance_up_to_friction():
 
 @pytest.mark.parametrize("order", [1, 2])
 @BOTH
-def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
+def test_transient_rolling_tends_to_steady_rolling(problem, order):
     """Elements are not square."""
     wheel = wheel_on(problem, order=order)
     steady = wheel.contact(CREEPAGES, LOAD).contact
@@ -93,7 +93,7 @@ def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
     assert errors[2 * across] < errors[across // 2] / 10
 
 
-def test_steps_say_that_they_were_solved_in_a_simpler_form(monkeypatch):
+def test_steps_solved_in_a_simpler_form_are_marked(monkeypatch):
     wheel = wheel_on(SMALL[0])
     assert not any(rolling.simplified for rolling in wheel.transient(CREEPAGES, LOAD, 2))
 
@@ -107,14 +107,14 @@ def test_steps_say_that_they_were_solved_in_a_simpler_form(monkeypatch):
 # ---- mirrors
 
 
-def test_the_opposite_creepages_on_a_plane_turn_tractions_round():
+def test_opposite_creepages_on_a_plane_reverse_tractions():
     wheel = wheel_on(paraboloids(offset=(0.2, 0.3)))
     here, there = (rolled(wheel, Creepages(sign * 1e-3, sign * 5e-4), 6)[-1] for sign in (1, -1))
     np.testing.assert_allclose(there.p, here.p * [-1, -1, 1], atol=1e-5 * here.p.max())
     assert here.force[0] > 0 > here.force[1]  # a driven wheel is pushed on, lateral slip is resisted
 
 
-def test_a_mirror_in_s_mirrors_all():
+def test_mirror_in_s_mirrors_the_contact():
     here = rolled(wheel_on(groove(14, 18, materials=MIXED)), CREEPAGES, 3)[-1]
     mirrored = wheel_on(groove(14, 18, materials=MIXED, mirrored=True), mirrored=True)
     there = rolled(mirrored, Creepages(-1e-3, -5e-4, -1e-4), 3)[-1]

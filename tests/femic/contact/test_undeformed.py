@@ -132,7 +132,7 @@ def test_the_distance_falls_with_the_approach_as_the_upper_normal_says():
     np.testing.assert_allclose(descent(scene, 0.0, S_AT), expected, rtol=1e-8)
 
 
-def test_which_is_cos_delta_where_the_surfaces_conform():
+def test_distance_falls_by_cos_delta_times_the_approach_where_surfaces_conform():
     for clearance in (1e-2, 1e-4):
         scene = surfaces(arc(5.0 + clearance, 1.2, 1.2), arc(5.0, 1.0, 1.1))
         np.testing.assert_allclose(
@@ -140,7 +140,7 @@ def test_which_is_cos_delta_where_the_surfaces_conform():
         )
 
 
-def test_rays_past_the_ends_of_a_contour_through_points_meet_nothing():
+def test_rays_past_the_ends_of_a_contour_meet_nothing():
     y = np.linspace(-3.0, 3.0, 31)
     cut = through_points(y, -(y**2) / 20)
     scene = surfaces(cut, arc(5.0, 1.0, 1.0), s_range=(-2.0, 2.0))
@@ -207,14 +207,14 @@ def test_the_upper_surface_is_as_high_as_a_ray_of_the_inner_circle_meets_the_out
     assert pair.upper_height(touching) == pytest.approx(-R * (1 - np.cos(touching / r)), abs=1e-6)
 
 
-def test_where_it_is_not_opposite_the_height_is_that_of_the_lower_surface():
+def test_height_is_that_of_the_lower_surface_where_nothing_is_opposite():
     y = np.linspace(-3.0, 3.0, 61)
     narrow = surfaces(through_points(y, -(y**2) / 24), arc(10.0, 0.6, 0.6))
     assert np.isinf(narrow.distance(0.0, 5.0))
     assert narrow.upper_height(5.0) == pytest.approx(-10 * (1 - np.cos(0.5)), abs=1e-3)
 
 
-def test_flanks_that_rise_beyond_the_axle_are_met_nowhere_there():
+def test_flanks_beyond_the_axle_are_not_met():
     """A steep roller of 20 mm in a groove: some circles have a radius of 0, or less than x."""
     scene = surfaces(arc(-30.0, 1.4, 1.4), arc(-40.0, 1.2, 1.2), rolling_radius=20.0, s_range=(-100.0, 100.0))
     x, s = np.array([0.0, 1.0, 5.0])[:, None], np.linspace(-100, 100, 2001)

@@ -23,7 +23,7 @@ def geometry(body):
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_a_pair_of_a_scene_is_that_of_the_scene(name):
+def test_loaded_pair_equals_the_pair_of_its_scene(name):
     scene, pair = load_scene(name), femic.load_pair(name)
     again = scene_of(pair, femic.Options(), {})
     assert again.pair.effective == scene.pair.effective
@@ -34,7 +34,7 @@ def test_a_pair_of_a_scene_is_that_of_the_scene(name):
         assert (ours.rolling_radius, ours.hub_radius) == (theirs.rolling_radius, theirs.hub_radius)
 
 
-def test_bodies_of_python_are_those_of_a_file():
+def test_bodies_of_python_equal_those_of_a_file():
     file = femic.load_pair("rolling")
     assert of_python() == femic.Pair(file.upper, file.lower)
 
@@ -55,7 +55,7 @@ def test_a_plane_is_flat():
     assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
 
 
-def test_numbers_of_numpy_are_numbers():
+def test_numpy_numbers_are_accepted():
     steel = femic.Material(np.float64(210e3), np.float64(0.3))
     flanks = np.array([20.0, 30.0])
     ours = femic.Body(femic.arc(np.float64(10.0), flanks), steel, np.int64(500))

@@ -44,21 +44,21 @@ def same(ours, theirs):
         xr.testing.assert_allclose(ours[name], theirs[name], rtol=1e-12)
 
 
-def test_contact_of_a_pair_is_that_of_its_scene():
+def test_contact_of_a_pair_equals_that_of_its_scene():
     ours = femic.solve_contact(PAIR, MOTIONS["none"], ["A", "Bhat"], SETUP)
     same(ours, to_dataset(compute_contact(scene(ics=["A", "Bhat"]))))
     assert ours.p_max.attrs["units"] == "MPa"
     np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
 
 
-def test_rolling_of_a_pair_is_that_of_its_scene():
+def test_rolling_of_a_pair_equals_that_of_its_scene():
     ours = femic.solve_contact(PAIR, ROLLING, ["Bhat"], SETUP)
     keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [-0.004, 0.0, 0.004]}
     same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
     assert np.all(np.diff(ours.F_x.sel(ics="Bhat", friction=FRICTION)) > 0)  # driven wheels push
 
 
-def test_transient_rolling_of_a_pair_is_that_of_its_scene():
+def test_transient_rolling_of_a_pair_equals_that_of_its_scene():
     ours = femic.solve_contact(PAIR, MOTIONS["transient"], ["Bhat"], SETUP)
     keys = {"motion": "transient", "friction": [FRICTION], "creepage": 0.004, "distance": 9.0}
     same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
@@ -73,7 +73,7 @@ def c():
     return femic.compute_matrix(PAIR, GRID, "C", OPTIONS)
 
 
-def test_c_given_as_a_matrix_is_c(c):
+def test_c_given_as_a_matrix_gives_the_contact_of_c(c):
     """Both differ in their models alone: those of nn have fewer loads."""
     setup = replace(SETUP, grid=GRID)
     ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
@@ -123,7 +123,7 @@ def test_stiffer_ics_give_less_approach():
     assert float(stiff.p_max) > float(soft.p_max)
 
 
-def test_an_extra_gap_of_arrays_takes_pressure_from_where_it_is():
+def test_extra_gap_of_arrays_reduces_the_pressure_there():
     gap = np.array([[-0.5, 0.0], [0.0, 2e-3], [0.5, 0.0]])
     smooth, pitted = (
         femic.solve_contact(PAIR, MOTIONS["none"], ["A"], replace(SETUP, grid=GRID, extra_gap=extra)).p_0
@@ -141,7 +141,7 @@ def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_ex
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_a_figure_of_each_motion(motion):
+def test_each_motion_has_a_figure(motion):
     figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
     labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
     assert any("B̂" in label for label in labels)

@@ -46,7 +46,7 @@ def of_scene():
     return dataset, errors(results, dataset)
 
 
-def test_ics_of_a_pair_are_those_of_its_scene(ics, of_scene):
+def test_ics_of_a_pair_equal_those_of_its_scene(ics, of_scene):
     dataset, _ = of_scene
     for name in ("ic", "estimate", "raw"):
         xr.testing.assert_equal(ics[name], dataset[name])
@@ -54,7 +54,7 @@ def test_ics_of_a_pair_are_those_of_its_scene(ics, of_scene):
     assert ics.attrs["reference_length"] == 10.0
 
 
-def test_errors_from_the_dataset_alone_are_those_of_the_results(ics, of_scene):
+def test_errors_from_the_dataset_equal_those_of_the_results(ics, of_scene):
     _, measured = of_scene
     ours = femic.compare_ics(ics)
     for name in ("error", "rms", "weight", "vanishes"):
@@ -75,7 +75,7 @@ def test_c_is_symmetric_about_the_load_within_its_estimate(ics):
     assert np.all(estimate < 0.2 * np.abs(c).max())
 
 
-def test_points_are_those_of_a_line_that_goes_through_them(pair):
+def test_points_give_the_ics_of_a_line_through_them(pair):
     s = np.linspace(-6, 6, 13)
     names = ["A", "B", "Bbar", "Bhat", "mix"]
     on_line = femic.compute_ics(pair, PATCH, LINES[1:], names)
@@ -85,7 +85,7 @@ def test_points_are_those_of_a_line_that_goes_through_them(pair):
     assert [str(name) for name in dict.fromkeys(scattered.line.values)] == ["mine", "s = 1.6 mm"]
 
 
-def test_one_body_and_one_component_are_solved_alone(pair, ics):
+def test_single_body_and_component_are_solved_alone(pair, ics):
     one = femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=OPTIONS)
     assert list(one.body.values) == ["lower"]
     assert bool(one.ic.sel(j="x").isnull().all())
@@ -95,13 +95,13 @@ def test_one_body_and_one_component_are_solved_alone(pair, ics):
 
 
 def test_solved_models_are_kept_and_reported(pair, tmp_path):
-    said = []
-    options = replace(OPTIONS, store=str(tmp_path / "store"), report=said.append)
-    kept = [
+    reports = []
+    options = replace(OPTIONS, store=str(tmp_path / "store"), report=reports.append)
+    results = [
         femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=options)
         for _ in range(2)
     ]
-    xr.testing.assert_equal(kept[0].ic, kept[1].ic)
+    xr.testing.assert_equal(results[0].ic, results[1].ic)
     assert len(list((tmp_path / "store").rglob("*.nc"))) >= 1
 
 
@@ -156,7 +156,7 @@ def c_matrix(pair):
     return femic.compute_matrix(pair, GRID, "C", OPTIONS)
 
 
-def test_a_matrix_knows_its_grid_and_its_layout(pair):
+def test_matrix_has_its_grid_and_layout(pair):
     labelled = femic.compute_matrix(pair, GRID, "B")
     again = grid_of(labelled)
     assert (again.n_x, again.n_s, again.dx, again.ds) == (5, 4, 0.6, 0.4)
@@ -192,7 +192,7 @@ def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
     assert abs(mean) > 1e-3 * float(c_matrix.ic.max())
 
 
-def test_a_matrix_from_elsewhere_is_labelled_the_same_way(c_matrix):
+def test_foreign_matrix_is_labelled_the_same_way(c_matrix):
     mine = femic.label_matrix(c_matrix.ic.values, GRID, "C", c_matrix.estimate.values)
     xr.testing.assert_identical(mine, c_matrix)
 

@@ -35,7 +35,7 @@ def test_there_are_about_thirty_names():
 
 
 @pytest.mark.parametrize("name", femic.__all__)
-def test_each_name_is_what_it_is_called_and_says_what_it_is(name):
+def test_each_name_exists_with_a_docstring_and_units(name):
     public = getattr(femic, name)
     assert public.__name__ == name
     text = inspect.getdoc(public)
@@ -48,7 +48,7 @@ def test_the_page_shows_each_name(name):
     assert f"femic.{name}" in PAGE
 
 
-def test_another_name_is_refused_with_those_that_are_there():
+def test_unknown_name_is_refused_with_the_known_ones():
     with pytest.raises(AttributeError, match=r"no public name 'Pear': .*Pair"):
         femic.Pear  # noqa: B018  # reading it is what fails
 

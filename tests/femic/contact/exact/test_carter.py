@@ -62,7 +62,7 @@ def test_the_slip_is_that_of_the_tractions(share):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8])
-def test_a_solution_that_finds_the_stick_zone_itself_agrees(share):
+def test_numerical_solution_of_the_stick_zone_agrees(share):
     """Elements leave the stick zone where the traction exceeds the bound; slip at their leading edges."""
     contact, n = rolling(share), 200
     edges = np.linspace(-A, A, n + 1)
@@ -86,13 +86,13 @@ def test_a_solution_that_finds_the_stick_zone_itself_agrees(share):
     assert np.max(np.abs(q - contact.traction(middles))) < 0.03 * np.max(bound)
 
 
-def test_little_creepage_meets_the_linear_law():
+def test_small_creepage_agrees_with_the_linear_law():
     """Force = pi E* a xi / 2: traction C sqrt((a - x) / (a + x)) has the slope -2 C / E* everywhere."""
     contact = rolling(1e-7)
     assert contact.force == pytest.approx(np.pi * LINE.modulus * A * contact.creepage / 2, rel=1e-6)
 
 
-def test_creepage_and_force_belong_together():
+def test_creepage_and_force_are_inverse():
     for share in (-0.7, 0.2, 0.99):
         contact = rolling(share)
         again = TractiveRolling.at_force(LINE, LOAD, FRICTION, contact.force)
@@ -113,7 +113,7 @@ def test_outside_the_contact_nothing_slips():
         ({"creepage": np.nan}, r"creepage = nan: must be finite"),
     ],
 )
-def test_what_is_out_of_range_is_refused(changes, message):
+def test_input_out_of_range_is_refused(changes, message):
     arguments = {"surfaces": LINE, "load": LOAD, "friction": FRICTION, "creepage": 1e-3} | changes
     with pytest.raises(WrongInput, match=message):
         TractiveRolling(**arguments)

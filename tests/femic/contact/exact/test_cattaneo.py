@@ -70,7 +70,7 @@ def test_the_tractions_carry_the_force_within_friction(share):
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("direction", [X, S])
-def test_a_circle_is_mindlin_s(nu, direction):
+def test_circle_agrees_with_mindlin(nu, direction):
     normal = PointContact(0.02, 0.02, MODULUS).at_load(2000.0)
     contact = shifted(0.6, direction, nu, normal)
     G = (1 - nu) * MODULUS
@@ -79,7 +79,7 @@ def test_a_circle_is_mindlin_s(nu, direction):
     assert contact.shift == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_force_is_what_the_stiffness_says():
+def test_stiffness_is_the_derivative_of_force_by_shift():
     near = [shifted(0.6 * factor).shift for factor in (1 - 1e-5, 1 + 1e-5)]
     step = 2e-5 * shifted(0.6).force
     assert shifted(0.6).stiffness == pytest.approx(step / (near[1] - near[0]), rel=1e-8)
@@ -152,7 +152,7 @@ def test_a_slender_ellipse_sticks_and_yields_as_a_line_in_its_middle(direction):
         ({"direction": 2}, r"direction = 2: must be 0 \(x\) or 1 \(s\)"),
     ],
 )
-def test_what_the_solution_does_not_hold_for_is_refused(changes, message):
+def test_input_outside_the_validity_is_refused(changes, message):
     arguments = {"normal": NORMAL, "nu": NU, "friction": FRICTION, "force": 10.0} | changes
     with pytest.raises(WrongInput, match=message):
         ShiftedPoint(**arguments)

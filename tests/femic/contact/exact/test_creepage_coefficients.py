@@ -15,8 +15,8 @@ NAMES = "C11", "C22", "C23", "C32", "C33"
 
 
 def five(*arguments, **options):
-    found = creepage_coefficients(*arguments, **options)
-    return np.array([getattr(found, name) for name in NAMES])
+    result = creepage_coefficients(*arguments, **options)
+    return np.array([getattr(result, name) for name in NAMES])
 
 
 def by_elements(a, b, nu, n):
@@ -61,12 +61,12 @@ def test_elements_on_half_spaces_converge_to_them(a, b, nu):
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("nu", [0.0, 0.5])
 def test_errors_are_below_the_estimate_which_is_below_a_thousandth(ratio, nu):
-    found = creepage_coefficients(ratio, 1.0, nu)
-    assert found.estimate < 5e-4
+    result = creepage_coefficients(ratio, 1.0, nu)
+    assert result.estimate < 5e-4
     finer = five(ratio, 1.0, nu, degree=32)
-    allowed = found.estimate + 1e-11
+    allowed = result.estimate + 1e-11
     np.testing.assert_allclose(five(ratio, 1.0, nu), finer, rtol=allowed)
-    np.testing.assert_allclose(-found.C32, found.C23, rtol=allowed)  # by reciprocity: rolling backwards
+    np.testing.assert_allclose(-result.C32, result.C23, rtol=allowed)  # by reciprocity: rolling backwards
 
 
 def test_the_errors_fall_as_the_fourth_power_of_the_degree():
@@ -78,17 +78,17 @@ def test_the_errors_fall_as_the_fourth_power_of_the_degree():
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
 def test_without_poisson_s_ratio_both_directions_are_alike(ratio):
     """The ICs couple no directions, and both are 1/R."""
-    found = creepage_coefficients(ratio, 1.0, 0.0)
-    np.testing.assert_allclose(found.C11, found.C22, rtol=1e-12)
+    result = creepage_coefficients(ratio, 1.0, 0.0)
+    np.testing.assert_allclose(result.C11, result.C22, rtol=1e-12)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
-def test_an_ellipse_that_is_wide_across_is_carter_s_strip_by_strip(nu):
+def test_ellipse_wide_across_agrees_with_carter_strip_by_strip(nu):
     """C11 by the force per creepage of strips as long as the ellipse, C33 by their moments about the middle.
 
     Across the direction of rolling a strip is softer by 1 - nu: C22. C23 by the series of Kalker (1990).
     """
-    found = creepage_coefficients(0.01, 1.0, nu)
+    result = creepage_coefficients(0.01, 1.0, nu)
     middles = (np.arange(1000) + 0.5) / 1000
     lengths = 0.01 * np.sqrt(1 - middles**2)  # half of those of the strips
 
@@ -100,35 +100,35 @@ def test_an_ellipse_that_is_wide_across_is_carter_s_strip_by_strip(nu):
 
     slopes = np.array([slope(half_length) for half_length in lengths])
     C11 = 2 * np.mean(slopes) / 0.01
-    np.testing.assert_allclose(found.C11, C11, rtol=1e-3)
-    np.testing.assert_allclose(found.C22, (1 - nu) * C11, rtol=1e-3)
-    np.testing.assert_allclose(found.C33, 2 * np.mean(slopes * middles**2) / 0.01**2, rtol=4e-3)
+    np.testing.assert_allclose(result.C11, C11, rtol=1e-3)
+    np.testing.assert_allclose(result.C22, (1 - nu) * C11, rtol=1e-3)
+    np.testing.assert_allclose(result.C33, 2 * np.mean(slopes * middles**2) / 0.01**2, rtol=4e-3)
     bent = 1 + nu * (np.log(16 / 0.01**2) / 2 + np.log(4) - 5)
-    np.testing.assert_allclose(found.C23, np.pi * 0.01**0.5 / (3 * (1 - nu)) * bent, rtol=2e-3)
+    np.testing.assert_allclose(result.C23, np.pi * 0.01**0.5 / (3 * (1 - nu)) * bent, rtol=2e-3)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
-def test_an_ellipse_that_is_long_in_rolling_meets_the_series_of_kalker(nu):
+def test_ellipse_long_in_rolling_agrees_with_kalkers_series(nu):
     """Kalker (1990), appendix E: for b / a = g to 0 with L = ln(16 / g^2); terms of L^-2 and g^2 are left.
 
     C33 without Poisson's ratio: each section turns as a strip does that is twisted.
     """
     g = 0.01
     L = np.log(16 / g**2)
-    found = creepage_coefficients(1.0, g, nu)
+    result = creepage_coefficients(1.0, g, nu)
     bent = (1 - nu) * L - 2 + 4 * nu
-    np.testing.assert_allclose(found.C23, 2 * np.pi / (3 * g**1.5 * bent), rtol=1e-3)
+    np.testing.assert_allclose(result.C23, 2 * np.pi / (3 * g**1.5 * bent), rtol=1e-3)
     C11 = 2 * np.pi / ((L - 2 * nu) * g) * (1 + (3 - np.log(4)) / (L - 2 * nu))
-    np.testing.assert_allclose(found.C11, C11, rtol=8 / L**2)
+    np.testing.assert_allclose(result.C11, C11, rtol=8 / L**2)
     if not nu:
-        np.testing.assert_allclose(found.C33, np.pi / 4, rtol=1e-3)
+        np.testing.assert_allclose(result.C33, np.pi / 4, rtol=1e-3)
 
 
 def test_the_forces_are_per_unit_of_the_creepages():
     """In the signs of rolling: a driven wheel pushes, sideways drift is resisted; in any units."""
-    found = creepage_coefficients(3.0, 2.0, 0.3)
+    result = creepage_coefficients(3.0, 2.0, 0.3)
     unit = creepage_coefficients(1.5, 1.0, 0.3)
-    F_x, F_s, M_n = found.forces(80e3, 1e-4, 2e-4, 3e-5)
+    F_x, F_s, M_n = result.forces(80e3, 1e-4, 2e-4, 3e-5)
     assert F_x == pytest.approx(80e3 * 6 * unit.C11 * 1e-4)
     assert F_s == pytest.approx(-80e3 * 6 * (unit.C22 * 2e-4 + np.sqrt(6) * unit.C23 * 3e-5))
     assert M_n == pytest.approx(-80e3 * 6**1.5 * (unit.C32 * 2e-4 + np.sqrt(6) * unit.C33 * 3e-5))
@@ -142,7 +142,7 @@ def test_the_forces_are_per_unit_of_the_creepages():
         ((1.0, 1.0, -0.1), r"nu = -0\.1: must lie in 0 \.\.\. 0\.5"),
     ],
 )
-def test_what_is_out_of_range_is_refused(arguments, message):
+def test_input_out_of_range_is_refused(arguments, message):
     with pytest.raises(WrongInput, match=message):
         creepage_coefficients(*arguments)
 

@@ -45,9 +45,9 @@ def test_the_tractions_of_a_point_press_without_slip(beta, nu):
     u = np.array([np.einsum("ijk,jk->i", space.ics(patch, x_at - x, -s), tractions) for x_at in at])
     approach = contact.approach(LOAD)
     np.testing.assert_allclose(u[:, N] + CURVATURE * at**2 / 2, approach, rtol=2e-3)
-    kept = u[-1, X] / at[-1] ** 2
-    assert np.sign(kept) == -np.sign(beta)  # inwards for K > 0
-    np.testing.assert_allclose(u[:, X], kept * at**2, atol=1e-3 * approach)
+    coefficient = u[-1, X] / at[-1] ** 2
+    assert np.sign(coefficient) == -np.sign(beta)  # inwards for K > 0
+    np.testing.assert_allclose(u[:, X], coefficient * at**2, atol=1e-3 * approach)
     assert not np.any(contact.tractions(LOAD, 1.01 * a))
 
 
@@ -65,9 +65,9 @@ def test_the_tractions_of_a_line_press_without_slip(beta):
         u += np.einsum("ijk,j->ik", space.ics(Patch(1e4 * a, width / 2), 0.0, at - middle), here)
     rise = u[N] - u[N, 0] + CURVATURE * at**2 / 2
     np.testing.assert_allclose(rise, 0, atol=1e-4 * CURVATURE * a**2)
-    kept = u[S, -1] / at[-1] ** 2
-    assert np.sign(kept) == -np.sign(beta)
-    np.testing.assert_allclose(u[S], kept * at * np.abs(at), atol=1e-4 * CURVATURE * a**2)
+    coefficient = u[S, -1] / at[-1] ** 2
+    assert np.sign(coefficient) == -np.sign(beta)
+    np.testing.assert_allclose(u[S], coefficient * at * np.abs(at), atol=1e-4 * CURVATURE * a**2)
     assert not np.any(contact.tractions(LOAD, 1.01 * a))
 
 
@@ -114,7 +114,7 @@ def test_tractions_of_a_point_carry_the_load(beta):
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.49])
-def test_a_rigid_punch_is_mossakovskii_s(nu):
+def test_rigid_punch_agrees_with_mossakovskii(nu):
     """Load per approach of any indenter is the stiffness of a flat one: 4 G a ln(3 - 4 nu) / (1 - 2 nu)."""
     G = 3.0
     contact = StickingPoint(CURVATURE, 2 * G / (1 - nu), (1 - 2 * nu) / (2 * (1 - nu)))
@@ -145,7 +145,7 @@ def test_beta_is_that_of_the_combined_constants():
     assert constants.mismatch_k / (1 - constants.nu) == pytest.approx(dundurs, rel=1e-12)
 
 
-def test_without_mismatch_both_are_hertz():
+def test_no_mismatch_gives_hertz():
     hertz, contact = PointContact(CURVATURE, CURVATURE, 1000.0).at_load(LOAD), point(0.0)
     assert contact.radius(LOAD) == pytest.approx(hertz.a, rel=1e-12)
     assert contact.approach(LOAD) == pytest.approx(hertz.approach, rel=1e-12)
@@ -174,7 +174,7 @@ def test_tractions_are_smooth_in_the_middle(contact):
     assert 0 < q[1] < q[2] < 1e-3 * p[0]
 
 
-def test_what_the_solution_does_not_hold_for_is_refused():
+def test_input_outside_the_validity_is_refused():
     with pytest.raises(WrongInput, match=r"beta = 0\.6: must lie in -0\.5 \.\.\. 0\.5"):
         line(0.6)
     with pytest.raises(WrongInput, match=r"curvature = 0\.0: must be positive"):

@@ -22,7 +22,7 @@ def test_the_combined_modulus_is_that_of_the_half_spaces_ics():
     assert nn == pytest.approx(8e-8 / (np.pi * MODULUS * 5.0), rel=1e-8, abs=0)
 
 
-def test_a_circle_is_the_textbook_s():
+def test_circle_agrees_with_the_textbook():
     radius, load = 40.0, 500.0
     contact = PointContact(1 / radius, 1 / radius, MODULUS).at_load(load)
     a = (3 * load * radius / (4 * MODULUS)) ** (1 / 3)
@@ -32,7 +32,7 @@ def test_a_circle_is_the_textbook_s():
     assert contact.stiffness == pytest.approx(2 * MODULUS * a, rel=1e-13)
 
 
-def test_an_ellipse_meets_legendre_s_form():
+def test_ellipse_agrees_with_legendres_form():
     """Johnson 3.4: u = p_max / E* (L - M x^2 - N s^2) for a > b, with K and E of the eccentricity."""
     a, b = ELLIPSE.a, ELLIPSE.b
     assert a > 2 * b
@@ -45,7 +45,7 @@ def test_an_ellipse_meets_legendre_s_form():
     assert ELLIPSE.surfaces.curvature_s / 2 == pytest.approx(expected, rel=1e-12)
 
 
-def test_its_pressures_lift_the_surfaces_apart():
+def test_pressures_lift_the_surfaces_apart():
     """The displacement at a point inside, by integration of 1/r in polar coordinates about it."""
     at = np.array([0.4 * ELLIPSE.a, -0.3 * ELLIPSE.b])
 
@@ -66,7 +66,7 @@ def test_its_pressures_lift_the_surfaces_apart():
     assert u + h == pytest.approx(ELLIPSE.approach, rel=1e-5)
 
 
-def test_its_pressures_carry_the_load():
+def test_pressures_carry_the_load():
     t = (np.arange(400) + 0.5) / 400
     radius, angle = 1 - t[:, None] ** 2, 2 * np.pi * t  # crowd at the edge
     p = ELLIPSE.pressure(ELLIPSE.a * radius * np.cos(angle), ELLIPSE.b * radius * np.sin(angle))
@@ -84,7 +84,7 @@ def test_exchanged_axes_exchange_the_semi_axes(ratio):
     assert here.approach == pytest.approx(there.approach, rel=1e-12)
 
 
-def test_load_approach_and_energy_belong_together():
+def test_load_is_the_derivative_of_energy_by_approach():
     assert ELLIPSE.surfaces.at_approach(ELLIPSE.approach).load == pytest.approx(ELLIPSE.load, rel=1e-12)
     energy, _ = quad(lambda zeta: ELLIPSE.surfaces.at_approach(zeta).load, 1e-12, ELLIPSE.approach)
     assert ELLIPSE.energy == pytest.approx(energy, rel=1e-6)
@@ -133,7 +133,7 @@ def test_a_line_contact_is_in_equilibrium_and_its_gap_opens_as_the_pressures_say
     assert not line.gap(load, 0.9 * half_width)
 
 
-def test_what_is_not_positive_is_refused():
+def test_input_that_is_not_positive_is_refused():
     with pytest.raises(WrongInput, match=r"curvature_s = 0\.0: must be positive"):
         PointContact(0.1, 0.0, MODULUS)
     with pytest.raises(WrongInput, match=r"load = -1\.0: must be positive"):

@@ -66,7 +66,7 @@ def by_collocation(pin, half_angle, n=300):
 
 @each_pin
 @pytest.mark.parametrize("half_angle", [0.15, 0.8, 1.15])
-def test_load_and_pressures_are_those_of_collocation(pin, half_angle):
+def test_load_and_pressures_agree_with_collocation(pin, half_angle):
     angles, p, load = by_collocation(pin, half_angle)
     assert pin.load(half_angle) == pytest.approx(load, rel=0.004)  # elements: 1/300
     exact = pin.pressure(pin.load(half_angle), angles)
@@ -95,11 +95,11 @@ def by_bounds(pin, load, n):
 @each_pin
 @pytest.mark.parametrize("half_angle", [0.4, 1.1])
 @pytest.mark.parametrize("n", [40, 80, 160, 320])
-def test_the_solver_of_contact_with_bounds_converges_to_it(pin, half_angle, n):
+def test_bound_constrained_solver_converges_to_the_pin(pin, half_angle, n):
     """Conformal contact in the plane, with ICs that are exact: order 1.5, because pressures end as a root."""
     load, element = pin.load(half_angle), np.pi / n
-    angles, p, found = by_bounds(pin, load, n)
-    assert found == pytest.approx(half_angle, abs=element / 4)
+    angles, p, result = by_bounds(pin, load, n)
+    assert result == pytest.approx(half_angle, abs=element / 4)
     error = np.mean(np.abs(p - pin.pressure(load, angles))) / np.mean(p)
     assert error < 0.25 * (element / half_angle) ** 1.5
 
@@ -119,7 +119,7 @@ def test_pressures_carry_the_load(pin, half_angle):
 
 
 @each_pin
-def test_small_contacts_are_those_of_hertz(pin):
+def test_small_contacts_agree_with_hertz(pin):
     line = LineContact(pin.clearance / pin.radius**2, pin.modulus)
     differences = []
     for half_angle in (0.02, 0.01):
@@ -164,12 +164,12 @@ def test_other_units_change_nothing():
         ({"hole": Material(70e3, 0.28)}, r"Dundurs' beta = 0\.\d+.*must be the same for both"),
     ],
 )
-def test_what_the_solution_does_not_hold_for_is_refused(changes, message):
+def test_input_outside_the_validity_is_refused(changes, message):
     with pytest.raises(WrongInput, match=message):
         replace(PINS["equal"], **changes)
 
 
-def test_what_no_load_produces_is_refused():
+def test_half_angle_that_no_load_produces_is_refused():
     with pytest.raises(WrongInput, match=r"half_angle = 1\.6: must lie in 0 \.\.\. 1\."):
         PINS["equal"].load(1.6)
     with pytest.raises(WrongInput, match=r"with a clearance \(now 0 mm\)"):

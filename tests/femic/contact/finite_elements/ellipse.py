@@ -2,7 +2,7 @@
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.levels import Bodies
+from femic.contact.finite_elements.meshed_contact import Bodies
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material

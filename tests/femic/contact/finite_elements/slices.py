@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator, splu
 from skfem import MeshTet, MeshTet2
 
 from femic.contact.finite_elements.bodies import Elastic, Expected
-from femic.contact.finite_elements.levels import Bodies, Meshes, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.mesh import curved
 from femic.reference.solid.tetrahedra import Tetrahedra

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.levels import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
 from femic.contact.finite_elements.result import numbers_of
 from geometries.bodies import Body, Domain
 from geometries.contours import arc

@@ -12,7 +12,7 @@ FLANK = 1.3  # rad; the lower contour has a radius of 3.5 mm where its flanks be
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.4])
-def test_points_opposite_to_each_other_are_so_both_ways(shift):
+def test_opposite_points_are_opposite_in_both_directions(shift):
     """The wheel rises by 0 to 87 mm above the rail, so distances are up to 25 radii of curvature."""
     wheel = Surface(UPPER, ellipse(13.7, 6.49, FLANK, FLANK), rolling_radius=650.0)
     rail = Surface(LOWER, ellipse(12.97, 6.485, FLANK, FLANK))

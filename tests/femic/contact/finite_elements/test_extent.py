@@ -18,12 +18,12 @@ def vertices(spacing, low, high, seed=0, moved=0.25):
 
 
 @pytest.mark.parametrize("spacing", [0.1, 0.05])
-def test_the_edge_of_a_line_contact(spacing):
+def test_edge_of_a_line_contact_is_accurate(spacing):
     """Hertz's gap; the edge is straight. The error falls with the spacing."""
     half_width = LINE.half_width(100.0)
     x, y = vertices(spacing * half_width, 0.0, 2 * half_width)
-    found = end(x, y, LINE.gap(100.0, x), spacing * half_width, symmetric=True)
-    assert found == pytest.approx(half_width, abs=0.05 * spacing * half_width)
+    result = end(x, y, LINE.gap(100.0, x), spacing * half_width, symmetric=True)
+    assert result == pytest.approx(half_width, abs=0.05 * spacing * half_width)
 
 
 def elliptic_gap(x, y, middle, half_width=0.6):
@@ -33,10 +33,10 @@ def elliptic_gap(x, y, middle, half_width=0.6):
 
 
 @pytest.mark.parametrize("middle", [0.0, 0.13])
-def test_the_tip_of_an_ellipse(middle):
+def test_tip_of_an_ellipse_is_accurate(middle):
     x, y = vertices(0.06, -1.2 if middle else 0.0, 1.6)
-    found = end(x, y, elliptic_gap(x, y, middle), 0.06, symmetric=middle == 0)
-    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+    result = end(x, y, elliptic_gap(x, y, middle), 0.06, symmetric=middle == 0)
+    assert result == pytest.approx(1.0, abs=0.15 * 0.06)
 
 
 def short_surface(room, between, moved=0.25):
@@ -55,17 +55,17 @@ def short_surface(room, between, moved=0.25):
 
 
 @pytest.mark.parametrize("room", [1.1, 1.5, 2.2])
-def test_a_surface_that_ends_close_beyond_the_patch(room):
-    found = end(*short_surface(room, between=0.45), symmetric=True)
-    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+def test_surface_ending_close_beyond_the_patch_shows_the_edge(room):
+    result = end(*short_surface(room, between=0.45), symmetric=True)
+    assert result == pytest.approx(1.0, abs=0.15 * 0.06)
 
 
 def test_two_lines_of_vertices_are_enough():
-    found = end(*short_surface(2.2, between=1.2, moved=0.0), symmetric=True)
-    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+    result = end(*short_surface(2.2, between=1.2, moved=0.0), symmetric=True)
+    assert result == pytest.approx(1.0, abs=0.15 * 0.06)
 
 
-def test_a_single_line_of_vertices_tells_no_edge():
+def test_single_line_of_vertices_is_refused():
     with pytest.raises(Failure, match="side by side"):
         end(*short_surface(1.5, between=0.0), symmetric=True)
 

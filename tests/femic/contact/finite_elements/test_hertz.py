@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.levels import ZoneTooSmall, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, meshes_of, solved
 from femic.contact.finite_elements.result import numbers_of
 from femic.reference.accuracy import NotConverged
 from tests.femic.contact.finite_elements.ellipse import (
@@ -29,7 +29,7 @@ def level(meshes):
     return solved(bodies(far=FAR), meshes, LOAD)
 
 
-def test_the_numbers_are_hertz_s(level):
+def test_numbers_agree_with_hertz(level):
     """Measured: half-lengths within 2.2 %, the pressure within 0.7 %, of 5 cells per half-width."""
     numbers = numbers_of(level)
     assert [numbers.a, numbers.b] == pytest.approx([HERTZ.a, HERTZ.b], rel=0.035)
@@ -71,7 +71,7 @@ def test_far_bodies_add_a_displacement_in_proportion_to_the_load(level, meshes):
     assert added[1] == pytest.approx(added[0], rel=0.06)
 
 
-def test_a_wheel_that_is_moved_aside(level):
+def test_shifted_wheel_has_the_shifted_contact(level):
     """Spheres side by side touch at a distance in proportion to their radii; the numbers are the same."""
     aside = 4.0
     whole = bodies(symmetric=False, far=FAR, shift=aside)
@@ -86,25 +86,25 @@ def test_a_wheel_that_is_moved_aside(level):
     assert numbers.approach == pytest.approx(of_half.approach, rel=0.01)  # other cells, far away, too
 
 
-def test_a_contact_that_leaves_the_meshes_for_it_is_refused(meshes):
+def test_contact_larger_than_its_zone_is_refused(meshes):
     with pytest.raises(ZoneTooSmall, match="larger `expected`"):
         solved(bodies(far=FAR), meshes, 8 * LOAD)
 
 
-def test_a_search_without_end_is_refused(meshes, monkeypatch):
+def test_endless_search_for_the_contact_area_is_refused(meshes, monkeypatch):
     monkeypatch.setattr("femic.contact.finite_elements.active_set.MOST_STEPS", 1)
     with pytest.raises(NotConverged, match=r"still change after 1 steps .* Try more `cells`"):
         solved(bodies(far=FAR), meshes, LOAD / 3)
 
 
 @pytest.mark.slow
-def test_errors_fall_as_cells_do():
+def test_errors_fall_with_the_cell_size():
     """Pressure: second order or nearly so; half-lengths stay within a fifth of a cell."""
     errors = []
     for cells in (5.0, 10.0):
         fine = bodies()
         numbers = numbers_of(solved(fine, meshes_of(fine, expected(), cells), LOAD))
         errors.append(abs(numbers.p_max / HERTZ.p_max - 1))
-        for found, true in ((numbers.a, HERTZ.a), (numbers.b, HERTZ.b)):
-            assert abs(found - true) < 0.2 * HERTZ.b / cells
+        for result, true in ((numbers.a, HERTZ.a), (numbers.b, HERTZ.b)):
+            assert abs(result - true) < 0.2 * HERTZ.b / cells
     assert np.log2(errors[0] / errors[1]) > 1.5

@@ -60,7 +60,7 @@ def test_a_cylinder_on_a_block_converges_to_hertz():
     [((STEEL, STEEL), 45.0, 10.0), (SIMILAR, 45.0, 10.0), ((STEEL, STEEL), 60.0, 14.0)],
     ids=["equal", "similar", "equal, 120 degrees"],
 )
-def test_a_pin_that_fits_its_hole(materials, half_angle, count):
+def test_pin_in_a_fitting_hole_agrees_with_persson(materials, half_angle, count):
     """Pressures over 90 and 120 degrees. Hertz's are at least a fifth too small."""
     radius, clearance, angle = 12.0, 0.012, np.radians(half_angle)
     pin = PinInHole(*materials, radius, clearance)

@@ -9,7 +9,7 @@ import pytest
 from skfem import MeshTet
 
 from femic.contact.finite_elements.bodies import Expected, elastic
-from femic.contact.finite_elements.levels import Bodies, Meshes, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel
 from femic.reference.solid.mesh import curved
@@ -69,7 +69,7 @@ def test_the_pressure_is_uniform(compressed):
     assert compressed.p == pytest.approx(np.full(20, LOAD / LENGTH / WIDTH), rel=1e-6)
 
 
-def test_the_approach_is_that_of_both_blocks(compressed):
+def test_approach_is_the_compression_of_both_blocks(compressed):
     pressure = LOAD / LENGTH / WIDTH
     expected = sum(
         pressure * height / modulus(material) for _, height, material, _ in (LOWER_BLOCK, UPPER_BLOCK)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.levels import Bodies
+from femic.contact.finite_elements.meshed_contact import Bodies
 from femic.contact.finite_elements.result import READING, estimates, fe_contact, hertz_patch
 from geometries.errors import Failure, WrongInput
 from tests.femic.contact.finite_elements.ellipse import HERTZ, LOAD, bodies
 
 
-def test_the_first_guess_is_hertz_s_patch():
+def test_first_guess_is_the_patch_of_hertz():
     guess = hertz_patch(bodies(), LOAD)
     assert [guess.a, guess.b, sum(guess.s)] == pytest.approx([HERTZ.a, HERTZ.b, 0.0], rel=1e-3, abs=1e-9)
 
@@ -25,7 +25,7 @@ def test_a_load_must_be_positive(load):
 
 
 @pytest.mark.parametrize("cells", [0.0, 7.9, np.nan])
-def test_cells_must_be_enough(cells):
+def test_too_few_cells_are_refused(cells):
     with pytest.raises(WrongInput, match="cells = "):
         fe_contact(bodies(), LOAD, cells=cells)
 
@@ -53,7 +53,7 @@ def test_the_lower_body_must_be_prismatic():
         Bodies(replace(pair.lower, rolling_radius=500.0), pair.upper, pair.s_range)
 
 
-def made_level(numbers_are_read):
+def made_contact(numbers_are_read):
     """A contact on coarse meshes whose edges can, or cannot, be read from gaps."""
 
     class Made(SimpleNamespace):
@@ -76,10 +76,10 @@ def made_level(numbers_are_read):
     )
 
 
-def test_where_coarse_meshes_tell_no_edge_it_is_known_to_half_their_spacing_and_what_they_are_off():
-    fine = made_level(numbers_are_read=True)
+def test_unreadable_edges_on_coarse_meshes_add_half_their_spacing_to_the_estimate():
+    fine = made_contact(numbers_are_read=True)
     fine.spacing = 0.2
-    read, unread = (estimates(fine, made_level(numbers_are_read=known)) for known in (True, False))
+    read, unread = (estimates(fine, made_contact(numbers_are_read=known)) for known in (True, False))
     assert [read.a, read.b] == pytest.approx([READING * 0.2] * 2)
     assert [unread.a, unread.b] == pytest.approx([0.4 + 0.25, 0.2 + 0.25])
     assert [read.F_y, read.M_x, read.s_centre, read.p_max] == [unread.F_y, unread.M_x, unread.s_centre, 0.0]

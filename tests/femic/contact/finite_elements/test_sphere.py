@@ -7,7 +7,7 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements import coupling
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.coupling import couple, zone_of
-from femic.contact.finite_elements.levels import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
 from femic.contact.finite_elements.result import numbers_of
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane

@@ -15,7 +15,7 @@ def pairs(n=400, seed=0):
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
-def test_it_is_the_mean_up_to_the_second_order(turn):
+def test_centred_slip_is_the_mean_up_to_second_order(turn):
     """Of slips whose sizes and directions change along x."""
     errors = []
     for n in (40, 80):
@@ -26,17 +26,17 @@ def test_it_is_the_mean_up_to_the_second_order(turn):
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.2)  # and a difference of both slips
 
 
-def test_it_vanishes_only_with_the_slip_ahead():
+def test_centred_slip_vanishes_only_with_the_slip_ahead():
     slip = pairs()
-    found = np.linalg.norm(centred(slip)[1], axis=-1)
-    assert np.all(found > 0.49 * np.linalg.norm(slip[1], axis=-1))
+    result = np.linalg.norm(centred(slip)[1], axis=-1)
+    assert np.all(result > 0.49 * np.linalg.norm(slip[1], axis=-1))
     slip[1] = 0
     np.testing.assert_array_equal(centred(slip)[1], 0)
     slip[0] = 0
     np.testing.assert_array_equal(centred(slip), 0)
 
 
-def test_it_is_the_slip_ahead_where_that_behind_vanishes_or_is_opposed():
+def test_centred_slip_is_the_slip_ahead_where_the_one_behind_vanishes_or_opposes():
     slip = pairs()
     stuck, opposed = slip.copy(), slip.copy()
     stuck[0] *= 1e-12 / np.linalg.norm(slip[0], axis=-1, keepdims=True)
@@ -45,12 +45,12 @@ def test_it_is_the_slip_ahead_where_that_behind_vanishes_or_is_opposed():
     np.testing.assert_array_equal(centred(opposed)[1], slip[1])
 
 
-def test_it_grows_with_the_slips():
+def test_centred_slip_grows_with_the_slips():
     slip = pairs()
     np.testing.assert_allclose(centred(3.0 * slip), 3.0 * centred(slip), rtol=1e-12)
 
 
-def test_its_derivative_is_that_of_differences():
+def test_derivative_agrees_with_differences():
     slip, change = pairs(seed=1), np.random.default_rng(2).normal(size=(2, 400, 2))
     change *= 1e-6 * np.linalg.norm(slip, axis=-1, keepdims=True)
     difference = (centred(slip + change) - centred(slip - change)) / 2

@@ -37,7 +37,14 @@ def law(operator, motion, bound):
         bound,
         LeadingEdge.of(bound, motion.depth),
         motion,
+        no_forces(bound),
     )
+
+
+def no_forces(bound):
+    """No free amplitudes."""
+    none = np.zeros((0, *bound.shape, 2))
+    return FreeAmplitudes(none, none, np.zeros(0))
 
 
 def on_half_spaces(grid):
@@ -57,7 +64,7 @@ ON_LINE = np.array([0.0, 90.0, 150.0, 170.0, 130.0, 60.0, 0.0])[:, None]
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("rolls", [False, True], ids=["shift", "rolling"])
-def test_a_row_is_the_only_one_of_all_states_of_its_elements(rolls, seed):
+def test_row_solution_is_unique_among_all_states_of_its_elements(rolls, seed):
     """Of 3^5 states (stick, slip forwards or backwards) of tractions along x."""
     operator, random = on_half_spaces(LINE), np.random.default_rng(seed)
     rigid = np.zeros((7, 1, 2))
@@ -74,10 +81,10 @@ def test_a_row_is_the_only_one_of_all_states_of_its_elements(rolls, seed):
         if np.all(np.abs(p) <= g) and np.all(slip[~stick] * p[~stick] < 0):
             exact.append((p, stick))
     ((p, stick),) = exact
-    found = coulomb.tractions(problem, tolerance=1e-10)
-    np.testing.assert_allclose(found.p[inner, 0, 0], p, atol=1e-7 * g.max())
-    assert np.max(np.abs(found.p[..., 1])) < 1e-7 * g.max()
-    np.testing.assert_array_equal(found.stick[inner, 0], stick)
+    result = coulomb.tractions(problem, tolerance=1e-10)
+    np.testing.assert_allclose(result.p[inner, 0, 0], p, atol=1e-7 * g.max())
+    assert np.max(np.abs(result.p[..., 1])) < 1e-7 * g.max()
+    np.testing.assert_array_equal(result.stick[inner, 0], stick)
 
 
 GRID = Grid(8, 7, 0.5, 0.7)
@@ -127,10 +134,10 @@ def test_a_shift_has_the_least_energy(seed):
     L = dense(problem.compliance, (8, 7, 2))[np.ix_(rubs, rubs)]
     np.testing.assert_allclose(L, L.T, atol=1e-12 * L.max())
     least = of_least_energy(L, problem.rigid.ravel()[rubs], g[g > 0])
-    found = coulomb.tractions(problem, tolerance=1e-9)
-    assert 2 < np.count_nonzero(found.stick) < np.count_nonzero(g) - 2
-    np.testing.assert_allclose(found.p.ravel()[rubs], least, atol=1e-6 * g.max())
-    assert np.all(found.p[g == 0] == 0)
+    result = coulomb.tractions(problem, tolerance=1e-9)
+    assert 2 < np.count_nonzero(result.stick) < np.count_nonzero(g) - 2
+    np.testing.assert_allclose(result.p.ravel()[rubs], least, atol=1e-6 * g.max())
+    assert np.all(result.p[g == 0] == 0)
 
 
 # ---- the law, from the operator and loops
@@ -142,19 +149,19 @@ MOTIONS = {
 }
 
 
-def residual(problem, found, operator, motion):
+def residual(problem, result, operator, motion):
     """The largest error of the law as a share of the largest bound; slip in units of tractions.
 
     Slip is zero where elements stick, to the second order half way to the next one; the others' is opposite
     to their traction, to the second order the weighted mean of both sides. Followers at leading edges do not
     count.
     """
-    u, g = operator(found.p), problem.bound
+    u, g = operator(result.p), problem.bound
     unit = np.zeros_like(u)
     unit[len(u) // 2, u.shape[1] // 2, 0] = 1.0
     own, errors = np.max(np.abs(problem.compliance(unit)[..., 0])), [0.0]
     for i, j in zip(*np.nonzero(g), strict=True):
-        size = float(np.linalg.norm(found.p[i, j]))
+        size = float(np.linalg.norm(result.p[i, j]))
         errors.append(size - g[i, j])
         if isinstance(motion, Shift):
             before = after = motion.rigid[i, j] + u[i, j]
@@ -167,13 +174,13 @@ def residual(problem, found, operator, motion):
                 before = after + 2 * max(0.0, behind @ after) / sizes**2 * (behind - after)
         if not problem.edge.free[i, j]:
             continue
-        if found.stick[i, j]:
+        if result.stick[i, j]:
             errors.append(float(np.linalg.norm(after)) / own)
         else:
             slip = float(np.linalg.norm(before))
             errors.append(abs(size - g[i, j]))
             errors.append(
-                float(np.linalg.norm(found.p[i, j] + g[i, j] * before / slip)) * min(1, slip / own / g[i, j])
+                float(np.linalg.norm(result.p[i, j] + g[i, j] * before / slip)) * min(1, slip / own / g[i, j])
             )
     return max(errors) / g.max()
 
@@ -183,17 +190,17 @@ def residual(problem, found, operator, motion):
 def test_the_law_holds_on_each_element(motion, tolerance):
     operator = on_half_spaces(GRID)
     problem = law(operator, motion, bounds())
-    found = coulomb.tractions(problem, tolerance=tolerance)
+    result = coulomb.tractions(problem, tolerance=tolerance)
     rubs = np.count_nonzero(problem.bound)
-    assert 2 < np.count_nonzero(found.stick) < rubs - 2
-    assert residual(problem, found, operator, motion) < 20 * tolerance
-    wrong = replace(found, p=found.p + 1e3 * tolerance * problem.bound[..., None] * [0.7, 0.7])
+    assert 2 < np.count_nonzero(result.stick) < rubs - 2
+    assert residual(problem, result, operator, motion) < 20 * tolerance
+    wrong = replace(result, p=result.p + 1e3 * tolerance * problem.bound[..., None] * [0.7, 0.7])
     assert residual(problem, wrong, operator, motion) > 50 * tolerance
-    assert found.residuals[-1] <= tolerance < found.residuals[0]
+    assert result.residuals[-1] <= tolerance < result.residuals[0]
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
-def test_the_start_does_not_matter_but_saves_steps(motion):
+def test_start_saves_steps_without_changing_the_solution(motion):
     problem = law(on_half_spaces(GRID), motion, bounds())
     cold = coulomb.tractions(problem, tolerance=1e-10)
     start = np.random.default_rng(0).normal(size=cold.p.shape) * problem.bound[..., None]
@@ -201,31 +208,30 @@ def test_the_start_does_not_matter_but_saves_steps(motion):
     np.testing.assert_allclose(other.p, cold.p, atol=1e-7 * problem.bound.max())
     again = coulomb.tractions(problem, start=cold.p, tolerance=1e-9)
     assert len(again.residuals) == 1 < len(cold.residuals)
-    assert 0 < again.products < cold.products
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
-def test_without_bounds_there_are_no_tractions_and_with_large_ones_all_sticks(motion):
+def test_zero_bounds_give_no_tractions_and_large_bounds_full_stick(motion):
     operator = on_half_spaces(GRID)
     none = coulomb.tractions(law(operator, motion, np.zeros((8, 7))))
     assert not np.any(none.p)
     assert not np.any(none.stick)
     np.testing.assert_allclose(none.slip, motion.at_elements(motion.given))
     problem = law(operator, motion, 1e6 * bounds())
-    found = coulomb.tractions(problem, tolerance=1e-12)
-    np.testing.assert_array_equal(found.stick, problem.bound > 0)
+    result = coulomb.tractions(problem, tolerance=1e-12)
+    np.testing.assert_array_equal(result.stick, problem.bound > 0)
     free = np.repeat(problem.edge.free.ravel(), 2)
     if motion.depth == 0:  # then it is a system of linear equations
         L = dense(problem.compliance, (8, 7, 2))[np.ix_(free, free)]
         exact = np.linalg.solve(L, -problem.rigid.ravel()[free])
-        np.testing.assert_allclose(found.p.ravel()[free], exact, atol=1e-5 * np.max(np.abs(exact)))
-    slip = (problem.compliance(found.p) + problem.rigid).ravel()[free]
+        np.testing.assert_allclose(result.p.ravel()[free], exact, atol=1e-5 * np.max(np.abs(exact)))
+    slip = (problem.compliance(result.p) + problem.rigid).ravel()[free]
     assert np.max(np.abs(slip)) < 1e-4 * np.max(np.abs(problem.rigid))
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 @pytest.mark.parametrize("scale", [1e-5, 1e5])
-def test_ten_decades_of_bounds_and_slip_are_alike(motion, scale):
+def test_ten_decades_of_bounds_and_slip_are_similar(motion, scale):
     here = law(on_half_spaces(GRID), motion, bounds())
     there = replace(here, rigid=scale * here.rigid, bound=scale * here.bound)
     p = coulomb.tractions(here, tolerance=1e-9).p
@@ -234,7 +240,7 @@ def test_ten_decades_of_bounds_and_slip_are_alike(motion, scale):
     )
 
 
-def test_rolling_the_other_way_in_a_mirror_is_mirrored():
+def test_mirrored_reversed_rolling_is_mirrored():
     """In x: the problem of rolling towards -x is built here, with the neighbour at smaller x."""
     w, g = swirl(4e-3), bounds()
     operator = on_half_spaces(GRID)
@@ -247,7 +253,7 @@ def test_rolling_the_other_way_in_a_mirror_is_mirrored():
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
     inverse = operator.inverse_on_ring(lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
     edge = LeadingEdge.of(g[mirror], 0)
-    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w))
+    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w), no_forces(g))
     there = coulomb.tractions(problem, tolerance=1e-9)
     np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())
     np.testing.assert_array_equal(there.stick[mirror], here.stick)
@@ -261,7 +267,7 @@ WAYS = np.zeros((2, 8, 7, 2))
 WAYS[0, ..., 0] = WAYS[1, ..., 1] = 1.0
 
 
-def asked(targets, bound=None, motion=MOTIONS["second"]):
+def with_forces(targets, bound=None, motion=MOTIONS["second"]):
     bound = bounds() if bound is None else bound
     free = FreeAmplitudes(np.array([motion._half_way(way) for way in WAYS]), WAYS, np.array(targets))
     return replace(law(on_half_spaces(GRID), motion, bound), free=free)
@@ -269,16 +275,16 @@ def asked(targets, bound=None, motion=MOTIONS["second"]):
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 0.95])
 @pytest.mark.parametrize("guess", [(0.0, 0.0), (1.0, 0.0), (-3e-3, 5e-3)])
-def test_forces_come_about_from_any_guess_of_the_amplitudes(share, guess):
+def test_prescribed_forces_are_met_from_any_guess_of_the_amplitudes(share, guess):
     """From one by which all slips in one direction, too, where amplitudes change nothing."""
     targets = share * bounds().sum() * np.array([0.8, -0.6])
-    found = coulomb.tractions(asked(targets), amplitudes=np.array(guess), tolerance=1e-8)
-    np.testing.assert_allclose(found.p.sum(axis=(0, 1)), targets, atol=1e-6 * bounds().sum())
-    problem = asked(targets)
-    rigid = problem.rigid + np.tensordot(found.amplitudes, problem.free.modes, 1)
-    given = coulomb.tractions(replace(problem, free=None, rigid=rigid), tolerance=1e-8)
-    np.testing.assert_allclose(given.p, found.p, atol=1e-5 * bounds().max())
-    np.testing.assert_allclose(given.slip, found.slip, atol=1e-7)
+    result = coulomb.tractions(with_forces(targets), amplitudes=np.array(guess), tolerance=1e-8)
+    np.testing.assert_allclose(result.p.sum(axis=(0, 1)), targets, atol=1e-6 * bounds().sum())
+    problem = with_forces(targets)
+    rigid = problem.rigid + np.tensordot(result.amplitudes, problem.free.modes, 1)
+    given = coulomb.tractions(replace(problem, free=no_forces(problem.bound), rigid=rigid), tolerance=1e-8)
+    np.testing.assert_allclose(given.p, result.p, atol=1e-5 * bounds().max())
+    np.testing.assert_allclose(given.slip, result.slip, atol=1e-7)
 
 
 @pytest.mark.parametrize("share", [1.02, 1.5, 1e4])
@@ -286,12 +292,12 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypat
     monkeypatch.setattr(coulomb, "MOST_STEPS", 0)
     targets = share * bounds().sum() * np.array([0.8, -0.6])
     with pytest.raises(Failure, match=f"exceed what friction can supply.*no more than {1 / share:.4g}"):
-        coulomb.tractions(asked(targets))
+        coulomb.tractions(with_forces(targets))
     with pytest.raises(Failure, match="exceed what friction can supply"):
-        coulomb.tractions(asked([0.0, 0.0], 0 * bounds()))
+        coulomb.tractions(with_forces([0.0, 0.0], 0 * bounds()))
 
 
-def test_too_few_steps_are_said_with_the_residual(monkeypatch):
+def test_too_few_steps_fail_with_the_residual(monkeypatch):
     monkeypatch.setattr(coulomb, "MOST_STEPS", 1)
     with pytest.raises(
         Failure, match=r"after 4 steps their residual is .* not 1.0e-06 \(.*use smaller elements"
@@ -334,8 +340,8 @@ def carter(n, offset, order, share):
     rigid[..., 0] = -creepage
     motion = SteadyRolling(rigid, dx=dx, order=order)
     operator = of_line_loads(n + 8, dx)
-    found = coulomb.tractions(law(operator, motion, np.where(g > 1e-9 * g.max(), g, 0)[:, None]))
-    return found, x, dx, exact
+    result = coulomb.tractions(law(operator, motion, np.where(g > 1e-9 * g.max(), g, 0)[:, None]))
+    return result, x, dx, exact
 
 
 def errors_of_carter(order, share):
@@ -343,13 +349,13 @@ def errors_of_carter(order, share):
     errors = []
     for n in (20, 40, 80):
         places = [carter(n, offset, order, share) for offset in (0.0, 0.25, 0.5, -0.3, 0.13)]
-        each = [found.p[..., 0].sum() * dx / exact.force - 1 for found, _, dx, exact in places]
+        each = [result.p[..., 0].sum() * dx / exact.force - 1 for result, _, dx, exact in places]
         errors.append(np.sqrt(np.mean(np.square(each))))
     return np.array(errors)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
-def test_forces_converge_to_carter_s_with_their_order(share):
+def test_forces_converge_to_carter_with_their_order(share):
     first, second = errors_of_carter(1, share), errors_of_carter(2, share)
     assert np.log2(first[0] / first[2]) / 2 == pytest.approx(1, abs=0.1)
     assert np.log2(second[0] / second[2]) / 2 == pytest.approx(1.9, abs=0.15)
@@ -358,19 +364,19 @@ def test_forces_converge_to_carter_s_with_their_order(share):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_tractions_and_slip_are_carter_s(order):
-    found, x, dx, exact = carter(160, 0.2, order, 0.5)
-    p, inner = found.p[:, 0, 0], np.abs(x) < 0.95 * WIDTH
+def test_tractions_and_slip_agree_with_carter(order):
+    result, x, dx, exact = carter(160, 0.2, order, 0.5)
+    p, inner = result.p[:, 0, 0], np.abs(x) < 0.95 * WIDTH
     assert np.max(np.abs(p - exact.traction(x))[inner]) < (0.03, 0.015)[order - 1] * p.max()
     behind = inner & (x < exact.stick_start - 4 * dx)
     slip = exact.slip(x)
-    assert np.max(np.abs(found.slip[:, 0, 0] - slip)[behind]) < (0.05, 0.02)[order - 1] * np.nanmax(
+    assert np.max(np.abs(result.slip[:, 0, 0] - slip)[behind]) < (0.05, 0.02)[order - 1] * np.nanmax(
         np.abs(slip)
     )
-    sticks = x[found.stick[:, 0]]
+    sticks = x[result.stick[:, 0]]
     assert sticks.min() == pytest.approx(exact.stick_start, abs=2 * dx)
     assert sticks.max() > WIDTH - 1.2 * dx
-    assert np.max(np.abs(found.p[..., 1])) == 0
+    assert np.max(np.abs(result.p[..., 1])) == 0
 
 
 # ---- an ellipse with all creepages

@@ -38,7 +38,7 @@ def test_three_forces_are_within_what_all_directions_allow(seed):
     assert least * (1 - 3e-3) < attainable_factor(weights, BOUND, targets) <= least * (1 + 1e-9)
 
 
-def test_units_and_the_share_of_the_forces_do_not_matter():
+def test_limit_is_independent_of_units_and_scales_with_forces():
     weights, targets = np.array([ALONG, ACROSS, TURNING]), np.array([20.0, -5.0, 40.0])
     here = attainable_factor(weights, BOUND, targets)
     scales = np.array([1.0, 1.0, 1e-3])
@@ -47,7 +47,7 @@ def test_units_and_the_share_of_the_forces_do_not_matter():
     assert attainable_factor(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
 
 
-def test_no_forces_are_borne_to_infinity_and_nothing_without_bounds():
+def test_limit_is_infinite_without_forces_and_zero_without_bounds():
     assert attainable_factor(np.array([ALONG]), BOUND, np.zeros(1)) == np.inf
     assert attainable_factor(np.array([ALONG]), np.zeros_like(BOUND), np.zeros(1)) == 0
     assert attainable_factor(np.array([ALONG, ACROSS]), np.zeros_like(BOUND), np.array([1.0, 0.0])) == 0

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
+from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
 from geometries.contours import arc, plane
 from geometries.errors import WrongInput
 
 CONTOUR, RADIUS, SPEED = arc(10.0, 1.2, 0.9), 460.0, 3.0
 X, S = np.linspace(-6.0, 5.0, 7), np.linspace(-11.0, 8.0, 9)
 HEIGHT = CONTOUR.position(S)[1] - 0.8 + 0.05 * S  # of another contour, that of the wheel
-ROLLING = Rolling(CONTOUR, RADIUS, X, S, HEIGHT)
+ROLLING = RollingKinematics(CONTOUR, RADIUS, X, S, HEIGHT)
 CASES = [
     Creepages(),
     Creepages(2e-3),
@@ -39,7 +39,7 @@ def of_a_rigid_wheel(creepages, x, s, height):
 
 
 @pytest.mark.parametrize("creepages", CASES, ids=str)
-def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
+def test_rigid_velocity_is_that_of_a_rotating_wheel(creepages):
     expected = np.array(
         [[of_a_rigid_wheel(creepages, x, *at) for at in zip(S, HEIGHT, strict=True)] for x in X]
     )
@@ -48,19 +48,19 @@ def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
 
 
 def test_a_driven_wheel_slips_back_and_a_lateral_creepage_is_a_slip_to_larger_s():
-    crown = Rolling(CONTOUR, RADIUS, np.zeros(1), np.zeros(1), np.zeros(1))
+    crown = RollingKinematics(CONTOUR, RADIUS, np.zeros(1), np.zeros(1), np.zeros(1))
     assert crown.rigid_slip(Creepages(1e-3, 2e-3)).ravel() == pytest.approx([-1e-3, 2e-3])
 
 
 def test_each_creepage_adds_its_own_slip():
-    found = ROLLING.rigid_slip(Creepages())
+    result = ROLLING.rigid_slip(Creepages())
     for name, value in zip(NAMES, (-2e-3, 5e-3, 3e-4), strict=True):
-        found = found + value * ROLLING.per_creepage(name)
-    np.testing.assert_allclose(found, ROLLING.rigid_slip(Creepages(-2e-3, 5e-3, 3e-4)), atol=1e-16)
+        result = result + value * ROLLING.per_creepage(name)
+    np.testing.assert_allclose(result, ROLLING.rigid_slip(Creepages(-2e-3, 5e-3, 3e-4)), atol=1e-16)
 
 
 def test_a_plane_on_a_plane_only_slides_and_turns():
-    flat = Rolling(plane(), np.inf, X, S, 0 * S)
+    flat = RollingKinematics(plane(), np.inf, X, S, 0 * S)
     assert np.all(flat.rigid_velocity(Creepages()) == 0)
     slip = flat.rigid_slip(Creepages(1e-3, 2e-3, 1e-4))
     np.testing.assert_allclose(slip[..., 0], np.broadcast_to(-1e-3 - 1e-4 * S, (7, 9)))

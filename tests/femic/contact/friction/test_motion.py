@@ -13,12 +13,12 @@ U, W, BEFORE = RANDOM.normal(size=(3, 8, 6, 2))
 DX = 0.3
 
 
-def test_a_shift_slips_by_the_shift_and_what_displacements_have_grown():
-    found = Shift(W, before=BEFORE)
-    np.testing.assert_allclose(found.slip_of(U) + found.given, W + U - BEFORE)
+def test_slip_of_a_shift_is_the_shift_plus_the_growth_of_displacements():
+    result = Shift(W, before=BEFORE)
+    np.testing.assert_allclose(result.slip_of(U) + result.given, W + U - BEFORE)
     np.testing.assert_allclose(Shift(W).slip_of(U) + Shift(W).given, W + U)
-    np.testing.assert_array_equal(found.at_elements(U), U)
-    assert found.depth == 0
+    np.testing.assert_array_equal(result.at_elements(U), U)
+    assert result.depth == 0
 
 
 def test_a_vertical_approach_shifts_by_its_component_along_s():
@@ -35,27 +35,27 @@ def test_a_vertical_approach_shifts_by_its_component_along_s():
 @pytest.mark.parametrize("order", [1, 2])
 def test_steady_rolling_takes_displacements_from_the_next_element_ahead(order):
     motion = SteadyRolling(W, dx=DX, order=order)
-    found = motion.slip_of(U) + motion.given
+    result = motion.slip_of(U) + motion.given
     for row, column in np.ndindex(7, 6):
         w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
         expected = w + (U[row, column] - U[row + 1, column]) / DX
-        np.testing.assert_allclose(found[row, column], expected)
+        np.testing.assert_allclose(result[row, column], expected)
     assert motion.depth == (0 if order == 1 else DEPTH)
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_a_step_of_rolling_takes_those_of_the_step_before(order):
+def test_step_of_rolling_takes_displacements_of_the_step_before(order):
     motion = RollingStep(W, dx=DX, order=order, before=BEFORE)
-    found = motion.slip_of(U) + motion.given
+    result = motion.slip_of(U) + motion.given
     for row, column in np.ndindex(7, 6):
         w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
         expected = w + (U[row, column] - BEFORE[row + 1, column]) / DX
-        np.testing.assert_allclose(found[row, column], expected)
+        np.testing.assert_allclose(result[row, column], expected)
     first = RollingStep(W, dx=DX, order=order)
-    np.testing.assert_allclose(found - first.given - first.slip_of(U), -np.r_[BEFORE[1:], BEFORE[-1:]] / DX)
+    np.testing.assert_allclose(result - first.given - first.slip_of(U), -np.r_[BEFORE[1:], BEFORE[-1:]] / DX)
 
 
-def test_with_the_displacements_of_now_a_step_is_steady_rolling():
+def test_step_with_current_displacements_is_steady_rolling():
     step, steady = RollingStep(W, dx=DX, before=U), SteadyRolling(W, dx=DX)
     np.testing.assert_allclose(step.slip_of(U) + step.given, steady.slip_of(U) + steady.given)
 
@@ -90,7 +90,7 @@ def test_slip_has_the_error_of_its_order(order):
     np.testing.assert_allclose(np.log2(coarse / fine), order, atol=0.1)
 
 
-def test_symbols_are_what_slip_makes_of_waves():
+def test_symbols_are_the_factors_of_slip_on_waves():
     """But for the damping, by which waves decay over the grid."""
     angles = np.array([0.3, -1.2, 2.5])
     wave = np.exp(1j * angles * np.arange(8)[:, None])[:, :, None] * np.ones(2)

@@ -66,7 +66,7 @@ def assert_dense(variant, bodies, directions):
 
 @pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
 @pytest.mark.parametrize("variant", sorted(set(VARIANTS) - {"Bhat_prime"}))
-def test_it_is_the_dense_matrix(variant, bodies):
+def test_operator_agrees_with_the_dense_matrix(variant, bodies):
     assert_dense(variant, bodies, (X, S, N))
 
 
@@ -75,12 +75,12 @@ EXCHANGED = ["Bhat+sn:B", "B+xs:A", "mix+nn:A", "Bhat+xn:Bhat_prime_or_A+ss:B"]
 
 @pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
 @pytest.mark.parametrize("variant", EXCHANGED)
-def test_it_is_so_with_exchanged_components(variant, bodies):
+def test_operator_agrees_with_the_dense_matrix_with_exchanged_components(variant, bodies):
     assert_dense(variant, bodies, (X, S, N))
 
 
 @pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
-def test_it_is_so_with_a_component_by_effective_properties(bodies):
+def test_operator_agrees_with_the_dense_matrix_with_an_effective_component(bodies):
     assert_dense("Bhat+sn:Bhat_prime", bodies, (X, S, N))
 
 
@@ -112,7 +112,7 @@ def test_new_forms_of_effective_properties_have_operators(variant, bodies, monke
 
 
 @pytest.mark.parametrize("n_x", [1, 2, 5])
-def test_a_form_that_is_not_symmetric_in_x_has_no_operator_on_more_than_one_row(n_x, monkeypatch):
+def test_form_that_is_not_symmetric_in_x_is_refused_beyond_one_row(n_x, monkeypatch):
     register(monkeypatch)
     grid = Grid(n_x, 3, 0.4, 0.9)
     if n_x == 1:
@@ -141,7 +141,7 @@ def test_half_spaces_have_the_operator_of_a(bodies):
 @pytest.mark.parametrize("directions", [(X, S, N), (N,), (N, X)])
 @pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
 @pytest.mark.parametrize("variant", ["A", "B", "Bbar", "Bhat", "mix"])
-def test_it_is_the_same_dense_between_strips(variant, bodies, directions):
+def test_operator_is_the_same_dense_between_strips(variant, bodies, directions):
     fast = approximate_operator(variant, bodies, GRID, directions, upper_offset=0.3)
     of_strips = GridOperator.of_convolution(fast)
     p = TRACTIONS[..., directions]
@@ -151,13 +151,13 @@ def test_it_is_the_same_dense_between_strips(variant, bodies, directions):
 
 @pytest.mark.parametrize("directions", [(N,), (X, S), (S, N), (N, X)])
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat", "mix"])
-def test_it_is_so_in_some_directions_in_any_order(variant, directions):
+def test_restricted_operator_agrees_in_any_order_of_directions(variant, directions):
     assert_dense(variant, pair(), directions)
 
 
 @pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
 @pytest.mark.parametrize("variant", ["Bhat_prime", "mix"])
-def test_it_is_so_with_effective_properties(variant, bodies):
+def test_operator_agrees_with_the_dense_matrix_with_effective_properties(variant, bodies):
     assert_dense(variant, bodies, (X, S, N))
 
 
@@ -220,7 +220,7 @@ def test_coarsened_a_is_the_mean_over_four_elements(grid):
 
 
 @pytest.mark.parametrize("variant", ["B", "Bbar", "Bhat", "mix"])
-def test_coarsened_others_are_so_to_second_order_in_the_width_of_strips(variant):
+def test_coarsened_approximations_are_means_to_second_order_in_the_strip_width(variant):
     """Factors are averaged; on an arc, because at the end of an arc the curvature jumps."""
     bodies = pair((BRASS, arc(5.5, 1.2, 1.2)), (STEEL, arc(5.0, 1.2, 1.2)))
     defects = [coarsening_defect(variant, bodies, Grid(n, 2 * n, 3.2 / n, 8.0 / n)) for n in (8, 16, 32)]
@@ -244,7 +244,7 @@ def test_the_curvature_of_a_wheel_along_x_changes_nn_by_the_angle_times_its_coup
     assert np.max(change[1:] / bound[1:]) > 0.4
 
 
-def test_and_without_coupling_on_a_straight_contour_by_less_than_its_square():
+def test_curvature_without_coupling_changes_nn_by_less_than_the_square_of_the_angle():
     wheel = Solid(Material(1.0, 0.5), Surface(UPPER, plane(), 40.0))
     rail = Solid(Material(3.0, 0.5), Surface(LOWER, plane()))
     grid = Grid(12, 5, 0.8, 0.5)

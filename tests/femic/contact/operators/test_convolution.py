@@ -19,7 +19,7 @@ def test_merged_kernels_are_means_over_pairs_of_sums_over_pairs():
     np.testing.assert_allclose(merged(kernel[None], 1)[0], expected)
 
 
-def test_its_kernel_is_that_of_the_half_space():
+def test_kernel_is_that_of_the_half_space():
     """Lags along x and s, dx != ds."""
     operator = flat(4, 3, 2.0)
     ((places, kernel),) = operator.kernels.items()

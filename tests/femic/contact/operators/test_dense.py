@@ -28,22 +28,22 @@ def whole_matrix(variant, grid=GRID):
 
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
-def test_it_is_the_dense_matrix(variant):
+def test_operator_agrees_with_the_dense_matrix(variant):
     tractions = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, 3))
     u = GridOperator.of(matrix(variant, RAIL, GRID))(tractions)
     np.testing.assert_allclose(u.ravel(), whole_matrix(variant) @ tractions.ravel(), rtol=1e-12, atol=1e-18)
 
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
-def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
+def test_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
     whole = whole_matrix(variant)
     exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
-    found = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
-    assert found == pytest.approx(exact, rel=0.03)
+    result = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
+    assert result == pytest.approx(exact, rel=0.03)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
-def test_so_it_is_of_a_long_grid_of_which_some_frequencies_precondition_the_search(share):
+def test_smallest_eigenvalue_of_a_long_grid_is_found_with_some_frequencies(share):
     """A rigid compliance of this share of the element's own IC is subtracted: no other search follows."""
     grid = Grid(40, 3, 0.4, 0.3)
     ics, whole = matrix("Bhat", RAIL, grid), whole_matrix("Bhat", grid)
@@ -55,7 +55,7 @@ def test_so_it_is_of_a_long_grid_of_which_some_frequencies_precondition_the_sear
     assert GridOperator.of(ics).smallest_eigenvalue() == pytest.approx(exact, abs=0.03 * least)
 
 
-def test_frequencies_that_are_left_out_are_nearest_to_the_right_ones():
+def test_omitted_frequencies_use_the_nearest_chosen_ones():
     chosen, nearest = dense._frequencies(20)
     np.testing.assert_array_equal(chosen, [0, 1, 2, 3, 4, 5, 6, 12, 18, 19])
     np.testing.assert_array_equal(chosen[nearest], [0, 1, 2, 3, 4, 5, *[6] * 4, *[12] * 6, *[18] * 3, 19])
@@ -71,7 +71,7 @@ def test_single_precision_changes_by_1e_7_of_the_largest():
 
 @pytest.mark.parametrize("iterations", [1, 100])
 @pytest.mark.parametrize("share", [0.0, 0.3, 3.0])
-def test_so_it_is_where_a_rigid_compliance_is_subtracted_and_where_the_search_does_not_end(
+def test_smallest_eigenvalue_is_found_with_a_rigid_compliance_subtracted_or_an_endless_search(
     monkeypatch, share, iterations
 ):
     """Such matrices are not definite. A search that is stopped is followed by another one."""
@@ -93,17 +93,17 @@ def test_the_reciprocity_defect_is_that_of_the_dense_matrix(variant, reciprocal)
     for i, j in np.ndindex(3, 3):
         sizes = np.max(np.abs(whole[i::3, j::3])), np.max(np.abs(whole[j::3, i::3]))
         exact["xsn"[i] + "xsn"[j]] = np.max(np.abs(whole - whole.T)[i::3, j::3]) / max(sizes)
-    found = reciprocity_defects(matrix(variant, RAIL, GRID)).max(axis=(0, 1))
-    assert found.ravel() == pytest.approx(list(exact.values()), rel=1e-9, abs=1e-12)
-    assert (found.max() < 1e-12) == reciprocal
+    result = reciprocity_defects(matrix(variant, RAIL, GRID)).max(axis=(0, 1))
+    assert result.ravel() == pytest.approx(list(exact.values()), rel=1e-9, abs=1e-12)
+    assert (result.max() < 1e-12) == reciprocal
     worst = Asymmetry.of(matrix(variant, RAIL, GRID))
-    assert worst.share == found.max()
+    assert worst.share == result.max()
     if not reciprocal:
         assert exact[worst.component] == max(exact.values())
 
 
 @pytest.mark.parametrize("directions", [(2,), (0,), (1, 2), (2, 0), (0, 1)])
-def test_in_some_directions_it_is_that_part_of_the_matrix(directions):
+def test_restricted_operator_is_the_part_of_the_matrix(directions):
     tractions = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, len(directions)))
     part = np.ix_(directions, directions)
     operator = GridOperator.of(matrix("B", RAIL, GRID)[..., part[0], part[1]], directions)
@@ -115,7 +115,7 @@ def test_in_some_directions_it_is_that_part_of_the_matrix(directions):
 
 
 @pytest.mark.parametrize("directions", [(0, 1, 2), (2,), (0, 2)])
-def test_coarsened_is_the_mean_over_four_elements(directions):
+def test_coarsened_operator_is_the_mean_over_four_elements(directions):
     grid, coarse = Grid(6, 8, 0.4, 0.3), (3, 4)
     part = np.ix_(directions, directions)
     operator = GridOperator.of(matrix("B", RAIL, grid)[..., part[0], part[1]], directions)

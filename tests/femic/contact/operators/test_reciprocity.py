@@ -38,28 +38,28 @@ def with_defects(*, joint, elsewhere):
 
 
 def test_the_worst_pair_and_the_worst_without_joints():
-    found = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
+    result = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
     xs, sn = size_of("xs"), size_of("sn")
-    assert found.worst == pytest.approx(0.01 / xs)
-    assert found.component == "xs"
-    assert sorted(found.strips) == [1, 4]
-    assert found.at_joints == (0, 4)
-    assert found.elsewhere == pytest.approx(0.002 / sn)
-    assert reciprocity_text(found, GRID) == (
+    assert result.worst == pytest.approx(0.01 / xs)
+    assert result.component == "xs"
+    assert sorted(result.strips) == [1, 4]
+    assert result.at_joints == (0, 4)
+    assert result.elsewhere == pytest.approx(0.002 / sn)
+    assert reciprocity_text(result, GRID) == (
         f"{0.01 / xs:.1e} of xs (strips 1 and 4, s = -0.5, 0.7 mm); joints in strips 0, 4; "
         f"{0.002 / sn:.1e} without these"
     )
 
 
-def test_a_small_component_is_judged_by_its_own_size():
+def test_defects_of_small_components_are_relative_to_their_own_size():
     """The same defect, in the component that is a hundred times smaller than the others."""
     small = np.ones((3, 3))
     small[1, 2] = small[2, 1] = 0.01
     ics = with_defects(joint=0.01, elsewhere=0.0) * small
     ics[1, 3, 2, 1, 2] += 0.002
-    found = reciprocity(ics, JOINTED, GRID)
-    assert (found.component, sorted(found.strips)) == ("sn", [2, 3])
-    assert found.worst == pytest.approx(0.2 / size_of("sn"))
+    result = reciprocity(ics, JOINTED, GRID)
+    assert (result.component, sorted(result.strips)) == ("sn", [2, 3])
+    assert result.worst == pytest.approx(0.2 / size_of("sn"))
 
 
 def test_a_component_that_is_zero_has_no_defect():
@@ -69,11 +69,11 @@ def test_a_component_that_is_zero_has_no_defect():
     assert reciprocity(ics, JOINTED, GRID).component == "xs"
 
 
-def test_without_joints_there_is_one_number():
-    found = reciprocity(with_defects(joint=0.001, elsewhere=0.02), plane(), GRID)
-    assert (sorted(found.strips), found.at_joints) == ([2, 3], ())
-    assert found.worst == found.elsewhere == pytest.approx(0.02 / size_of("sn"))
-    assert reciprocity_text(found, GRID) == f"{found.worst:.1e} of sn (strips 2 and 3, s = -0.1, 0.3 mm)"
+def test_contour_without_joints_has_equal_worst_and_elsewhere():
+    result = reciprocity(with_defects(joint=0.001, elsewhere=0.02), plane(), GRID)
+    assert (sorted(result.strips), result.at_joints) == ([2, 3], ())
+    assert result.worst == result.elsewhere == pytest.approx(0.02 / size_of("sn"))
+    assert reciprocity_text(result, GRID) == f"{result.worst:.1e} of sn (strips 2 and 3, s = -0.1, 0.3 mm)"
 
 
 def test_a_joint_on_an_edge_belongs_to_both_strips():
@@ -81,13 +81,13 @@ def test_a_joint_on_an_edge_belongs_to_both_strips():
     assert on_edge.at_joints == (1, 4, 5)
 
 
-def test_a_grid_of_joints_only_has_no_elsewhere():
+def test_grid_of_joints_only_has_no_defect_elsewhere():
     grid = Grid(4, 2, 0.5, 0.4)
-    found = reciprocity(reciprocal_matrix()[:, :2, :2], arc(2.0, 0.1, 0.1), grid)
-    assert (found.at_joints, found.elsewhere) == ((0, 1), None)
-    assert "without" not in reciprocity_text(found, grid)
+    result = reciprocity(reciprocal_matrix()[:, :2, :2], arc(2.0, 0.1, 0.1), grid)
+    assert (result.at_joints, result.elsewhere) == ((0, 1), None)
+    assert "without" not in reciprocity_text(result, grid)
 
 
-def test_it_can_be_written_into_a_file():
-    found = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
-    assert json.loads(json.dumps(asdict(found)))["at_joints"] == [0, 4]
+def test_reciprocity_can_be_written_to_a_file():
+    result = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
+    assert json.loads(json.dumps(asdict(result)))["at_joints"] == [0, 4]

@@ -22,7 +22,7 @@ def flat(n_x, n_s, aspect=1.0):
 
 @pytest.mark.parametrize("aspect", [0.05, 0.3, 1.0, 4.0, 20.0])
 @pytest.mark.parametrize("sizes", [(1, 1), (1, 8), (2, 2), (5, 3), (16, 16), (17, 40), (64, 9), (101, 100)])
-def test_it_is_positive_at_all_frequencies(sizes, aspect):
+def test_inverse_is_positive_at_all_frequencies(sizes, aspect):
     inverse = flat(*sizes, aspect).ring_inverse.inverse[..., 0, 0]
     assert np.min(inverse.real) > 0
     assert np.max(np.abs(inverse.imag)) < 1e-6 * np.max(inverse.real)
@@ -30,7 +30,7 @@ def test_it_is_positive_at_all_frequencies(sizes, aspect):
 
 @pytest.mark.parametrize("directions", [(N,), (X, S), (X, S, N)])
 @pytest.mark.parametrize("sizes", [(6, 10), (7, 5)])
-def test_it_inverts_what_the_operator_does_on_its_grid(sizes, directions):
+def test_inverse_undoes_the_operator_on_its_grid(sizes, directions):
     """On the ring displacements of tractions on the grid are the operator's there, and lead back to them."""
     operator = half_space_operator(BODIES, Grid(*sizes, 0.21, 0.3), directions)
     ring, m = operator.ring_inverse, len(directions)
@@ -56,7 +56,7 @@ def test_waves_along_x_are_multiplied_by_their_symbol():
     )
 
 
-def test_it_is_symmetric_and_positive_on_the_grid_as_a_preconditioner_must_be():
+def test_inverse_is_symmetric_and_positive_on_the_grid():
     operator = flat(5, 7, 0.4)
     inverse = np.stack([operator.ring_inverse(unit.reshape(5, 7, 1)).ravel() for unit in np.eye(35)])
     np.testing.assert_allclose(inverse, inverse.T, atol=1e-12 * np.max(inverse))
@@ -64,7 +64,7 @@ def test_it_is_symmetric_and_positive_on_the_grid_as_a_preconditioner_must_be():
 
 
 @pytest.mark.parametrize("aspect", [0.05, 1.0, 20.0])
-def test_it_is_near_the_inverse(aspect):
+def test_ring_inverse_is_near_the_exact_inverse(aspect):
     """Conditions of 2 to 5 for any number of elements, where those of the operator grow with it."""
     conditions = []
     for sizes in ((6, 8), (12, 16)):

@@ -59,17 +59,17 @@ def test_a_wheel_spun_about_its_axle_does_not_slip_by_its_displacements():
 def test_other_directions_and_prismatic_bodies_stay():
     ics, grid = moved(12, raised)
     ics += np.random.default_rng(0).normal(size=ics.shape)
-    kept = ics.copy()
-    found = rolled(ics, WHEEL, grid)
-    np.testing.assert_array_equal(ics, kept)
-    np.testing.assert_array_equal(found[..., (S, N), :], ics[..., (S, N), :])
-    np.testing.assert_array_equal(found[0], ics[0])
-    assert np.max(np.abs(found - ics)) > 0.01
+    unchanged = ics.copy()
+    result = rolled(ics, WHEEL, grid)
+    np.testing.assert_array_equal(ics, unchanged)
+    np.testing.assert_array_equal(result[..., (S, N), :], ics[..., (S, N), :])
+    np.testing.assert_array_equal(result[0], ics[0])
+    assert np.max(np.abs(result - ics)) > 0.01
     for surface in (Surface(UPPER, arc(10.2, 1.2, 1.2)), Surface(LOWER, arc(10.0, 1.2, 1.2))):
         np.testing.assert_array_equal(rolled(ics, surface, grid), ics)
 
 
-def test_what_is_lost_is_the_height_over_the_radius_of_its_own_circle():
+def test_slip_by_height_is_over_the_radius_of_its_own_circle():
     """Of a height that grows in proportion to x, at the observer's place: x^2 / 2 over R."""
     grid = Grid(30, 4, 0.4, 1.5, 2.0)
     delta = WHEEL.contour.inclination(grid.strips)

@@ -2,11 +2,16 @@
 
 import numpy as np
 
+from approx.pair import Pair, Solid
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import numbers
-from femic.contact.specification import ContactProblem, ContactSpecification
+from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.tuned import FAR_RADIUS
+from femic.reference.job import Settings
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
+from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
 
@@ -14,18 +19,30 @@ RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0  # mm: arcs of rail and wheel, rollin
 FLANKS = 60.0  # deg
 SMALL = 2.0  # N: a patch of a degree in all, b / R = 0.006
 DOMAIN = Domain(1280.0, 320.0)
+SETTINGS = Settings(HARMONIC)
 
 
 def problem(upper_radius=WHEEL, inclination=FLANKS, grid=None, **keys):
     """A softer wheel of revolution on a rail, arcs, with the keys of a specification; on a grid, if given."""
     lower, upper = (arc(radius, *[np.radians(inclination)] * 2) for radius in (RADIUS, upper_radius))
-    bodies = (
-        Body(LOWER, lower, Material(210e3, 0.3), DOMAIN),
-        Body(UPPER, upper, Material(100e3, 0.25), DOMAIN, ROLLING),
-    )
+    bodies = {
+        "lower": Body(LOWER, lower, Material(210e3, 0.3), DOMAIN),
+        "upper": Body(UPPER, upper, Material(100e3, 0.25), DOMAIN, ROLLING),
+    }
+    solids = (Solid(bodies[name].material, bodies[name].surface) for name in ("upper", "lower"))
     on_grid = {} if grid is None else {"grid": "scene"}
     specification = ContactSpecification(**{"ics": ("A", "Bhat")} | on_grid | keys)
-    return ContactProblem.of(*bodies, specification, **{} if grid is None else {"grid": grid})
+    return ContactProblem(
+        "contact",
+        bodies,
+        Pair(*solids),
+        specification,
+        grid or Grid(64, 32, 0.2, 0.2),
+        SETTINGS,
+        "approach",
+        FAR_RADIUS,
+        SETTINGS.approach_side * APPROACH_SHARE,
+    )
 
 
 def solved(of, ics="Bhat"):

@@ -31,14 +31,14 @@ def hertz(of=None):
     return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
 
 
-def test_curvatures_are_those_where_bodies_touch_however_far_they_reach():
+def test_curvatures_are_taken_at_first_contact_for_any_length_of_contours():
     """Also beyond the wheel, as with a unit of length of a kilometre."""
     ellipse = first_touch.hertz(sizing_of(replace(problem(), reference_length=1e6)).bodies, Loading(SMALL))
     expected = hertz().at_load(SMALL)
     assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
 
 
-def test_grids_fit_the_contact_on_them():
+def test_grids_fit_their_contacts():
     of = problem(10.2, loads=(5e2, 5e3))
     ((grid, cases),) = sizing_of(of).grids([Loading(load) for load in of.specification.loads])
     assert [case.load for case in cases] == [5e2, 5e3]
@@ -56,7 +56,7 @@ def test_loads_that_are_decades_apart_have_grids_of_their_own():
     assert max(grid.n_s for grid, _ in grids) <= MOST_STRIPS
 
 
-def test_sizes_grow_as_hertz_says_over_ten_decades():
+def test_sizes_grow_like_hertz_over_ten_decades():
     of = problem()
     for load in (1e-8, 1e-4, 1e0):
         size, expected = contact_size(sizing_of(of).bodies, Loading(load)), hertz(of).at_load(load)
@@ -80,7 +80,7 @@ def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy(
         contact_size(sizing_of(of).bodies, Loading(5e4))
 
 
-def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
+def test_grid_grows_where_c_needs_it(monkeypatch):
     """Of ICs that stand for C and are eight times those of B-hat."""
 
     def much_softer(of, on_grid, _):
@@ -99,12 +99,12 @@ def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
         solve_frictionless(problem(10.2, loads=(5e3,), ics=("C",), grid=first))
 
 
-def test_the_problem_may_give_the_grid():
+def test_given_grid_is_used():
     of = problem(loads=(SMALL,), grid=Grid(32, 32, 0.03, 0.01))
     assert {contact.on_grid.grid for contact in solve_frictionless(of).contacts.values()} == {of.grid}
 
 
-def test_grids_on_which_nothing_fits_are_given_up():
+def test_search_for_a_grid_ends_with_a_failure():
     """Of a solver that is never content along x, where no contour ends."""
     sizing = sizing_of(problem(loads=(SMALL,)))
 

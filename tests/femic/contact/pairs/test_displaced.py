@@ -29,29 +29,29 @@ def path_of(friction, of=SCENE, grid=GRID):
     return Continuation.of(pair, pair.frictional(approximation(pair.on_grid, "Bhat"), friction), "a path")
 
 
-def test_without_friction_it_is_the_contact_with_the_exact_distance():
+def test_zero_friction_gives_the_contact_with_the_exact_distance():
     """Pressures and approach, by the fixed point of contacts that know nothing of tangential tractions."""
     along = path_of(0.0)
     linear = along.solve(0.0, None)
-    found, on_grid = displaced(along, linear).contact, along.pair.on_grid
+    result, on_grid = displaced(along, linear).contact, along.pair.on_grid
     exact = on_grid.solve_in_place(on_grid.operator("Bhat"), Loading(LOAD), exact=True)
-    assert found.approach == pytest.approx(exact.approach, rel=1e-5)
-    np.testing.assert_allclose(found.p[..., 2], exact.p, atol=1e-4 * exact.p.max())
-    assert abs(np.max(found.p) / np.max(linear.contact.p) - 1) > 1e-3
+    assert result.approach == pytest.approx(exact.approach, rel=1e-5)
+    np.testing.assert_allclose(result.p[..., 2], exact.p, atol=1e-4 * exact.p.max())
+    assert abs(np.max(result.p) / np.max(linear.contact.p) - 1) > 1e-3
 
 
-def test_the_distance_is_that_at_its_own_approach():
+def test_distance_is_evaluated_at_the_contacts_own_approach():
     along = path_of(0.3)
-    on_grid, found = along.pair.on_grid, displaced(along, along.solve(0.0, None))
-    approach = found.contact.approach
+    on_grid, result = along.pair.on_grid, displaced(along, along.solve(0.0, None))
+    approach = result.contact.approach
     distance = on_grid.distance_at(approach) + approach * on_grid.cosine
     problem = replace(along.problem, problem=replace(along.problem.problem, distance=distance))
-    again = problem.contact(found.creepages, Loading(LOAD))
+    again = problem.contact(result.creepages, Loading(LOAD))
     assert again.contact.approach == pytest.approx(approach, rel=1e-4)
-    assert again.contact.force == pytest.approx(found.contact.force, abs=1e-4 * 0.3 * LOAD)
+    assert again.contact.force == pytest.approx(result.contact.force, abs=1e-4 * 0.3 * LOAD)
 
 
-def test_on_a_plane_nothing_changes():
+def test_displacement_on_a_plane_changes_nothing():
     """The distance of a plane and a paraboloid is linear in the approach, to the square of slopes."""
     of = load_scene(
         "flat",
@@ -65,12 +65,12 @@ def test_on_a_plane_nothing_changes():
     np.testing.assert_allclose(moved, on_grid.distance, atol=1e-12)
 
 
-def test_the_file_has_what_it_changes():
+def test_file_holds_the_changes_by_displacement():
     dataset = compute_with_friction(SCENE).isel(friction=0, ics=0)
     along = path_of(0.3, grid=Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    found = displaced(along, along.solve(0.0, None)).contact
+    result = displaced(along, along.solve(0.0, None)).contact
     assert float(dataset.displaced_xi) == 0.0
-    assert float(dataset.displaced_F_x) == pytest.approx(found.force[0], abs=1e-4 * 0.3 * LOAD)
+    assert float(dataset.displaced_F_x) == pytest.approx(result.force[0], abs=1e-4 * 0.3 * LOAD)
     changed = float(dataset.displaced_F_x - dataset.F_x.sel(xi=0.0))
     moved = float(dataset.displaced_zero_creepage - dataset.zero_creepage)
     assert moved == pytest.approx(-changed / float(dataset.slope), rel=1e-3)

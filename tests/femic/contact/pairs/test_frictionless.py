@@ -34,7 +34,7 @@ def hertz(of=None):
     return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
 
 
-def test_small_contacts_are_those_of_hertz():
+def test_small_contacts_agree_with_hertz():
     numbers, errors = solved(problem(loads=(SMALL,), elements=40))
     expected = hertz().at_load(SMALL)
     exact = {
@@ -50,7 +50,7 @@ def test_small_contacts_are_those_of_hertz():
         assert errors[name] < 0.03 * value
 
 
-def test_estimates_cover_what_twice_as_many_elements_change():
+def test_estimates_cover_the_change_by_twice_as_many_elements():
     (coarse, errors), (fine, _) = (solved(problem(10.2, loads=(3e3,), elements=n)) for n in (16, 32))
     for name in ("a", "b", "p_max", "approach", "angle"):
         assert abs(coarse[name] - fine[name]) <= errors[name], name
@@ -62,7 +62,7 @@ def test_contacts_at_the_approach_that_a_load_causes_carry_this_load():
     assert numbers["load"] == pytest.approx(2e3, rel=2e-3)  # on another grid
 
 
-def test_conforming_contact_is_wider_and_softer_than_half_spaces_say():
+def test_conforming_contact_is_wider_and_softer_than_on_half_spaces():
     """B-hat turns loads away from the normals of distant elements: less displacement there than A has."""
     of = problem(10.2, loads=(2e4,))
     a, bhat = (solved(of, name)[0] for name in ("A", "Bhat"))
@@ -85,23 +85,23 @@ def test_problems_with_the_exact_distance_are_solved_with_it():
     assert exact.displaced is None
 
 
-def test_ics_that_are_given_are_solved_on_their_grid_and_known_to_their_error():
+def test_given_ics_are_solved_on_their_grid_with_their_errors():
     """The matrix of B-hat, and twice that: softer by what the estimate says."""
     grid = Grid(32, 40, 0.5, 0.3)
     of = problem(10.2, loads=(3e3,), ics=("Bhat", "own", "softer"))
     nn = matrix("Bhat", of.pair, grid)[..., N, N]
     given = {"own": GivenICs(grid, nn, nn), "softer": GivenICs(grid, 2 * nn)}
-    found = {ics: contact for (_, ics), contact in solve_frictionless(of, given=given).contacts.items()}
-    assert {contact.on_grid.grid for contact in found.values()} == {grid}
-    np.testing.assert_allclose(found["own"].normal.p, found["Bhat"].normal.p, atol=1e-3 * 3e3)
-    np.testing.assert_array_equal(found["own"].perturbed.normal.p, found["softer"].normal.p)
-    assert found["own"].displaced is not None  # it is the reference
+    result = {ics: contact for (_, ics), contact in solve_frictionless(of, given=given).contacts.items()}
+    assert {contact.on_grid.grid for contact in result.values()} == {grid}
+    np.testing.assert_allclose(result["own"].normal.p, result["Bhat"].normal.p, atol=1e-3 * 3e3)
+    np.testing.assert_array_equal(result["own"].perturbed.normal.p, result["softer"].normal.p)
+    assert result["own"].displaced is not None  # it is the reference
     other = {"own": given["own"], "softer": GivenICs(replace(grid, s=0.1), nn)}
     with pytest.raises(WrongInput, match=r"own, softer have different grids: name one"):
         solve_frictionless(of, given=other)
 
 
-def test_the_estimate_of_c_is_added_to_what_elements_change(monkeypatch):
+def test_estimate_of_c_is_added_to_the_estimate_by_elements(monkeypatch):
     """Not the larger of both: ICs larger by 4 % change the approach by 2.4 % or more, and p_max."""
 
     def known(of, on_grid, _):
@@ -137,7 +137,7 @@ def test_a_constant_extra_gap_is_closed_by_the_approach():
 
 
 @pytest.mark.parametrize(("slopes", "along"), [((0.0, 4e-4), 1), ((1e-4, 0.0), 0), ((-5e-5, 3e-4), None)])
-def test_a_gap_that_rises_along_one_way_moves_the_contact_the_other_way(slopes, along):
+def test_rising_gap_moves_the_contact_the_other_way(slopes, along):
     """Of parabolas of curvature c the least of c t^2 / 2 + g t is at -g / c."""
     rising = [(x, s, slopes[0] * x + slopes[1] * s) for x, s in CORNERS]
     contact = with_gap(rising)
@@ -159,7 +159,7 @@ def test_a_hollow_in_the_middle_leaves_two_patches():
 
 
 @pytest.mark.parametrize("columns", [2, 3])
-def test_a_gap_across_is_one_at_all_x(columns):
+def test_profile_gap_is_the_same_at_all_x(columns):
     """A profile that was measured at one x, the natural case: as if it were given far away on both sides."""
     s = np.linspace(-9.0, 9.0, 7)
     profile, far = np.column_stack([s, 1e-4 * s**2]), 50.0
@@ -189,7 +189,7 @@ def sideways(**keys):
     return solved(problem(10.3, loads=(2e4,), elements=12, ics=("Bhat",), **keys))
 
 
-def test_a_mirrored_contact_has_mirrored_forces_and_the_estimates_cover_what_is_left():
+def test_mirrored_contact_has_mirrored_forces_within_the_estimates():
     (right, _), (left, _) = sideways(shift=0.04), sideways(shift=-0.04)
     assert right["F_y"] < -0.03 * right["load"]
     for name in ("F_y", "M_x", "s_centre", "position"):
@@ -198,16 +198,16 @@ def test_a_mirrored_contact_has_mirrored_forces_and_the_estimates_cover_what_is_
     assert left["p_max"] == pytest.approx(right["p_max"], rel=1e-4)
 
 
-def test_the_position_follows_a_lateral_force_wherever_it_is_sought_from():
+def test_position_at_a_lateral_force_is_independent_of_the_start():
     """The force that a shift gives puts the body there, to the pairing of strips, from there and from 0."""
     shifted, _ = sideways(shift=0.04)
     for start in (0.0, 0.04):
-        found, errors = sideways(shift=start, lateral_force=shifted["F_y"])
-        assert found["F_y"] == pytest.approx(shifted["F_y"], rel=1e-6)
-        assert found["position"] == pytest.approx(0.04, rel=2e-2)
-        assert found["p_max"] == pytest.approx(shifted["p_max"], rel=2e-3)
+        result, errors = sideways(shift=start, lateral_force=shifted["F_y"])
+        assert result["F_y"] == pytest.approx(shifted["F_y"], rel=1e-6)
+        assert result["position"] == pytest.approx(0.04, rel=2e-2)
+        assert result["p_max"] == pytest.approx(shifted["p_max"], rel=2e-3)
         assert 0 < errors["position"] < 0.1 * 0.04
 
 
-def test_without_a_lateral_force_a_shifted_body_slides_back():
+def test_shifted_body_returns_without_a_lateral_force():
     assert sideways(shift=0.04, lateral_force=0.0)[0]["position"] == pytest.approx(0.0, abs=1e-4)

@@ -35,11 +35,11 @@ def test_operators_act_as_the_ics_and_as_the_ics_with_their_errors(full):
         np.testing.assert_allclose(operator(tractions)[2, 1], ics[0, 1, 1] @ [1, 2, 3], rtol=1e-12)
 
 
-def test_without_errors_there_is_nothing_to_add(full):
+def test_ics_without_errors_have_no_perturbed_operator(full):
     assert GivenICs(GRID, full.ics).perturbed is None
 
 
-def test_friction_needs_all_directions(full):
+def test_ics_of_nn_alone_are_refused_with_friction(full):
     nn = GivenICs(GRID, full.ics[..., 2, 2])
     for name in ("operator", "perturbed"):
         with pytest.raises(WrongInput, match=r"ICs of shape \(6, 5, 5\): .*\(n_x, n_s, n_s, 3, 3\)"):

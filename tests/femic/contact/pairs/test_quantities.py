@@ -13,7 +13,7 @@ from geometries.grids import Grid
 from tests.femic.contact.pairs.problems import problem
 
 
-def test_the_moment_is_that_of_all_tractions_on_inclined_places():
+def test_moment_includes_all_tractions_on_inclined_elements():
     """By cross products of places and forces, of pressures too, element by element."""
     on_grid = pair_on_grid(problem(10.3, shift=0.1), Grid(4, 5, 0.7, 0.9, 1.3))
     p = np.random.default_rng(2).normal(size=(4, 5, 3))
@@ -34,7 +34,7 @@ def test_the_moment_is_that_of_all_tractions_on_inclined_places():
     )
 
 
-def test_the_main_patch_is_the_one_that_carries_most():
+def test_main_patch_carries_the_largest_load():
     """Not the largest, and not the first."""
     p, gap = np.zeros((12, 20)), np.ones((12, 20))
     p[4:8, 3:9], p[5:7, 12:15] = 1.0, 50.0

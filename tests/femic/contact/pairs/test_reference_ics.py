@@ -29,27 +29,27 @@ from geometries.patches import N
 from tests.femic.contact.pairs.problems import problem
 
 
-def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
+def test_c_of_the_upper_body_lies_opposite_the_lower_strips(monkeypatch):
     """Where the wheel is moved aside, both strips of a pair have the same y."""
     of = problem(12.0, shift=0.7)
     grid = Grid(8, 6, 0.2, 0.2, undeformed_of(of).touching[0])
-    asked = {}
+    submitted = {}
 
     def recorded(jobs, *_, **__):
-        asked.update(jobs)
+        submitted.update(jobs)
         raise InterruptedError
 
     monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", recorded)
     with pytest.raises(InterruptedError):
         normal_reference_ics(of, pair_on_grid(of, grid), RunOptions())
-    middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in asked.items()}
+    middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in submitted.items()}
     assert middle["upper"] + 0.7 == pytest.approx(middle["lower"], abs=1e-6)
-    assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
-    assert asked["upper"].grid.n_s == asked["lower"].grid.n_s == 6
-    assert {job.components for job in asked.values()} == {("nn",)}  # and no loads of other directions
+    assert abs(submitted["upper"].grid.s - submitted["lower"].grid.s) > 0.5
+    assert submitted["upper"].grid.n_s == submitted["lower"].grid.n_s == 6
+    assert {job.components for job in submitted.values()} == {("nn",)}  # and no loads of other directions
 
 
-def test_a_rigid_give_along_z_changes_the_approach_alone():
+def test_rigid_compliance_along_z_changes_the_approach_alone():
     """As the discount's M_zz does: by itself times the load; also where ICs are not positive with it."""
     of = problem(10.2, loads=(2e3,))
     ((grid, (case,)),) = sizing_of(of).grids([Loading(2e3)])
@@ -72,7 +72,7 @@ def without_a_turn(on_grid, nn):
     return nn - 5e-5 * on_grid.grid.area * np.outer(turn, turn)
 
 
-def test_c_that_is_not_positive_for_the_pressures_of_a_contact_is_refused_before_it_is_solved():
+def test_c_that_is_not_positive_for_the_pressures_is_refused_before_the_solution():
     """Symmetric contact has no antisymmetric pressures, which alone do negative work here."""
     of = problem(10.2, loads=(2e3,))
     ((grid, _),) = sizing_of(of).grids([Loading(2e3)])
@@ -97,8 +97,8 @@ def test_symmetric_pressures_have_the_eigenvalues_of_symmetric_eigenvectors(n_s)
     whole = half @ half.T + (half @ half.T)[::-1, ::-1]
     values, vectors = np.linalg.eigh(whole)
     even = [v for v, w in zip(values, vectors.T, strict=True) if np.allclose(w, w[::-1], atol=1e-8)]
-    found = smallest_eigenvalue(whole[None], np.zeros((0, n_s)), symmetric=True)
-    assert found == pytest.approx(min(even) / whole.diagonal().min(), rel=1e-2, abs=0.04)
+    result = smallest_eigenvalue(whole[None], np.zeros((0, n_s)), symmetric=True)
+    assert result == pytest.approx(min(even) / whole.diagonal().min(), rel=1e-2, abs=0.04)
 
 
 def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
@@ -143,7 +143,7 @@ def test_the_form_of_an_operator_does_not_matter(variant, monkeypatch):
     np.testing.assert_allclose(approximation(on_grid, variant)(p), first, atol=1e-14 * np.max(np.abs(first)))
 
 
-def test_only_a_rolling_wheel_is_seen_as_rolling():
+def test_only_rolling_wheels_get_the_ics_of_rolling():
     of = problem(10.3)
     grid = Grid(6, 4, 0.2, 0.2)
     on_grid = pair_on_grid(of, grid)
@@ -166,13 +166,13 @@ def test_c_of_planes_moves_as_half_spaces_do():
     p = np.random.default_rng(0).random((6, 4, 3))
     p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
     expected = approximation(on_grid, "A")(p)
-    found = c.operator(p)
-    found -= (found - expected).mean(axis=(0, 1))
-    np.testing.assert_allclose(found, expected, atol=0.1 * np.max(np.abs(expected)))
+    result = c.operator(p)
+    result -= (result - expected).mean(axis=(0, 1))
+    np.testing.assert_allclose(result, expected, atol=0.1 * np.max(np.abs(expected)))
     assert 0 < c.estimate < 0.2
 
 
-def test_ics_that_are_made_reciprocal_are_so_and_stay_as_they_are_where_they_were():
+def test_reciprocal_ics_are_reciprocal_and_already_reciprocal_ones_unchanged():
     ics = np.random.default_rng(0).standard_normal((5, 4, 4, 3, 3))
     made = reciprocal(ics)
     assert np.max(reciprocity_defects(made)) < 1e-15
@@ -180,7 +180,7 @@ def test_ics_that_are_made_reciprocal_are_so_and_stay_as_they_are_where_they_wer
     np.testing.assert_allclose(np.einsum("xssii->xsi", made), np.einsum("xssii->xsi", ics))
 
 
-def test_the_approach_that_is_taken_from_a_pair_is_vertical_and_does_not_turn():
+def test_subtracted_approach_is_vertical_without_rotation():
     """Along z at any lag, per vertical traction, the sum of the bodies'; of rolling, too."""
     of, grid = problem(10.3), Grid(6, 4, 0.2, 0.9, 1.1)
     on_grid, random = pair_on_grid(of, grid), np.random.default_rng(0)
@@ -214,22 +214,22 @@ def test_the_approach_of_a_pair_is_read_along_the_lower_normals():
     on_grid = pair_on_grid(problem(13.0, shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
     bodies, p = {"lower": Body(3.0), "upper": Body(-2.5)}, np.random.default_rng(0).random((4, 6, 1))
     load = np.sum(p[..., 0] * np.cos(on_grid.grid.strips / 10.0)) * on_grid.grid.area
-    found = pair_operator(bodies, on_grid, (N,))(p)
+    result = pair_operator(bodies, on_grid, (N,))(p)
     expected = -0.5 * load * np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(found[..., 0], np.broadcast_to(expected, (4, 6)), rtol=1e-9)
+    np.testing.assert_allclose(result[..., 0], np.broadcast_to(expected, (4, 6)), rtol=1e-9)
     nearer = pair_operator(bodies, on_grid, (N,), variation="nearer")(p)
-    np.testing.assert_allclose(nearer, 2 * found, rtol=1e-9)
+    np.testing.assert_allclose(nearer, 2 * result, rtol=1e-9)
 
 
 def test_c_with_other_supports_has_their_responses_and_their_approach():
     on_grid = pair_on_grid(problem(13.0, shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
     bodies = {"lower": Body(3.0, 0.1), "upper": Body(-2.5, 0.1)}
-    found, nearer = (pair_operator(bodies, on_grid, ALL, variation=name) for name in ("", "nearer"))
+    result, nearer = (pair_operator(bodies, on_grid, ALL, variation=name) for name in ("", "nearer"))
     ones = np.zeros((4, 6, 3))
     ones[..., 2] = 1.0
     weight = 4 * np.cos(on_grid.grid.strips / 10.0).sum() * on_grid.grid.area
     along_z = np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(found(ones)[0, :, 2], -0.5 * weight * along_z, rtol=1e-9)
+    np.testing.assert_allclose(result(ones)[0, :, 2], -0.5 * weight * along_z, rtol=1e-9)
     raw = 2 * 0.1 * 4 * 6 * on_grid.grid.area
     np.testing.assert_allclose(nearer(ones)[0, :, 2], raw - 1.0 * weight * along_z, rtol=1e-9)
 
@@ -254,7 +254,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
 
 
 @pytest.mark.slow  # two models by finite elements
-def test_what_is_taken_for_rigid_changes_the_approach_of_a_wheel_and_no_pressure():
+def test_choice_of_the_rigid_part_changes_the_approach_and_no_pressure():
     """By M_zz times the load, where contours differ, and where the upper body is moved aside, too.
 
     With each body's own M_zz, read along its own normals, p_max changed by 1 % on contours such as these.
@@ -262,11 +262,11 @@ def test_what_is_taken_for_rigid_changes_the_approach_of_a_wheel_and_no_pressure
     of = problem(
         11.5, inclination=75, loads=(2e4,), shift=0.05, grid=Grid(24, 16, 0.9, 0.8, -0.8), ics=("C",)
     )
-    found = {}
+    result = {}
     for discount in ("approach", "none"):
         on_grid = replace(of, discount=discount, settings=replace(of.settings, tolerance=0.1))
         (contact,) = solve_frictionless(on_grid, RunOptions(2)).contacts.values()
-        found[discount] = contact.normal
-    approach, none = found["approach"], found["none"]
+        result[discount] = contact.normal
+    approach, none = result["approach"], result["none"]
     np.testing.assert_allclose(approach.p, none.p, atol=3e-4 * none.p.max())  # models of their own
     assert abs(approach.approach / none.approach - 1) > 1e-3

@@ -71,14 +71,14 @@ def test_a_long_transient_ends_at_the_steady_numbers():
     assert path.steps[2].numbers["F_x"] < 0.9 * path.steady.numbers["F_x"]
 
 
-def test_numbers_begin_at_rest(solved):
+def test_forces_grow_from_rest(solved):
     rest, first = solved.path.steps[:2]
     assert rest.numbers["F_x"] == pytest.approx(0.0, abs=1e-5 * LOAD)
     assert rest.numbers["sliding_share"] == rest.numbers["dissipation"] == 0.0
     assert first.numbers["F_x"] > 0.05 * 0.3 * LOAD
 
 
-def test_creepages_are_those_of_the_specification():
+def test_creepages_of_the_specification_are_used():
     """A driven wheel is pushed on; lateral slip is resisted, and so is spin."""
     driven, braked, aside, turned = (
         last_numbers(**creepages)
@@ -102,7 +102,7 @@ def last_numbers(**creepages):
     return numbers
 
 
-def test_numbers_on_larger_elements_are_taken_between_their_steps():
+def test_numbers_on_larger_elements_are_interpolated_between_steps():
     steps = [Measured({"F_x": value}, {}, {}) for value in (0.0, 4.0, 5.0)]
     path = TransientPath(np.array([0.0, 2.0, 4.0]), steps, None, [], None)
     rows = interpolated(path, np.arange(5.0))
@@ -120,7 +120,7 @@ def test_estimates_hold_against_elements_half_as_large(solved):
     assert solved.errors[4]["F_x"] < 0.2 * solved.path.steps[4].numbers["F_x"]
 
 
-def test_c_has_the_change_by_its_estimate_in_its_errors(monkeypatch, solved):
+def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
     """Of compliances that may be a tenth larger, as the approach of Hertz at a load."""
     of = pair(distance=4.7)
     reference = SimpleNamespace(operator=of.operator("Bhat"), perturbed=Scaled(of.operator("Bhat"), 1.1))
@@ -164,7 +164,7 @@ def test_failures_name_the_label_and_the_distance(monkeypatch):
 
 
 @pytest.mark.parametrize("raised", [Failure("no"), PotentialAreaTooSmall(("x < 0",), Loading(LOAD))])
-def test_without_steady_rolling_its_numbers_are_unknown_but_short_grids_are_told(raised, monkeypatch):
+def test_missing_steady_rolling_leaves_its_numbers_unknown_and_short_grids_raise(raised, monkeypatch):
     def failing(*_, **__):
         raise raised
 
@@ -174,10 +174,10 @@ def test_without_steady_rolling_its_numbers_are_unknown_but_short_grids_are_told
         with pytest.raises(PotentialAreaTooSmall):
             solve_transient(of, 0.3, "A")
         return
-    found = solve_transient(of, 0.3, "A")
-    assert found.path.steady is None
-    assert np.isnan(found.steady_errors["F_x"])
-    assert found.errors[2]["F_x"] > 0
+    result = solve_transient(of, 0.3, "A")
+    assert result.path.steady is None
+    assert np.isnan(result.steady_errors["F_x"])
+    assert result.errors[2]["F_x"] > 0
 
 
 def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
@@ -187,5 +187,5 @@ def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
         return path_of(pair, problem, label)
 
     monkeypatch.setattr(solved_transient, "path_of", fine_only)
-    found = solve_transient(pair(distance=2.4), 0.3, "A")
-    assert all(np.isnan(errors["F_x"]) for errors in found.errors)
+    result = solve_transient(pair(distance=2.4), 0.3, "A")
+    assert all(np.isnan(errors["F_x"]) for errors in result.errors)

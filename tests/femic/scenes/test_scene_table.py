@@ -10,7 +10,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import SceneTable, keys_of, shared, tables
+from femic.scenes.scene_table import SceneTable, keys_of, shared, tables
 from geometries.errors import WrongInput
 
 
@@ -32,7 +32,7 @@ def test_a_table_has_the_defaults_descriptions_and_limits_of_the_dataclass():
             WheelTable.model_validate(wrong)
 
 
-def test_a_table_may_have_another_type_of_a_value():
+def test_type_of_a_key_can_be_replaced():
     assert WheelTable.model_validate({"radius": None, "spokes": [3, 4]}).spokes == (3, 4)
     assert WheelTable in set(tables())
 
@@ -50,7 +50,7 @@ def test_a_key_of_contact_reaches_its_specification_and_the_listing():
     assert "# lateral_force = ...  # without friction: lateral force F_y" in listing("flat")
 
 
-def test_keys_of_friction_stand_in_the_table_of_contact():
+def test_friction_keys_are_in_the_contact_table():
     friction = load_scene("rolling", {"contact": {"friction": [0.1], "lateral": 0.001}}).contact.friction
     assert friction.coefficients == (0.1,)
     assert friction.lateral == 0.001

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.coupling import Zone
-from femic.contact.finite_elements.levels import Bodies, Level
+from femic.contact.finite_elements.meshed_contact import Bodies, MeshedContact
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -16,7 +16,7 @@ RADIUS, FLANK, EDGE, SPACING = 10.0, 0.9, 7.0, 0.8  # mm, rad, mm, mm
 STEEL, DOMAIN = Material(210e3, 0.28), Domain(100.0, 100.0)
 
 
-def level(end=15.0, kink=100.0):
+def contact(end=15.0, kink=100.0):
     """A patch that ends at `EDGE`, of vertices up to s = `end`; gaps are steep beyond the lower joint."""
     x, s = (
         grid.ravel()
@@ -31,10 +31,10 @@ def level(end=15.0, kink=100.0):
     coupling = SimpleNamespace(zone=Zone(np.arange(len(x)), x, s), area=np.full(len(x), SPACING**2))
     pair = SimpleNamespace(coupling=coupling, gap=lambda _: gap * SPACING**2)
     solution = SimpleNamespace(state=None, active=gap == 0)
-    return Level(bodies, None, 1.0, pair, solution, 0.0)
+    return MeshedContact(bodies, None, 1.0, pair, solution, 0.0)
 
 
-def test_an_edge_before_a_joint_is_read_from_gaps_before_it():
+def test_edge_before_a_joint_is_read_from_gaps_before_the_joint():
     """A tenth of the spacing is what reading an edge is good to."""
-    assert level().s_range == pytest.approx((-EDGE, EDGE), abs=0.1 * SPACING)
-    assert level().s_range == pytest.approx(level(kink=0.0).s_range, abs=0.03 * SPACING)
+    assert contact().s_range == pytest.approx((-EDGE, EDGE), abs=0.1 * SPACING)
+    assert contact().s_range == pytest.approx(contact(kink=0.0).s_range, abs=0.03 * SPACING)

@@ -11,7 +11,7 @@ from femic.contact.finite_elements import extent
 from femic.contact.finite_elements.active_set import ActiveSetSolution, solve_active_set
 from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
 from femic.contact.finite_elements.coupling import Zone, couple, on_upper, zone_of
-from femic.contact.finite_elements.saddle import Pair, paired
+from femic.contact.finite_elements.saddle import CoupledBodies, coupled_bodies
 from femic.contact.undeformed import Undeformed
 from geometries.arrays import Array, Mask
 from geometries.bodies import Body
@@ -75,13 +75,13 @@ class Meshes:
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class MeshedContact:
     """A contact solved on one pair of meshes."""
 
     bodies: Bodies
     meshes: Meshes
     load: float  # [N], of the whole bodies
-    pair: Pair
+    pair: CoupledBodies
     solution: ActiveSetSolution
     seconds: float
 
@@ -120,7 +120,7 @@ class Level:
         return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
 
     def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
-        """Where the patch ends along a coordinate, from gaps beyond a joint only if there are no others."""
+        """Return where the patch ends, by gaps beyond a joint only if there are no others."""
         smooth, gap = self._on_smooth_surfaces, self.gap
         try:
             return extent.end(along[smooth], across[smooth], gap[smooth], self.spacing, symmetric=symmetric)
@@ -189,7 +189,7 @@ class Level:
         return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
 
     def pressed_at(self, x: Array, s: Array) -> Mask:
-        """Whether pressures are positive at points (n,), from linear interpolation."""
+        """Return whether pressures are positive at points (n,), from linear interpolation."""
         return np.asarray(
             LinearNDInterpolator(np.stack([self.zone.x, self.zone.s], 1), self.p, 0.0)(x, s) > 0
         )
@@ -207,7 +207,7 @@ def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
 
 
 def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
-    """The patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
+    """Return the patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
     ends = np.stack([np.zeros(2), patch.s])
     distance = undeformed.distance(*ends)
     if not np.all(np.isfinite(distance)):
@@ -217,8 +217,8 @@ def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
     return Expected(patch.a, (float(low), float(high)))
 
 
-def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = None) -> Level:
-    """The contact under a load [N] on some meshes; `before` is a coarser one to begin with.
+def solved(bodies: Bodies, meshes: Meshes, load: float, before: MeshedContact | None = None) -> MeshedContact:
+    """Return the contact under a load [N] on some meshes; `before` is a coarser one to begin with.
 
     Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and
     `solve_active_set` do.
@@ -226,21 +226,23 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = N
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
     zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s))
-    pair = paired(meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone))
+    pair = coupled_bodies(
+        meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone)
+    )
     guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
     solution = solve_active_set(pair, load * bodies.share, guess, pair.at_rest())
-    level = Level(bodies, meshes, load, pair, solution, perf_counter() - start + meshes.seconds)
+    contact = MeshedContact(bodies, meshes, load, pair, solution, perf_counter() - start + meshes.seconds)
     outermost = float(np.max(expected.radius(zone.x, zone.s)[solution.active]))
-    if outermost > meshes.reach - MARGIN * level.spacing / min(expected.a, expected.b):
+    if outermost > meshes.reach - MARGIN * contact.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
             f"contact under {load:g} N: it reaches the end of the area in which it was sought, "
             f"{meshes.reach:g} times a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
         )
-    return level
+    return contact
 
 
 def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
-    """Where the surfaces may touch: on the range of arc lengths given, and the upper one is opposite."""
+    """Return where surfaces may touch: on the given arc lengths, opposite the upper surface."""
     low, high = bodies.s_range
     within = (s >= low) & (s <= high)
     within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))
