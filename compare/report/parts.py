@@ -13,7 +13,9 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from compare.report.styles import save
+from compare.report import interactive, static
+from compare.report.charts import Chart
+from compare.report.files import save, save_all
 from compare.report.tables import Table
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
@@ -82,16 +84,20 @@ class Part:
 
 
 INDICES = re.compile(r"\b([ABCJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
-Block = str | Table | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
+Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its title, sentences on the results, and sections, which may be made one by one."""
+    """A page: its title, the answer in at most three sentences and a table, and what is behind it.
+
+    Sections may be made one by one; folded ones are shown on request.
+    """
 
     title: str
     summary: str
-    sections: Iterable[Section | Part]
+    sections: Iterable[Section | Part | Folded]
+    answer: Table | None = None
 
 
 def final_sections(
@@ -111,16 +117,22 @@ def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | Non
 
 def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
-    figures = folders.make(path.parent / "figures")
+    figures = folders.make(path.parent) / "figures"
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["kind"] = lambda block: type(block).__name__
-    environment.filters["embedded"] = lambda picture: _embedded(picture, figures, prefix)
+    environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
+    environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
     environment.filters["typeset"] = _typeset
-    sections = (one.section if isinstance(one, Part) else one for one in page.sections)
-    text = environment.get_template("page.html.j2").render(page=page, sections=sections)
+    sections = [one.section if isinstance(one, Part) else one for one in page.sections]
+    plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
+    text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
     return write_text(text, path)
+
+
+def _has_chart(block: Block) -> bool:
+    return isinstance(block, Chart) or any(map(_has_chart, getattr(block, "blocks", ())))
 
 
 def _typeset(text: str) -> Markup:
@@ -128,13 +140,18 @@ def _typeset(text: str) -> Markup:
     return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
-    """Return the content of a picture's file, which is written first unless it exists."""
-    path = picture.figure
-    if isinstance(path, Figure):
-        name = f"{prefix}_{picture.name}" if prefix else picture.name
-        path = save(path, folder / f"{name}.png")
-    return base64.b64encode(path.read_bytes()).decode()
+def _embedded(block: Picture | Chart, folder: Path, prefix: str) -> str:
+    """Return the file of a picture, or of a chart on paper, as a data URL; it is written unless it exists."""
+    name = f"{prefix}_{block.name}" if prefix else block.name
+    folders.make(folder)
+    if isinstance(block, Chart):
+        path = save_all(static.picture(block), folder / name)
+    else:
+        path = (
+            save(block.figure, folder / f"{name}.png") if isinstance(block.figure, Figure) else block.figure
+        )
+    kind = "svg+xml" if path.suffix == ".svg" else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
 def join_words(words: Iterable[str]) -> str:

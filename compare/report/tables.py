@@ -15,7 +15,7 @@ ROUNDING = 1e-9  # share below which a difference is rounding
 class Cell:
     """A cell of a table: a number and its format, or a text; below it a smaller text. NaN is a dash.
 
-    `link` is the anchor of a section.
+    `link` leads to a page, or with # to the anchor of a section.
     """
 
     value: float | str

@@ -139,7 +139,7 @@ def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[
     rows, sections = [], []
     for finding, entry in zip(findings, content["statements"], strict=True):
         anchor, colour = f"s{entry['number']}", VERDICT_COLOURS[finding.verdict]
-        claim, verdict = Cell(entry["claim"], link=anchor), Cell(finding.verdict, colour=colour)
+        claim, verdict = Cell(entry["claim"], link=f"#{anchor}"), Cell(finding.verdict, colour=colour)
         rows.append(Row(str(entry["number"]), [claim, verdict]))
         heading = f"{entry['number']}. {finding.verdict}"
         sections.append(Section(heading, list(_statement_blocks(finding, entry)), colour, anchor))

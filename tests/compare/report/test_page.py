@@ -87,7 +87,7 @@ def test_a_table_of_texts_has_no_groups_where_all_rows_have_names(tmp_path):
 
 
 def test_colours_and_links_of_cells_are_in_the_page(tmp_path):
-    rows = [Row("a", [Cell("b", colour="#abcdef"), Cell("c", link="there")])]
+    rows = [Row("a", [Cell("b", colour="#abcdef"), Cell("c", link="#there")])]
     target = Section("d", [], "#fedcba", "there")
     html = html_of(tmp_path, Table("", ["", ""], rows), target)
     assert '<td style="background: #abcdef">b</td>' in html
