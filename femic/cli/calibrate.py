@@ -6,7 +6,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import DEFAULT_WORK, Work
+from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
@@ -41,4 +41,4 @@ def calibrate(
     report_folder = (*joint, *scene_folders)[0]
     with folders.locked(report_folder):
         report = page.write_report(calibrated, report_folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import DEFAULT_WORK, Work, print_warnings
+from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions
 from femic.scenes.ic_names import MAP, is_map
@@ -60,11 +60,11 @@ def contact(
                 report = _write_frictionless(results, folder, options)
             else:
                 report = _write_with_friction(loaded, folder, options)
-        console.print(f"Report: {report}", soft_wrap=True)
+        announce(report, console)
     for folder in map_folders:
         with folders.locked(folder):
             report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
-        console.print(f"Report: {report}", soft_wrap=True)
+        announce(report, console)
 
 
 def _from_here(name: str) -> str:

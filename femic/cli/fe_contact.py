@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, SceneName, Work
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
@@ -42,4 +42,5 @@ def fe_contact(
         with_both = page.write_contact(
             with_ics, folder, further=beside.stored_solution(with_ics, options.store)
         )
-    console.print(f"Report: {report}, and with ICs {with_both}", soft_wrap=True)
+    for path in (report, with_both):
+        announce(path, console)

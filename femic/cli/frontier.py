@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
+from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
@@ -28,8 +28,9 @@ def frontier(
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:
         computed = compute.compute_frontier(scene, compute.FrontierRequest.all(budget), options)
+        report = page.write_frontier(computed, folder)
     console.print(page.summary(computed), markup=False, highlight=False)
-    console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
+    announce(report, console)
 
 
 def advise(

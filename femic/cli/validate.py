@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, Work
+from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.validation.extremes.cases import available as extremes_available
 from geometries.errors import WrongInput
@@ -37,7 +37,7 @@ def validate(
     console = Console(highlight=False)
     with work.options(folder, console) as options:
         report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
 
 
 def extremes(
@@ -55,4 +55,4 @@ def extremes(
     console = Console(highlight=False)
     with work.options(folder, console) as options:
         report = extremes_page.write_extremes(of, engines.Engines(options), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)

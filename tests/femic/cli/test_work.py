@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.parts import Page, Section, write_page
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
-from femic.cli.work import Work, store_at
+from femic.cli.work import Work, announce, store_at
 from femic.reference.run_options import cores
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.load import load_scene
@@ -123,3 +125,28 @@ def test_commands_check_output_folders_before_any_work(name, folder, tmp_path, c
         Path(folder).touch()
     assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
     assert "--out" in capsys.readouterr().err
+
+
+def written_page(folder):
+    """A page with one chart in the folder of a scene."""
+    chart = chart_of("one", [Panel("", "s [mm]", "p [MPa]", [Curve("A", [0.0, 1.0], [1.0, 2.0])])])
+    return write_page(Page("Contact", "", [Section("", [chart])]), folder / "contact.html")
+
+
+@pytest.mark.parametrize(
+    ("formats", "suffixes"), [((), {".svg"}), (("pdf", "png"), {".pdf", ".png", ".svg"})]
+)
+def test_figures_are_written_as_svg_and_in_all_formats_named(tmp_path, formats, suffixes):
+    with Work(figures=formats).options(tmp_path, Console(quiet=True)):
+        written_page(tmp_path)
+    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == suffixes
+
+
+def test_pages_in_the_folder_of_all_results_are_listed_there(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    elsewhere = written_page(tmp_path / "elsewhere" / "mine")
+    announce(elsewhere, Console())
+    assert not list(tmp_path.rglob("index.html"))
+    announce(written_page(Path("out/mine")), Console())
+    assert 'href="mine/contact.html"' in Path("out/index.html").read_text(encoding="utf-8")
+    assert "Report: out/mine/contact.html" in capsys.readouterr().out
