@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.cli.main import exit_code
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene_table import tables
 
@@ -213,8 +215,22 @@ def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("README.md")
     assert blocks == 1
-    errors = names["errors"].error.sel(body="combined", i="n", j="n").squeeze()
-    assert errors.sel(variant="C") < errors.sel(variant="Bhat") < errors.sel(variant="A")
+    p_max, estimate = (names["pressed"][name].squeeze() for name in ("p_max", "estimate_p_max"))
+    assert p_max.sel(ics="A") > p_max.sel(ics="Bhat") + estimate.sum()
+
+
+def test_the_first_contact_is_a_scene_whose_ics_disagree(tmp_path, monkeypatch):
+    text = (ROOT / "docs/start/first-contact.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    Path("corner.toml").write_text(scene, encoding="utf-8")
+    assert exit_code(["contact", "corner.toml"]) == 0
+    assert Path("out/corner/contact.html").is_file()
+    with xr.open_dataset("out/corner/contact.nc", engine="h5netcdf") as contact:
+        p_max, estimate = contact.p_max, contact.estimate_p_max
+        larger = (p_max.sel(ics="A") - p_max.sel(ics="Bhat")).values
+        assert larger[1] > estimate.sum("ics").values[1]
+        assert 0.02 < larger[1] / p_max.sel(ics="Bhat").values[1] < 0.1  # "some percent"
 
 
 def test_the_smallest_scene_of_the_reference_is_a_scene():
