@@ -105,3 +105,19 @@ def test_doctor_fails_on_what_matters(monkeypatch, capsys, more, code):
     for finding in more:
         assert finding.remedy in printed.out
     assert ("not in order: scipy" in printed.err) is bool(code)
+
+
+@pytest.mark.parametrize(("name", "is_ours"), [("compare.contact", True), ("scipy.sparse", False)])
+def test_a_part_of_femic_that_cannot_be_imported_leads_to_doctor(monkeypatch, capsys, name, is_ours):
+    def overwritten(*_):
+        raise ImportError("cannot import name 'page'", name=name)
+
+    monkeypatch.setattr("femic.cli.doctor.findings", overwritten)
+    if not is_ours:
+        with pytest.raises(ImportError):
+            exit_code(["doctor"])
+        return
+    assert exit_code(["doctor"]) == 1
+    message = capsys.readouterr().err
+    assert "cannot import name 'page'" in message
+    assert "femic doctor" in message
