@@ -8,6 +8,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -52,6 +53,7 @@ COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_
 
 def pictures(chart: Chart) -> dict[str, Figure]:
     """Return the figures of a chart by their names: one, or one per step where a step has several rows."""
+    chart = _without_choice(chart)
     if len(chart.steps) == 1 or all(len(cells) <= chart.columns for cells in chart.steps.values()):
         return {chart.name: picture(chart)}
     return {
@@ -62,8 +64,16 @@ def pictures(chart: Chart) -> dict[str, Figure]:
     }
 
 
+def _without_choice(chart: Chart) -> Chart:
+    """Return a chart with the first of the cells to choose from."""
+    if not chart.choice:
+        return chart
+    return replace(chart, steps={step: cells[:1] for step, cells in chart.steps.items()}, choice="")
+
+
 def picture(chart: Chart) -> Figure:
     """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend."""
+    chart = _without_choice(chart)
     rows = list(_rows(chart))
     sizes = [SIZE[type(cell)] for cell in chart.cells]
     width, height = (max(size[k] for size in sizes) for k in (0, 1))
@@ -95,14 +105,34 @@ def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
 def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     axes.set_title(", ".join(filter(None, (step, cell.title))), fontsize=9)
     if isinstance(cell, Surface):
-        axes.imshow(mpl.image.imread(cell.picture))
-        axes.set_axis_off()
+        _draw_surface(figure, axes, cell)
         return
     axes.set(xlabel=cell.across, ylabel=cell.up)
     if isinstance(cell, Map):
         _draw_map(figure, axes, cell)
     else:
         draw_panel(axes, cell)
+
+
+def _draw_surface(figure: Figure, axes: Axes, surface: Surface) -> None:
+    """Draw the picture of a surface, or else the values upon the body in 3D."""
+    if surface.picture is not None:
+        axes.imshow(mpl.image.imread(surface.picture))
+        axes.set_axis_off()
+        return
+    space: Any = figure.add_subplot(axes.get_subplotspec(), projection="3d", computed_zorder=False)
+    space.set_title(axes.get_title(), fontsize=9)
+    axes.remove()
+    norm = Normalize(np.nanmin(surface.values), np.nanmax(surface.values))
+    colours = mpl.colormaps[COLOURS["sequential"]](norm(surface.values))
+    part = [np.where(np.isnan(surface.values), np.nan, points) for points in surface.part]
+    fine = {"rcount": 200, "ccount": 200, "rasterized": True}
+    space.plot_surface(*surface.body, color="lightgrey", zorder=1, **fine)
+    space.plot_surface(*part, facecolors=colours, shade=False, zorder=2, **fine)
+    space.set_aspect("equal")
+    space.view_init(elev=35, azim=-135)
+    space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+    figure.colorbar(ScalarMappable(norm, COLOURS["sequential"]), ax=space, label=surface.unit, shrink=0.6)
 
 
 def draw_panel(axes: Axes, panel: Panel) -> None:
