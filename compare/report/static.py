@@ -20,6 +20,7 @@ from compare.report.looks import INK, Look, without_marker
 
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
+CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES = 8  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
 NOT_IN_NAMES = r"[^\w.-]+"  # characters of a step that the name of its file has not
@@ -65,10 +66,11 @@ def pictures(chart: Chart) -> dict[str, Figure]:
 
 
 def _without_choice(chart: Chart) -> Chart:
-    """Return a chart with the first of the cells to choose from."""
+    """Return a chart with the first of the cells to choose from, steps side by side."""
     if not chart.choice:
         return chart
-    return replace(chart, steps={step: cells[:1] for step, cells in chart.steps.items()}, choice="")
+    first = {step: cells[:1] for step, cells in chart.steps.items()}
+    return replace(chart, steps=first, columns=CHOSEN_COLUMNS, choice="")
 
 
 def picture(chart: Chart) -> Figure:
