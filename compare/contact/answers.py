@@ -118,7 +118,7 @@ def numbers_table(
 def number_cell(solution: xr.Dataset, reference: xr.Dataset, key: str) -> Cell:
     """Return a number with its estimate, below it the difference to the reference; a dash if there is none.
 
-    Differences are shares, or, of numbers that may vanish by symmetry, in their unit.
+    Differences are shares, or, of numbers that may vanish by symmetry or do, in their unit.
     """
     if key not in solution:
         return Cell("–")
@@ -126,7 +126,7 @@ def number_cell(solution: xr.Dataset, reference: xr.Dataset, key: str) -> Cell:
     if key not in reference or solution is reference or np.isnan(float(solution[key] - reference[key])):
         return Cell(text)
     difference = float(solution[key] - reference[key])
-    if key not in OF_PLACE:
+    if key not in OF_PLACE and float(reference[key]):
         share = difference / float(reference[key])
         return Cell(text, below="0%" if abs(share) < VANISHING / 2 else f"{share:+.2%}")
     vanishing = abs(difference) < VANISHING * float(solution[f"estimate_{key}"])

@@ -59,14 +59,17 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
     across, above, below = f"Δδ with {symbol_of(reference)} [deg]", [], []
     for key in keys:
         exact, estimate = (cases[name].sel(ics=reference).values for name in (key, f"estimate_{key}"))
+        nonzero = np.where(exact == 0, np.nan, exact)
         values, differences = [], []
         for name in drawing_order(looks):
             with_ics, is_reference = cases[key].sel(ics=name).values, name == reference
             values.append(
                 Curve(symbol_of(name), angle, with_ics, looks[name], estimate if is_reference else None)
             )
-            band = 100 * np.abs(estimate / exact) if is_reference else None
-            differences.append(Curve(symbol_of(name), angle, 100 * (with_ics / exact - 1), looks[name], band))
+            band = 100 * np.abs(estimate / nonzero) if is_reference else None
+            differences.append(
+                Curve(symbol_of(name), angle, 100 * (with_ics / nonzero - 1), looks[name], band)
+            )
         quantity = OF_FRICTIONLESS[key]
         title = f"{quantity.symbol} over the angle"
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))

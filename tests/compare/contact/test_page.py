@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from compare.contact import figures, sensitivity
-from compare.contact.answers import NO_BREAK, answer_table, numbers_table
+from compare.contact.answers import NO_BREAK, answer_table, case_labels, numbers_table
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import summary, write_contact, write_sensitivity
@@ -293,3 +293,25 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
         assert np.all(dataset[length] > 0), length
     patches = [len(contact.normal.patches) for contact in results.solved.contacts.values()]
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])
+
+
+def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(results):
+    """As the approach over a raised spot may be."""
+    dataset = to_dataset(results["tall"])
+    at_0 = dataset.assign(approach=dataset.approach.where(dataset.ics != "Bhat", 0.0))
+    cell = answer_table(at_0.isel(case=[0]), "Bhat", ["A"]).rows[1].filled[3]
+    assert cell.below == f"{float(at_0.approach.sel(ics='A')[0]):+.3g}"
+    _, below = figures.over_angle(at_0, ["approach"], "Bhat")
+    assert all(np.isnan(curve.y).all() for curve in below[0].curves)
+
+
+@pytest.mark.parametrize(
+    ("cases", "labels"),
+    [
+        (["2000 N", "2000.0001 N", "5.3e+06 N"], ["2 kN", "2.0000001 kN", "5300 kN"]),
+        (["2 N", "30.5 N"], ["2 N", "30.5 N"]),
+        (["0.1 mm", "-0.02 mm"], ["0.1 mm", "-0.02 mm"]),
+    ],
+)
+def test_loads_of_kilonewtons_are_in_kn_and_stay_distinct(cases, labels):
+    assert case_labels(xr.Dataset(coords={"case": cases})) == labels
