@@ -52,8 +52,12 @@ def _start(dataset: xr.Dataset, reference: str) -> str:
 
 
 def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tuple[list[Panel], list[Panel]]:
-    """Return numbers over the angle of the patch with the reference, and their differences to it."""
-    cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=reference).values))
+    """Return numbers over the angle of the patch with the reference, and their differences to it.
+
+    Cases that the reference has no solution of are left out.
+    """
+    cases = dataset.isel(case=dataset.angle.sel(ics=reference).notnull().values)
+    cases = cases.isel(case=np.argsort(cases.angle.sel(ics=reference).values))
     angle = cases.angle.sel(ics=reference).values
     looks = looks_of(ics_of(dataset))
     across, above, below = f"Δδ with {symbol_of(reference)} [deg]", [], []

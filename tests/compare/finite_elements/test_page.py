@@ -189,6 +189,7 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
     assert "At 10 kN the largest pressure is 10.000" in text
     assert "A: at worst +6.0% in p_max" in listed(some)
     assert answer_chart(some).first == 1
+    assert drawn(some, 1)["A"]["x"] == ANGLES[:2]
     page = write_fe_contact(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
     assert page.read_text(encoding="utf-8").count("data:image/svg+xml;base64,") == 3 + 1
 
