@@ -9,6 +9,7 @@ import xarray as xr
 from femic.contact.pairs.quantities import Quantity
 
 ROUNDING = 1e-9  # share below which a difference is rounding
+LEAST_POWER, LARGEST_POWER = -4, 7  # powers of ten of numbers that are written without one
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,32 @@ def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, d
     """Return a cell with a number, and its estimate below."""
     below = "" if np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
     return Cell(float(value), f".{digits}g", below)
+
+
+def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
+    """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
+
+    Without an estimate, or with one of rounding, a number has six digits; NaN is a dash.
+    """
+    value, estimate = float(value), float(estimate)
+    if np.isnan(value):
+        return "–"
+    if not estimate > ROUNDING * abs(value):
+        return f"{value:.6g}"
+    last = _power(estimate, 1) - 1  # power of ten of the last digit
+    power, decimals = _power(max(abs(value), estimate)), max(-last, 0)
+    rounded = round(estimate, -last)
+    if round(value, -last) == 0:
+        return f"0 ± {rounded:.{decimals}f}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
+    if LEAST_POWER <= power <= LARGEST_POWER:
+        return f"{round(value, -last):.{decimals}f} ± {rounded:.{decimals}f}"
+    scale, decimals = 10.0**power, max(power - last, 0)
+    return f"({value / scale:.{decimals}f} ± {estimate / scale:.{decimals}f})e{power}"
+
+
+def _power(value: float, digits: int = 6) -> int:
+    """Return the power of ten of the first digit of a number, rounded to some digits behind that."""
+    return int(f"{value:.{digits}e}".split("e")[1])
 
 
 def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> Cell:
