@@ -110,8 +110,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     x, y = curve.points
     style = style_of(curve.drawn_look)
     if curve.band is not None:
-        half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
-        axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
+        axes.fill_between(x, *curve.band_edges, color=style["color"], alpha=0.2, linewidth=0)
     return axes.plot(x, y, **style)
 
 
