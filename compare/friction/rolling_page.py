@@ -274,12 +274,13 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
     solved = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
     if solved.sizes["friction"]:
         zero = 100 * (solved[f"{DISPLACED}zero_creepage"] - solved.zero_creepage)
+        known = 100 * float(solved.estimate_zero_creepage.max())
         linearised = solved.p_max.sel(xi=solved[f"{DISPLACED}xi"])
         p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {extreme(zero):+.1g}% and change p_max by {extreme(p_max):+.1%}, with "
-            f"{reference_symbol(dataset)}."
+            f"without force by {signed(extreme(zero), known)}% and change p_max by {extreme(p_max):+.1%}, "
+            f"with {reference_symbol(dataset)}."
         )
     for name in ics_of(dataset):
         of_ics = dataset.simplified.sel(ics=name)
