@@ -1,89 +1,152 @@
-"""Figures, sentences and tables of compression with friction by several ICs."""
+"""Verdict and charts of compression with friction by several ICs."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import replace
 
 import xarray as xr
-from matplotlib.figure import Figure
 
-from compare.contact.dataset import others_of, reference_of
-from compare.friction.page import MotionPage, map_parts, reference_symbol, tables_by_friction
-from compare.report.panels import draw_band, draw_by_ics, figure_grid
-from compare.report.parts import Part, join_words
-from compare.report.styles import symbol_of
+from compare.contact.dataset import ics_of, others_of, reference_of
+from compare.friction.page import MotionPage, by_friction
+from compare.friction.shown import (
+    abscissa,
+    curves_by_ics,
+    difference,
+    difference_unit,
+    largest_differences,
+    main_estimate,
+    main_number,
+    percent_change,
+    place_text,
+    places,
+    reference_symbol,
+    share_curves,
+    signed,
+    worst_friction,
+)
+from compare.report.charts import Chart, Panel
+from compare.report.looks import symbol_of
+from compare.report.parts import join_words
+from compare.report.tables import Column, Row, Table, with_estimate
 
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
+SLIDING = "sliding area [% of contact area]"
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return sentences computed from the numbers: the sliding area, and which ICs suffice to predict it."""
+    """Return how much of the contact slides at the last load, and which ICs suffice to predict it."""
     last, symbol = dataset.isel(load=-1), reference_symbol(dataset)
     of_reference = last.sel(ics=reference_of(dataset))
-    sentences = [
-        f"At {float(last['load']):g} N the patch covers {float(of_reference.angle.min()):.0f} ... "
-        f"{float(of_reference.angle.max()):.0f} degrees with {symbol}."
-    ]
-    for friction in dataset.friction.values:
-        share, estimate = (
-            float(of_reference[name].sel(friction=friction))
-            for name in ("sliding_share", "estimate_sliding_share")
-        )
-        of_others = [
-            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} with {symbol_of(name)}"
-            for name in others_of(dataset)
-        ]
-        sentences.append(
-            f"With friction {friction:g}, {share:.0%} of the contact area slides with {symbol} "
-            f"(± {estimate:.0%} of the area){''.join(of_others)}."
-        )
-    return " ".join([*sentences, *_verdicts(dataset)])
+    shares = join_words(f"{float(share):.0%}" for share in of_reference.sliding_share.values)
+    frictions = join_words(f"{friction:g}" for friction in dataset.friction.values)
+    begun = (
+        f"At {_last(dataset)}, where the patch covers up to {float(of_reference.angle.max()):.0f} degrees, "
+        f"{shares} of the contact area slides with {symbol} and friction {frictions}."
+    )
+    return f"{begun} {_verdict(dataset)}"
 
 
-def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield which ICs have ratios close enough to the reference's at all loads, and which do not."""
+def _last(dataset: xr.Dataset) -> str:
+    """Return the last load with its unit."""
+    return place_text(dataset, float(dataset["load"][-1]))
+
+
+def _verdict(dataset: xr.Dataset) -> str:
+    """Return which ICs have ratios close enough to the reference's at all loads, and which do not."""
+    if not others_of(dataset):
+        return f"No other ICs than {reference_symbol(dataset)} are compared."
     reference = dataset.sel(ics=reference_of(dataset))
     away = abs(dataset.sliding_share - reference.sliding_share)
     worst = (away - reference.estimate_sliding_share).clip(0).max(["friction", "load"])
-    for enough, verb in ((True, "within"), (False, "further than")):
-        selected = [name for name in others_of(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
-        if selected:
-            furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in selected)
-            yield (
-                f"{join_words(map(symbol_of, selected))}: {verb} {SUFFICES:.0%} of the area of "
-                f"{reference_symbol(dataset)} beyond its estimate (at most {furthest} away)."
-            )
-
-
-def parts(dataset: xr.Dataset) -> Iterator[Part]:
-    """Yield the figures."""
-    yield Part(
-        "How much of the contact slides",
-        "Sliding area over contact area, over the load, and over the angle of the patch with these ICs. "
-        f"Band: estimate of {reference_symbol(dataset)}, which includes the error of the steps of load.",
-        "sliding",
-        sliding(dataset),
+    enough, others = (
+        [name for name in others_of(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == suffices]
+        for suffices in (True, False)
     )
-    last = f"At {float(dataset['load'][-1]):g} N."
-    yield from map_parts(dataset, last, "Minus traction times slip in the last step of load, per area.")
+    symbol = reference_symbol(dataset)
+    near = f"within {SUFFICES:.0%} of the area from {symbol}, beyond its estimate, at all loads"
+    if not enough:
+        return f"None is {near}: {_named(others, away)} away at most."
+    begun = f"{join_words(map(symbol_of, enough))} {'is' if len(enough) == 1 else 'are'} {near}"
+    furthest = join_words(f"{float(away.sel(ics=name).max()):.0%}" for name in enough)
+    begun += f" (at most {furthest} away)"
+    return f"{begun}, but not {_named(others, away)}." if others else f"{begun}."
 
 
-def sliding(dataset: xr.Dataset) -> Figure:
-    """Draw sliding over contact area by all ICs, a column per friction: over the load, over the angle."""
-    reference, label = reference_of(dataset), f"estimate of {reference_symbol(dataset)}"
-    with figure_grid(2, dataset.sizes["friction"], sharex="row", sharey=True) as (figure, rows):
-        for number, (above, below) in enumerate(rows.T):
-            of_friction, kilonewtons = dataset.isel(friction=number), dataset["load"] / 1e3
-            draw_by_ics(above, kilonewtons, of_friction.sliding_share, 3)
-            draw_by_ics(below, of_friction.angle, of_friction.sliding_share, 3)
-            known = of_friction.sel(ics=reference)
-            low = (known.sliding_share - known.estimate_sliding_share).clip(0, 1)
-            high = (known.sliding_share + known.estimate_sliding_share).clip(0, 1)
-            for axes, at in ((above, kilonewtons), (below, known.angle)):
-                draw_band(axes, at, low, high, label)
-            above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
-            below.set_xlabel("Δδ with the same ICs [deg]")
-        for axes in rows[:, 0]:
-            axes.set_ylabel("sliding / contact area [-]")
-    return figure
+def _named(names: Sequence[str], away: xr.DataArray) -> str:
+    """Return ICs with their largest distances from the reference."""
+    return join_words(f"{symbol_of(name)} ({float(away.sel(ics=name).max()):.0%})" for name in names)
 
 
-COMPRESSION = MotionPage(summary, parts, tables_by_friction, sliding)
+def answer(dataset: xr.Dataset) -> Table:
+    """Return how much slides at the last load and the friction where ICs differ most, and differences."""
+    friction, symbol = worst_friction(dataset), reference_symbol(dataset)
+    of_friction = dataset.sel(friction=friction)
+    at = of_friction.isel(load=-1)
+    share, known_share, away = (
+        of(of_friction).isel(load=-1) for of in (main_number, main_estimate, difference)
+    )
+    columns = [
+        Column(f"sliding area at {_last(dataset)}, friction {friction:g}", "% of contact"),
+        Column(f"minus that with {symbol}", "% of contact"),
+        Column("largest difference at all loads, any friction", "% of contact"),
+        Column(f"p_max at {_last(dataset)}, friction {friction:g}", "MPa"),
+        Column(f"off {symbol} by", "%"),
+    ]
+    known = known_share.sel(ics=reference_of(dataset))
+    largest, known_largest = largest_differences(dataset)
+    p_max = at.p_max.sel(ics=reference_of(dataset))
+    rows = []
+    for name in ics_of(dataset):
+        contact, is_reference = at.sel(ics=name), name == reference_of(dataset)
+        cells = [
+            with_estimate(share.sel(ics=name), known_share.sel(ics=name)),
+            "" if is_reference else signed(away.sel(ics=name), known),
+            "" if is_reference else with_estimate(largest.sel(ics=name), known_largest.sel(ics=name)),
+            with_estimate(contact.p_max, contact.estimate_p_max),
+            "" if is_reference else f"{percent_change(contact.p_max, p_max):+.1f}",
+        ]
+        rows.append(Row(symbol_of(name), cells))
+    return Table("ICs", columns, rows)
+
+
+def sliding(dataset: xr.Dataset) -> Chart:
+    """Return sliding over contact area by all ICs, over the load and the angle, and its difference."""
+
+    def panels(of_friction: xr.Dataset) -> list[Panel]:
+        share, estimate = main_number(of_friction), main_estimate(of_friction)
+        across, symbol = abscissa(dataset).title, reference_symbol(dataset)
+        cells = [Panel("over the load", across, SLIDING, share_curves(places(dataset), share, estimate))]
+        if others_of(dataset):
+            away = curves_by_ics(places(dataset), difference(of_friction), estimate)
+            up = f"difference [{difference_unit(dataset)}]"
+            cells.append(Panel(f"minus the share with {symbol}", across, up, away))
+        over_angle = share_curves(of_friction.angle, share, estimate)
+        return [
+            *cells,
+            Panel("over the angle of the patch", "Δδ with the same ICs [deg]", SLIDING, over_angle),
+        ]
+
+    alt = "sliding share of the contact area by ICs, and differences from the reference's"
+    return replace(by_friction(dataset, "sliding", panels), heights=1.2, alt=alt)
+
+
+def note(dataset: xr.Dataset) -> str:
+    """Return what the main chart shows."""
+    return (
+        f"Sliding area over contact area. Band: estimate of {reference_symbol(dataset)}, which includes the "
+        "error of the steps of load."
+    )
+
+
+def contact(dataset: xr.Dataset) -> str:
+    """Return at which load the maps are."""
+    return f"At {_last(dataset)}."
+
+
+COMPRESSION = MotionPage(
+    summary,
+    answer,
+    sliding,
+    note,
+    contact,
+    "Minus traction times slip in the last step of load, per area.",
+)

@@ -1,80 +1,178 @@
 """The pages of motions with friction: what they have in common, and what each motion adds."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
-from compare.contact.dataset import ics_of, reference_of
+from compare.contact.dataset import ics_of
 from compare.friction import maps
+from compare.friction.shown import (
+    BY_SYMMETRY,
+    abscissa,
+    curves_by_ics,
+    main_name,
+    motion_of,
+    place_text,
+    places,
+    share_curves,
+    shown,
+    step,
+    vanishes,
+    worst_friction,
+)
 from compare.friction.supports import PREFIX
-from compare.report.parts import Page, Part, final_sections, write_results
-from compare.report.styles import symbol_of
-from compare.report.tables import Cell, Row, Table, cell, changes_table, columns_of
+from compare.report.charts import Cell as ChartCell
+from compare.report.charts import Chart, Panel
+from compare.report.looks import symbol_of
+from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
+from compare.report.tables import Cell, Row, Table, changed_cell, with_estimate
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.given_ics import C
-from femic.contact.pairs.quantities import Quantity
 
+EXACT = 1e-5  # share of a number below which its estimate is none
+MOST, FEW = 20, 5  # places in the tables of the main number, and of others
 BELOW = (
-    "Small, below each number: its estimated error (from elements twice and four times as large; in "
-    "compression also from steps of load twice as large; of C also from C plus its own estimate)."
+    "Charts and contact.nc have all places, tables some. Small, below each number: its estimated error (from "
+    "elements twice and four times as large; in compression also from steps of load twice as large; of C "
+    "also from C plus its own estimate)."
 )
 
 
 @dataclass(frozen=True)
 class MotionPage:
-    """What the page of a motion has of its own, each made from the labelled arrays."""
+    """What the page of a motion has of its own, each made from the labelled arrays.
+
+    `note` explains the main chart; `remarks` are sentences on the limits of the numbers.
+    """
 
     summary: Callable[[xr.Dataset], str]
-    parts: Callable[[xr.Dataset], Iterator[Part]]
-    tables: Callable[[xr.Dataset], Sequence[Table]]
-    main_figure: Callable[[xr.Dataset], Figure]
+    answer: Callable[[xr.Dataset], Table]
+    main_chart: Callable[[xr.Dataset], Chart]
+    note: Callable[[xr.Dataset], str]
+    contact: Callable[[xr.Dataset], str]  # of which contact the maps are
+    work: str  # what the work of friction on the maps is
+    sections: Callable[[xr.Dataset], Sequence[Section]] = lambda _: ()
+    tables: Callable[[xr.Dataset], Sequence[Folded]] = lambda _: ()
+    remarks: Callable[[xr.Dataset], Iterator[str]] = lambda _: iter(())
+    steady: str = ""  # before the names of numbers of steady rolling, which then have rows of their own
 
     def write(self, dataset: xr.Dataset, out: Path) -> Path:
         """Write `contact.nc`, figures and `contact.html` into a folder; return the path of the page."""
-        tables = [*support_tables(dataset), *self.tables(dataset)]
-        end = final_sections(tables, BELOW, cost(dataset), str(dataset.attrs["scene"]))
-        page = Page(str(dataset.attrs["title"]), self.summary(dataset), chain(self.parts(dataset), end))
+        sections = chain(
+            [Section("", [self.main_chart(dataset), Note(self.note(dataset))])],
+            self.sections(dataset),
+            map_sections(dataset, self.contact(dataset), self.work),
+            self.tables(dataset),
+            [
+                Folded("All numbers", [numbers_chart(dataset), BELOW, *self.number_tables(dataset)]),
+                Folded("Limits, supports, grid and cost", self.details(dataset)),
+                Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))]),
+            ],
+        )
+        page = Page(str(dataset.attrs["title"]), self.summary(dataset), sections, self.answer(dataset))
         return write_results(page, out, "contact", dataset)
 
+    def number_tables(self, dataset: xr.Dataset) -> list[Block]:
+        """Return the tables of each number, one per friction, and which numbers vanish."""
+        symmetric = [name for name in BY_SYMMETRY if name in dataset and vanishes(dataset, name)]
+        names = [name for name in MOTIONS[motion_of(dataset)].quantities if name not in symmetric]
+        blocks: list[Block] = []
+        for name in names:
+            tables = [self._number_table(dataset, name, friction) for friction in dataset.friction.values]
+            number = shown(dataset, name)
+            blocks.append(Folded(f"{number.title}: {number.meaning}", tables))
+        return [*blocks, _symmetry(dataset, symmetric)]
 
-def motion_of(dataset: xr.Dataset) -> str:
-    """Return the name of the motion along whose dimension the numbers are."""
-    return next(name for name, motion in MOTIONS.items() if motion.dimension in dataset.dims)
+    def _number_table(self, dataset: xr.Dataset, name: str, friction: float) -> Table:
+        """Return a number at one friction: a row for each place listed, a column per ICs."""
+        of_friction, number = dataset.sel(friction=friction), shown(dataset, name)
+        dimension = MOTIONS[motion_of(dataset)].dimension
+        listed = _listed(of_friction, MOST if name == main_name(dataset) else FEW)
+        rows = [
+            Row(place_text(dataset, place), _cells(listed.sel({dimension: place}), name, number.factor))
+            for place in listed[dimension].values
+        ]
+        if self.steady:
+            rows.append(Row("steady", _cells(of_friction, self.steady + name, number.factor)))
+        return Table(
+            f"friction {friction:g}: {number.title}", [symbol_of(ics) for ics in ics_of(dataset)], rows
+        )
+
+    def details(self, dataset: xr.Dataset) -> list[Block]:
+        """Return remarks, changes with other supports, and cost."""
+        return [*self.remarks(dataset), *support_tables(dataset), cost(dataset)]
 
 
-def map_parts(dataset: xr.Dataset, contact: str, work: str) -> Iterator[Part]:
-    """Yield the maps of a motion; `contact` says of which contact they are, `work` what the work is."""
-    yield Part("Where the contact sticks", contact, "stick", maps.stick_maps(dataset))
-    yield Part("Work of friction", f"{contact} {work}", "work", maps.work_maps(dataset))
+def _listed(dataset: xr.Dataset, most: int) -> xr.Dataset:
+    """Return the numbers at some places, from the first to the last."""
+    dimension = MOTIONS[motion_of(dataset)].dimension
+    size = dataset.sizes[dimension]
+    return dataset.isel({dimension: np.linspace(0, size - 1, min(size, most)).astype(int)})
 
 
-def tables_by_friction(
-    dataset: xr.Dataset, rows: Callable[[xr.Dataset], Iterable[Row]] | None = None
-) -> list[Table]:
-    """Return a table of the motion's numbers per friction, with all rows or some."""
-    columns = columns_of(MOTIONS[motion_of(dataset)].quantities.values())
-    return [
-        Table(f"friction {friction:g}", columns, list((rows or number_rows)(dataset.sel(friction=friction))))
-        for friction in dataset.friction.values
+def _symmetry(dataset: xr.Dataset, names: Sequence[str]) -> str:
+    """Return a sentence on numbers that vanish by symmetry; empty without them."""
+    if not names:
+        return ""
+    texts = [
+        f"{shown(dataset, name).symbol} (estimated error at most "
+        f"{float(dataset[f'estimate_{name}'].max()):.2g} {BY_SYMMETRY[name]})"
+        for name in names
     ]
+    return f"0 by symmetry: {join_words(texts)}."
 
 
-def number_rows(dataset: xr.Dataset) -> Iterator[Row]:
-    """Yield the numbers at one friction, a row for each place along the motion's dimension and each ICs."""
-    motion = MOTIONS[motion_of(dataset)]
-    for place in dataset[motion.dimension].values:
-        for name in ics_of(dataset):
-            contact = dataset.sel({"ics": name, motion.dimension: place})
-            yield Row(f"{symbol_of(name)}, {motion.place(place)}", number_cells(contact, motion.quantities))
+def _cells(contacts: xr.Dataset, name: str, factor: float) -> list[Cell]:
+    """Return a number with its estimate, of each ICs."""
+    cells = []
+    for value, estimate in zip(contacts[name].values, contacts[f"estimate_{name}"].values, strict=True):
+        known = float(estimate) if estimate > EXACT * abs(value) else np.nan
+        text, _, error = with_estimate(factor * float(value), factor * known).partition(" ± ")
+        cells.append(Cell(text, below=f"± {error}" if error else ""))
+    return cells
 
 
-def number_cells(contact: xr.Dataset, quantities: Mapping[str, Quantity], prefix: str = "") -> list[Cell]:
-    """Return the numbers of a contact with their estimates."""
-    return [cell(contact[prefix + name], contact[f"estimate_{prefix}{name}"]) for name in quantities]
+def by_friction(
+    dataset: xr.Dataset,
+    name: str,
+    cells: Callable[[xr.Dataset], Sequence[ChartCell]],
+    columns: int = 3,
+) -> Chart:
+    """Return a chart of cells with a slider over friction, which begins where ICs differ most."""
+    steps = {step(friction): cells(dataset.sel(friction=friction)) for friction in dataset.friction.values}
+    start = step(worst_friction(dataset))
+    return Chart(name, steps, columns, "friction", start=start)
+
+
+def numbers_chart(dataset: xr.Dataset) -> Chart:
+    """Return the chart of all numbers over the dimension of the motion."""
+    names = [name for name in MOTIONS[motion_of(dataset)].quantities if not vanishes(dataset, name)]
+
+    def panels(of_friction: xr.Dataset) -> list[Panel]:
+        cells = []
+        for name in names:
+            number = shown(dataset, name)
+            values = number.factor * of_friction[name]
+            estimate = number.factor * of_friction[f"estimate_{name}"]
+            draw = share_curves if name == "sliding_share" else curves_by_ics
+            curves = draw(places(dataset), values, estimate)
+            cells.append(Panel(number.meaning, abscissa(dataset).title, number.title, curves))
+        return cells
+
+    alt = f"all numbers of the contact over the {abscissa(dataset).symbol}"
+    return replace(by_friction(dataset, "numbers", panels), heights=0.85, alt=alt)
+
+
+def map_sections(dataset: xr.Dataset, contact: str, work: str) -> Iterator[Section | Folded]:
+    """Yield the maps of a motion; `contact` says of which contact they are, `work` what the work is."""
+    yield Section("Where the contact sticks", [contact, by_friction(dataset, "stick", maps.stick)])
+    largest = f"Colours end at the largest value with any ICs. {contact}"
+    yield Folded("Pressures", [largest, by_friction(dataset, "pressures", maps.pressures)])
+    yield Folded("Work of friction", [f"{largest} {work}", by_friction(dataset, "work", maps.work)])
 
 
 def support_tables(dataset: xr.Dataset) -> list[Table]:
@@ -84,13 +182,20 @@ def support_tables(dataset: xr.Dataset) -> list[Table]:
     motion = MOTIONS[motion_of(dataset)]
     friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
     with_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
-    caption = f"changes with other supports, computed with C, friction {friction:g}, {motion.place(place)}"
-    return [changes_table(caption, motion.quantities, with_c, dataset, PREFIX)]
+    names = [name for name in motion.quantities if not vanishes(dataset, name)]
+    rows = [Row(shown(dataset, name).title, _changes(dataset, with_c, name)) for name in names]
+    caption = f"computed with C, friction {friction:g}, {place_text(dataset, place)}"
+    heads = ["these supports", *(f"change with {name}" for name in dataset.supports.values)]
+    return [Table(caption, heads, rows)]
 
 
-def reference_symbol(dataset: xr.Dataset) -> str:
-    """Return the symbol of the ICs that others are compared with."""
-    return symbol_of(reference_of(dataset))
+def _changes(dataset: xr.Dataset, with_c: xr.Dataset, name: str) -> list[Cell | str]:
+    """Return a number with its estimate, and its changes with other supports."""
+    factor, value, estimate = shown(dataset, name).factor, with_c[name], with_c[f"estimate_{name}"]
+    changed = [
+        changed_cell(factor * other, factor * value, factor * estimate) for other in dataset[PREFIX + name]
+    ]
+    return [with_estimate(factor * value, factor * estimate), *(replace(cell, below="") for cell in changed)]
 
 
 def cost(dataset: xr.Dataset) -> str:

@@ -4,9 +4,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.friction.compression_page import COMPRESSION
-from compare.friction.page import MotionPage, motion_of
+from compare.friction.page import MotionPage
 from compare.friction.rolling_page import ROLLING
+from compare.friction.shown import motion_of
 from compare.friction.transient_page import TRANSIENT
+from compare.report.static import picture
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
@@ -14,8 +16,8 @@ PAGES: dict[str, MotionPage] = {"rolling": ROLLING, "transient": TRANSIENT, "com
 
 
 def main_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the main figure of the motion of labelled arrays."""
-    return PAGES[motion_of(dataset)].main_figure(dataset)
+    """Draw the main chart of the motion of labelled arrays, for all coefficients of friction."""
+    return picture(PAGES[motion_of(dataset)].main_chart(dataset))
 
 
 def require_page(scene: Scene) -> None:

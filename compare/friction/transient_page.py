@@ -1,56 +1,62 @@
-"""Figures, sentences and tables of transient rolling by several ICs."""
+"""Verdict and charts of transient rolling by several ICs."""
 
-from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from compare.contact.dataset import ics_of, others_of, reference_of
-from compare.friction.page import (
-    MotionPage,
-    map_parts,
-    number_cells,
-    number_rows,
-    reference_symbol,
-    tables_by_friction,
-)
+from compare.friction.page import MotionPage, by_friction
 from compare.friction.rolling import scaled_force
-from compare.friction.transient import CREEPAGES, STEADY
-from compare.report.panels import draw_band, draw_by_ics, figure_grid
-from compare.report.parts import Part
-from compare.report.styles import symbol_of, with_further
-from compare.report.tables import Row, Table
-from femic.contact.pairs.quantities import OF_ROLLING
+from compare.friction.shown import (
+    abscissa,
+    curves_by_ics,
+    difference,
+    difference_unit,
+    largest_differences,
+    load_of,
+    load_text,
+    main_estimate,
+    places,
+    reference_symbol,
+    share_curves,
+    shown,
+    worst_friction,
+)
+from compare.friction.transient import STEADY
+from compare.report.charts import Chart, Curve, Panel
+from compare.report.looks import Look, drawing_order, looks_of, symbol_of
+from compare.report.parts import join_words
+from compare.report.tables import Cell, Column, Row, Table, with_estimate
 
 NEAR = 0.05  # of the steady force, within which transient forces are said to have reached it
-LISTED = 4  # distances in the tables, besides rest
-FORCES = {"F_x": "F_x / (friction load) [-]", "F_y": "F_y / (friction load) [-]"}
-SLIDING = {"sliding_share": "sliding / contact area [-]"}
 LEAST = 0.01  # of friction times load: smaller forces are not drawn
+LIMIT = Look("#808080", "solid", width=1)
+UNITS = {"creepage": (100.0, "%"), "lateral": (100.0, "%"), "spin": (1.0, " /mm")}
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return sentences computed from the numbers: where rolling becomes steady, and how ICs differ."""
-    at = ", ".join(f"{name} {dataset.attrs[name]:.3g}" for name in CREEPAGES if dataset.attrs[name])
+    """Return where rolling becomes steady, and how ICs differ in the end."""
     symbol, end = reference_symbol(dataset), float(dataset.distance[-1])
+    creepages = ", ".join(
+        f"{name} {factor * dataset.attrs[name]:.3g}{unit}"
+        for name, (factor, unit) in UNITS.items()
+        if dataset.attrs[name]
+    )
+    reached = join_words(
+        f"{_reached(dataset.sel(friction=friction, ics=reference_of(dataset)))} with friction {friction:g}"
+        for friction in dataset.friction.values
+    )
     sentences = [
-        f"{dataset.attrs['load']:g} N, from rest over {end:.3g} mm of rolling ({at or 'no creepage'})."
+        f"From rest over {end:.3g} mm of rolling ({creepages or 'no creepage'}), F_x with {symbol} "
+        f"comes within {NEAR:.0%} of steady rolling {reached}."
     ]
-    for friction in dataset.friction.values:
-        rolling = dataset.sel(friction=friction, ics=reference_of(dataset))
+    away = abs(difference(dataset).isel(distance=-1)).max("friction")
+    if others := others_of(dataset):
+        texts = join_words(f"{float(away.sel(ics=name)):.1f}% with {symbol_of(name)}" for name in others)
         sentences.append(
-            f"With friction {friction:g} and {symbol}, F_x is {float(rolling.F_x[-1]):.4g} N in the end; "
-            f"steady rolling has {float(rolling[f'{STEADY}F_x']):.4g} N, {_reached(rolling)}."
+            f"In the end F_x is up to {texts} of friction times load from the force with {symbol}."
         )
-    last, scale = dataset.F_x.isel(distance=-1), dataset.friction * dataset.attrs["load"]
-    away = abs(last - last.sel(ics=reference_of(dataset))) / scale
-    sentences += [
-        f"{symbol_of(name)}: F_x in the end is up to {float(away.sel(ics=name).max()):.1%} of friction times "
-        f"load from the force with {symbol}."
-        for name in others_of(dataset)
-    ]
     return " ".join(sentences)
 
 
@@ -65,73 +71,91 @@ def settled(rolling: xr.Dataset) -> float:
 def _reached(rolling: xr.Dataset) -> str:
     """Return where the force with some ICs reaches the steady one."""
     distance = settled(rolling)
-    if np.isnan(distance):
-        return f"to which F_x does not come within {NEAR:.0%}"
-    return f"to which F_x keeps within {NEAR:.0%} from {distance:.3g} mm on"
+    return "nowhere" if np.isnan(distance) else f"from {distance:.3g} mm on"
 
 
-def parts(dataset: xr.Dataset) -> Iterator[Part]:
-    """Yield the figures."""
-    yield Part(
-        "Forces and sliding over the rolled distance",
-        "Forces on the upper body over friction times load, where they are not small, and sliding area over "
-        "contact area, from rest on. Dotted: steady rolling with the same ICs; grey: the limit of friction. "
-        f"Band: estimate of {reference_symbol(dataset)}.",
-        "growth",
-        growth(dataset),
-    )
-    yield from map_parts(
-        dataset,
-        f"After {float(dataset.distance[-1]):.3g} mm.",
-        "Minus traction times slip in the last step, per unit of rolled distance and area.",
-    )
-
-
-def growth(dataset: xr.Dataset) -> Figure:
-    """Draw forces and sliding area over the rolled distance by all ICs, a column per friction."""
-    shown = {name: label for name, label in FORCES.items() if abs(scaled_force(dataset, name)).max() > LEAST}
-    shown |= SLIDING
-    with figure_grid(len(shown), dataset.sizes["friction"], sharex=True, sharey="row") as (figure, rows):
-        for panels, (name, label) in zip(rows, shown.items(), strict=True):
-            for number, axes in enumerate(panels):
-                _draw(axes, dataset.isel(friction=number), name)
-            panels[0].set_ylabel(label)
-        for number, friction in enumerate(dataset.friction.values):
-            rows[0, number].set_title(f"friction {friction:g}", fontsize=9)
-            rows[-1, number].set_xlabel("rolled distance [mm]")
-    return figure
-
-
-def _draw(axes: Axes, rolling: xr.Dataset, name: str) -> None:
-    """Draw a number at one friction over the distance, with its steady value and the estimate."""
-    keys, is_force = (name, f"estimate_{name}", STEADY + name), name in FORCES
-    values, estimate, steady = (scaled_force(rolling, key) if is_force else rolling[key] for key in keys)
-    draw_by_ics(axes, rolling.distance, values, 0)
-    styles = with_further(ics_of(rolling))
-    for ics in ics_of(rolling):
-        colour = styles[ics][1].get("color")
-        axes.axhline(float(steady.sel(ics=ics)), color=colour, linestyle=":", linewidth=1)
-    reference, band = (part.sel(ics=reference_of(rolling)) for part in (values, estimate))
-    low, high = reference - band, reference + band
-    if is_force:
-        axes.axhline(float(np.sign(reference[-1])), color="grey", linewidth=1)
-    else:
-        low, high = low.clip(0, 1), high.clip(0, 1)
-    draw_band(axes, rolling.distance, low, high, f"estimate of {reference_symbol(rolling)}")
-
-
-def _tables(dataset: xr.Dataset) -> list[Table]:
-    """Return the numbers at some distances and in steady rolling, a table per friction."""
-    return tables_by_friction(dataset, _rows)
-
-
-def _rows(dataset: xr.Dataset) -> Iterator[Row]:
-    """Yield the numbers at one friction: for each ICs at some distances, and in steady rolling."""
-    steps = dataset.sizes["distance"] - 1
-    shown = dataset.isel(distance=[steps * number // LISTED for number in range(LISTED + 1)])
+def answer(dataset: xr.Dataset) -> Table:
+    """Return forces in the end and in steady rolling where ICs differ most, and their differences."""
+    friction, symbol = worst_friction(dataset), reference_symbol(dataset)
+    force, at = shown(dataset, "F_x"), dataset.sel(friction=friction)
+    columns = [
+        Column(f"F_x in the end, friction {friction:g}", force.unit),
+        Column("F_x, steady rolling", force.unit),
+        Column(f"within {NEAR:.0%} of steady rolling from", "mm"),
+        Column(f"largest distance from {symbol}, any friction", difference_unit(dataset)),
+    ]
+    largest, known = largest_differences(dataset)
+    rows = []
     for name in ics_of(dataset):
-        yield from number_rows(shown.sel(ics=[name]))
-        yield Row(f"{symbol_of(name)}, steady", number_cells(dataset.sel(ics=name), OF_ROLLING, STEADY))
+        rolling, is_reference = at.sel(ics=name), name == reference_of(dataset)
+        end = rolling.isel(distance=-1)
+        cells: list[Cell | str] = [
+            with_estimate(force.factor * end.F_x, force.factor * end.estimate_F_x),
+            with_estimate(*(force.factor * end[f"{prefix}F_x"] for prefix in (STEADY, f"estimate_{STEADY}"))),
+            Cell(settled(rolling), ".3g"),
+            "" if is_reference else with_estimate(largest.sel(ics=name), known.sel(ics=name)),
+        ]
+        rows.append(Row(symbol_of(name), cells))
+    return Table("ICs", columns, rows)
 
 
-TRANSIENT = MotionPage(summary, parts, _tables, growth)
+def growth(dataset: xr.Dataset) -> Chart:
+    """Return forces and sliding area over the rolled distance by all ICs, and the difference of F_x."""
+    forces = [name for name in ("F_x", "F_y") if abs(scaled_force(dataset, name)).max() > LEAST]
+    across = abscissa(dataset).title
+
+    def panels(of_friction: xr.Dataset) -> list[Panel]:
+        cells = [_panel(dataset, of_friction, name, limited=True) for name in forces]
+        if others_of(dataset):
+            known = main_estimate(of_friction)
+            away = curves_by_ics(places(dataset), difference(of_friction), known)
+            title = f"F_x minus the one with {reference_symbol(dataset)}"
+            cells.insert(1, Panel(title, across, f"difference [{difference_unit(dataset)}]", away))
+        return [*cells, _panel(dataset, of_friction, "sliding_share")]
+
+    alt = "forces and sliding area over the rolled distance by ICs"
+    columns, heights = (2, 0.8) if len(forces) > 1 else (3, 1.2)
+    return replace(by_friction(dataset, "growth", panels, columns), heights=heights, alt=alt)
+
+
+def _panel(dataset: xr.Dataset, of_friction: xr.Dataset, name: str, *, limited: bool = False) -> Panel:
+    """Return a number over the distance, with its steady values, and with the limit of friction."""
+    number, ends = shown(dataset, name), places(dataset)[[0, -1]]
+    values, estimate, steady = (
+        number.factor * of_friction[key] for key in (name, f"estimate_{name}", STEADY + name)
+    )
+    curves = []
+    looks = looks_of(ics_of(dataset))
+    for ics in drawing_order(looks):
+        level = [float(steady.sel(ics=ics))] * 2
+        curves.append(Curve(symbol_of(ics), ends, level, Look(looks[ics].colour, "dot", width=1)))
+    draw = curves_by_ics if limited else share_curves
+    curves += draw(places(dataset), values, estimate)
+    if limited:
+        limit = number.factor * float(of_friction.friction) * load_of(dataset) * np.sign(float(values[0, -1]))
+        curves.append(Curve("limit of friction", ends, [limit, limit], LIMIT))
+    return Panel(number.meaning, abscissa(dataset).title, number.title, curves)
+
+
+def note(dataset: xr.Dataset) -> str:
+    """Return what the main chart shows."""
+    return (
+        f"{load_text(dataset)}, from rest on. Dotted: steady rolling with the same ICs; grey: the "
+        f"limit of friction. Band: estimate of {reference_symbol(dataset)}. Small forces are not drawn."
+    )
+
+
+def contact(dataset: xr.Dataset) -> str:
+    """Return at which distance the maps are."""
+    return f"After {float(dataset.distance[-1]):.3g} mm."
+
+
+TRANSIENT = MotionPage(
+    summary,
+    answer,
+    growth,
+    note,
+    contact,
+    "Minus traction times slip in the last step, per unit of rolled distance and area.",
+    steady=STEADY,
+)

@@ -24,6 +24,8 @@ MOST_MARKERS = 25  # points of a curve up to which each has its marker
 class Curve:
     """A curve y over x, (n,), and the half-height of its band, such as an estimated error.
 
+    Half-heights below and above may differ, (2, n).
+
     Curves with the same label are shown and hidden together; without one a curve is not in the legend.
     Markers are drawn on curves of few points only.
     """
@@ -38,6 +40,12 @@ class Curve:
     def points(self) -> tuple[Array, Array]:
         """Abscissas and ordinates."""
         return np.asarray(self.x, dtype=float), np.asarray(self.y, dtype=float)
+
+    @property
+    def band_edges(self) -> tuple[Array, Array]:
+        """Ordinates of the lower and the upper edge of the band, NaN where it is not known."""
+        below, above = np.broadcast_to(np.asarray(self.band, dtype=float), (2, np.size(self.y)))
+        return self.points[1] - below, self.points[1] + above
 
     @property
     def drawn_look(self) -> Look:

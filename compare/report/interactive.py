@@ -88,9 +88,9 @@ def _curve(curve: Curve) -> Iterator[Trace]:
     x, y = curve.points
     group = {"legendgroup": curve.label, "showlegend": False}
     if curve.band is not None:
-        half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
-        known = np.isfinite(half) & np.isfinite(y)
-        at, low, high = x[known], (y - half)[known], (y + half)[known]
+        low, high = curve.band_edges
+        known = np.isfinite(low) & np.isfinite(high)
+        at, low, high = x[known], low[known], high[known]
         yield {
             "x": _numbers(np.append(at, at[::-1])),
             "y": _numbers(np.append(high, low[::-1])),

@@ -23,7 +23,7 @@ SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [i
 CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES = 8  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
-NOT_IN_NAMES = r"[^\w.-]+"  # characters of a step that the name of its file has not
+NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
 DASHES: dict[str, Any] = {
     "": "none",
     "solid": "-",
@@ -157,8 +157,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     x, y = curve.points
     style = style_of(curve.drawn_look)
     if curve.band is not None:
-        half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
-        axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
+        axes.fill_between(x, *curve.band_edges, color=style["color"], alpha=0.2, linewidth=0)
     return axes.plot(x, y, label=curve.label, **style)
 
 

@@ -3,8 +3,11 @@
 import pytest
 
 from compare.friction.compute import compute_with_friction
+from compare.friction.page import support_tables
 from compare.friction.pages import PAGES
+from compare.friction.shown import shown, vanishes
 from compare.friction.supports import with_supports
+from femic.contact import motions
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
 from femic.reference.run_options import RunOptions
 from tests.compare.friction.conftest import SAME, SOFTER
@@ -33,13 +36,22 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys,
 
 
 @pytest.mark.usefixtures("in_place_of_c")
-@pytest.mark.parametrize(("keys", "place"), [(ROLLING, "0.01 %"), (COMPRESSION, "2000 N")])
+@pytest.mark.parametrize(("keys", "place"), [(ROLLING, "0.01%"), (COMPRESSION, "2000 N")])
 def test_page_has_a_table_of_changes_with_other_supports(keys, place, tmp_path):
     of = scene(13.0, **KEYS, **keys)
     dataset = with_supports(of, compute_with_friction(of), RunOptions(1))
     page = PAGES[keys["motion"]].write(dataset, tmp_path).read_text(encoding="utf-8")
-    assert "changes with other supports, computed with C, friction 0.2, " + place in page
-    assert f'<th class="name">{SOFTER}</th>' in page
+    assert f'<th class="name">computed with C, friction 0.2, {place}</th>' in page
+    assert f"<th>change with {SOFTER}</th>" in page
+    (table,) = support_tables(dataset)
+    rows = {row.name: [cell.text for cell in row.filled] for row in table.rows}
+    numbers = [name for name in motions.MOTIONS[keys["motion"]].quantities if not vanishes(dataset, name)]
+    assert list(rows) == [shown(dataset, name).title for name in numbers]
+    of_same, of_softer = (float(dataset.supported_approach.sel(supports=name)) for name in (SAME, SOFTER))
+    before, same, softer = rows["ζ [mm]"]
+    assert float(before.split(" ± ")[0]) == pytest.approx(of_same, rel=1e-3)
+    assert same == "0"
+    assert float(softer) == pytest.approx(of_softer - of_same, rel=0.05)
 
 
 @pytest.mark.usefixtures("in_place_of_c")

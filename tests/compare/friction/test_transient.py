@@ -6,6 +6,7 @@ import xarray as xr
 
 from compare.friction import transient_page
 from compare.friction.compute import compute_with_friction
+from compare.friction.shown import worst_friction
 from compare.friction.supports import with_supports
 from compare.friction.transient_page import TRANSIENT, settled, summary
 from femic.campaigns.results.contact import NAMES
@@ -14,6 +15,7 @@ from femic.contact.pairs.quantities import OF_ROLLING
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
+from tests.compare.conftest import widest
 from tests.compare.friction.scenes import scene
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
@@ -55,43 +57,91 @@ def test_transient_rolling_ends_at_steady_rolling_with_the_same_creepage(dataset
 def test_page_and_file_agree(dataset, tmp_path):
     page = TRANSIENT.write(dataset, tmp_path).read_text(encoding="utf-8")
     written = xr.open_dataset(tmp_path / "contact.nc")
-    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
-        f"contact_{name}" for name in ("growth", "stick", "work")
+    assert {path.stem.split("_μ")[0] for path in (tmp_path / "figures").iterdir()} == {
+        f"contact_{name}" for name in ("growth", "stick", "pressures", "work", "numbers")
     }
     assert summary(written) in page.replace("&#39;", "'")
-    assert "B̂, steady" in page
-    for number in (written.F_x[0, 1, -1], written.steady_F_x[1, 0]):
-        assert f"<td>{float(number):.4g}<br>" in page
+
+
+def test_tables_have_some_distances_and_steady_rolling(dataset):
+    table = TRANSIENT.number_tables(dataset)[0].blocks[1]
+    assert table.caption == "friction 0.5: F_x [N]"
+    distances = [row.name for row in table.rows]
+    assert len(distances) == 20 + 1
+    assert (distances[0], distances[-1]) == ("0 mm", "steady")
+    rolling = dataset.sel(friction=0.5, ics="Bhat")
+    for row, key in ((table.rows[-2], "F_x"), (table.rows[-1], "steady_F_x")):
+        value, estimate = (np.ravel(rolling[name])[-1] for name in (key, f"estimate_{key}"))
+        cell = row.cells[1]
+        assert float(cell.text) == pytest.approx(value, abs=estimate / 10)
+        assert float(cell.below.removeprefix("± ")) == pytest.approx(estimate, rel=0.05)
+    others = TRANSIENT.number_tables(dataset)[1].blocks[0]
+    assert len(others.rows) == 5 + 1
 
 
 def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
     one = dataset.isel(friction=0, ics=1)
     at = settled(one)
-    assert f"keeps within 5% from {at:.3g} mm on" in summary(dataset)
+    text = summary(dataset)
+    assert f"F_x with B̂ comes within 5% of steady rolling from {at:.3g} mm on with friction 0.2" in text
+    assert text.count(". ") + 1 <= 3
     near = abs(one.F_x - one.steady_F_x) <= 0.05 * one.steady_F_x
     assert bool(near.sel(distance=slice(at, None)).all())
     assert not bool(near.sel(distance=slice(None, at - 1e-6))[-1])
     short = dataset.isel(distance=slice(3))
     assert np.isnan(settled(short.isel(friction=0, ics=1)))
-    assert "to which F_x does not come within 5%" in summary(short)
+    assert "nowhere with friction 0.2" in summary(short)
     assert np.isnan(settled(one.assign(steady_F_x=np.nan)))
 
 
+def test_summary_states_how_far_forces_are_off_in_the_end(dataset):
+    moved = dataset.assign(F_x=dataset.F_x.copy())
+    moved.F_x[0, 0, -1] = dataset.F_x[0, 1, -1] + 0.07 * 0.2 * dataset.attrs["load"]
+    moved.F_x[0, 0, 3] += 0.5 * dataset.attrs["load"]
+    assert "In the end F_x is up to 7.0% with A of friction times load" in summary(moved)
+
+
+def test_the_answer_has_the_numbers_of_the_arrays(dataset):
+    at = dataset.sel(friction=worst_friction(dataset))
+    for row, name in zip(transient_page.answer(dataset).rows, ("A", "Bhat"), strict=True):
+        rolling = at.sel(ics=name)
+        force, steady, distance, _ = (cell.text for cell in row.filled)
+        for text, key in ((force, "F_x"), (steady, "steady_F_x")):
+            value, estimate = map(float, text.split(" ± "))
+            assert estimate == pytest.approx(np.ravel(rolling[f"estimate_{key}"])[-1], rel=0.05)
+            assert value == pytest.approx(np.ravel(rolling[key])[-1], abs=estimate / 10)
+        assert float(distance) == pytest.approx(settled(rolling), rel=1e-2)
+    away = (100 * (dataset.F_x.sel(ics="A") - dataset.F_x.sel(ics="Bhat")) / dataset.friction / 2e3).values
+    largest, known = map(float, transient_page.answer(dataset).rows[0].cells[3].split(" ± "))
+    assert largest == pytest.approx(np.abs(away).max(), abs=known / 10)
+
+
 def test_small_forces_are_not_drawn_and_steady_forces_are_lines(dataset):
-    figure = transient_page.growth(dataset)
-    assert len(figure.axes) == 4  # F_x and sliding, by two coefficients
+    chart = transient_page.growth(dataset)
+    panels = chart.steps["μ\u00a0=\u00a00.2"]
+    assert len(panels) == 3  # F_x, its difference, and sliding
+    force, away, sliding = panels
     aside = dataset.assign(
         F_y=0.5 * dataset.F_x, estimate_F_y=dataset.estimate_F_x, steady_F_y=dataset.steady_F_x
     )
-    assert len(transient_page.growth(aside).axes) == 6
-    force = 0.2 * dataset.attrs["load"]
-    levels = {
-        round(float(line.get_ydata()[0]), 9)
-        for line in figure.axes[0].get_lines()
-        if len(line.get_ydata()) == 2
-    }
-    expected = {round(float(one) / force, 9) for one in dataset.steady_F_x.sel(friction=0.2)} | {1.0}
-    assert levels == expected
+    assert len(transient_page.growth(aside).cells) == 2 * 4
+    limit = 0.2 * dataset.attrs["load"]
+    levels = {round(float(curve.y[0]), 9) for curve in force.curves if len(curve.y) == 2}
+    assert levels == {round(float(level), 9) for level in [*dataset.steady_F_x.sel(friction=0.2), limit]}
+    of_friction = dataset.sel(friction=0.2)
+    for ics, symbol in (("A", "A"), ("Bhat", "B̂")):
+        (drawn,) = (curve for curve in force.curves if curve.label == symbol and len(curve.y) > 2)
+        np.testing.assert_allclose(drawn.y, of_friction.F_x.sel(ics=ics))
+        (drawn,) = (curve for curve in away.curves if curve.label == symbol)
+        expected = of_friction.F_x.sel(ics=ics) - of_friction.F_x.sel(ics="Bhat")
+        np.testing.assert_allclose(drawn.y, 100 * expected / limit)
+        (drawn,) = (curve for curve in sliding.curves if curve.label == symbol and len(curve.y) > 2)
+        np.testing.assert_allclose(drawn.y, 100 * of_friction.sliding_share.sel(ics=ics))
+
+
+@pytest.mark.slow
+def test_nothing_is_wider_than_the_window(dataset, browser, tmp_path):
+    assert max(widest(browser, TRANSIENT.write(dataset, tmp_path), 800)) <= 800
 
 
 @pytest.mark.usefixtures("in_place_of_c")

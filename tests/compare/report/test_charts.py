@@ -50,6 +50,15 @@ def test_a_band_ends_where_it_is_not_known():
     assert len(traces(chart_of("one", [panel]), 0)[0]["x"]) == 2 * 4
 
 
+def test_a_band_may_reach_less_far_below_than_above():
+    panel = Panel("", "", "", [Curve("C", X, X, band=np.array([0.1 * np.ones(5), 0.3 * X]))])
+    band, _ = traces(chart_of("one", [panel]), 0)
+    np.testing.assert_allclose(band["y"], [*(1.3 * X), *(X - 0.1)[::-1]], rtol=1e-5)
+    (drawn,) = static.picture(chart_of("one", [panel])).axes[0].collections
+    low, high = drawn.get_datalim(static.picture(chart_of("one", [panel])).axes[0].transData).intervaly
+    assert (low, high) == pytest.approx((-0.1, 1.3 * X[-1]))
+
+
 def test_each_label_is_once_in_the_legend(chart):
     legend = json.loads(interactive.as_json(chart))["legend"]
     assert [(entry["label"], entry["colour"]) for entry in legend] == [("C", INK), ("A", OWN["A"].colour)]
