@@ -1,6 +1,8 @@
 """Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib."""
 
+import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -19,6 +21,7 @@ RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 1
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
 MOST_ENTRIES = 8  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
+NOT_IN_NAMES = r"[^\w.-]+"  # characters of a step that the name of its file has not
 DASHES: dict[str, Any] = {
     "": "none",
     "solid": "-",
@@ -32,7 +35,6 @@ MARKERS = {
     "": "",
     "square": "s",
     "circle": "o",
-    "circle-open": "o",
     "triangle-up": "^",
     "triangle-down": "v",
     "triangle-left": "<",
@@ -46,6 +48,18 @@ MARKERS = {
     "octagon": "8",
 }
 COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_r"}
+
+
+def pictures(chart: Chart) -> dict[str, Figure]:
+    """Return the figures of a chart by their names: one, or one per step where a step has several rows."""
+    if len(chart.steps) == 1 or all(len(cells) <= chart.columns for cells in chart.steps.values()):
+        return {chart.name: picture(chart)}
+    return {
+        f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}": picture(
+            replace(chart, steps={step: cells}, start="")
+        )
+        for step, cells in chart.steps.items()
+    }
 
 
 def picture(chart: Chart) -> Figure:
@@ -88,10 +102,11 @@ def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     if isinstance(cell, Map):
         _draw_map(figure, axes, cell)
     else:
-        _draw_panel(axes, cell)
+        draw_panel(axes, cell)
 
 
-def _draw_panel(axes: Axes, panel: Panel) -> None:
+def draw_panel(axes: Axes, panel: Panel) -> None:
+    """Draw the curves of a panel, without title and names of axes."""
     for curve in panel.curves:
         _draw_curve(axes, curve)
     for mark in panel.marks:
@@ -112,7 +127,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     if curve.band is not None:
         half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
         axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
-    return axes.plot(x, y, **style)
+    return axes.plot(x, y, label=curve.label, **style)
 
 
 def style_of(look: Look) -> dict[str, Any]:
@@ -121,7 +136,7 @@ def style_of(look: Look) -> dict[str, Any]:
         "color": "black" if look.colour == INK else look.colour,
         "linestyle": DASHES[look.dash],
         "linewidth": 0.8 * look.width,
-        "marker": MARKERS[look.marker],
+        "marker": MARKERS[look.marker.removesuffix("-open")],
         "markersize": 4,
         **({"markerfacecolor": "white"} if look.marker.endswith("-open") else {}),
     }

@@ -76,7 +76,7 @@
       button.setAttribute("aria-pressed", "true");
       list.append(button);
     }
-    chart.place.append(list);
+    chart.place.prepend(list);
   };
   const toggle = label => {
     if (!hidden.delete(label)) hidden.add(label);

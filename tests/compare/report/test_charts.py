@@ -110,10 +110,26 @@ def test_paper_shows_all_steps_side_by_side(chart):
         np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), factor * X)
 
 
+def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
+    assert list(static.pictures(chart)) == ["pressures"]
+    tall = Chart("tall", {step: 2 * list(cells) for step, cells in chart.steps.items()}, columns=1)
+    figures = static.pictures(tall)
+    assert list(figures) == ["tall_1kN", "tall_2kN"]
+    for figure, factor in zip(figures.values(), (1, 2), strict=True):
+        np.testing.assert_allclose([a.get_lines()[0].get_ydata() for a in figure.axes], [factor * X] * 2)
+
+
 def test_markers_are_drawn_on_curves_of_few_points_only():
     look = Look("#123456", "dash", "square")
     for count, marker in ((MOST_MARKERS, "square"), (MOST_MARKERS + 1, "")):
         assert Curve("A", np.arange(count), np.arange(count), look).drawn_look.marker == marker
+
+
+def test_open_markers_are_drawn_open_on_paper():
+    filled, hollow = (static.style_of(Look("#123456", "", marker)) for marker in ("square", "square-open"))
+    assert filled["marker"] == hollow["marker"] == "s"
+    assert "markerfacecolor" not in filled
+    assert hollow["markerfacecolor"] == "white"
 
 
 def test_looks_differ_and_those_listed_first_lie_on_top():
