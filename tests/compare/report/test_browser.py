@@ -1,7 +1,6 @@
 """Pages in a real browser: charts that are explored, nothing that overflows, paper."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -12,23 +11,9 @@ from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Cell, Row, Table, numbers
 
 pytestmark = pytest.mark.slow
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 HARMLESS = ("willReadFrequently", "GPU stall")  # what a browser says about its own speed
 X = np.linspace(0.0, 3.0, 7)
 LOOKS = looks_of(["A", "C"])
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium from the system's packages, without a screen."""
-    driver = pytest.importorskip("playwright.sync_api", reason="needs the extra femic[dev]")
-    if CHROMIUM is None:
-        pytest.skip("needs a browser: apt-get install chromium")
-    with driver.sync_playwright() as play:
-        started = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
 
 
 @pytest.fixture
