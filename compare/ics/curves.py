@@ -1,6 +1,6 @@
 """Curves of ICs along lines, drawn from the dataset of `compare.ics.dataset.to_dataset`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -51,24 +51,31 @@ def _unit(dataset: xr.Dataset) -> float:
 
 def chart(scene: Scene, dataset: xr.Dataset) -> Chart:
     """Return the ICs of a scene, a step per component: curves and differences from C, then other bodies."""
-    first, *others = bodies_of(scene)
+    first, *others = combined_first(scene.compared)
     units, steps = absolute(dataset), {}
     for component in scene.components:
         curves_of_first = _panels(scene, dataset, component, [first], units)
-        differences = [
-            replace(panel, title=f"{panel.title}: minus C", up=panel.up.replace(" [", " − C ["))
-            for panel in _panels(scene, minus_c(dataset), component, [first], units)
-        ]
+        differences = map(of_differences, _panels(scene, minus_c(dataset), component, [first], units))
         curves_of_others = _panels(scene, dataset, component, others, units)
         steps[component] = [*curves_of_first, *differences, *curves_of_others]
-    start = "nn" if "nn" in steps else scene.components[0]
-    columns = min(max(2, len(scene.lines)), MOST_COLUMNS)
+    return by_component(steps, len(scene.lines))
+
+
+def by_component(steps: Mapping[str, Sequence[Panel]], lines: int) -> Chart:
+    """Return a chart of panels by component, a column per line; it starts with nn."""
+    start = "nn" if "nn" in steps else next(iter(steps))
+    columns = min(max(2, lines), MOST_COLUMNS)
     return Chart("curves", steps, columns, "component", heights=0.75, start=start)
 
 
-def bodies_of(scene: Scene) -> list[str]:
-    """Return the compared bodies: first both together."""
-    return sorted(scene.compared, key=lambda body: body != "combined")
+def combined_first(bodies: Iterable[str]) -> list[str]:
+    """Return bodies in their order, but both together first."""
+    return sorted(bodies, key=lambda body: body != "combined")
+
+
+def main_body(bodies: Iterable[str]) -> str:
+    """Return the body that pages speak of: both together, or else the first."""
+    return combined_first(bodies)[0]
 
 
 def curves(scene: Scene, dataset: xr.Dataset, component: str) -> Figure:
@@ -145,6 +152,11 @@ def _curve(part: xr.Dataset, name: str, look: Look) -> Curve:
 def minus_c(dataset: xr.Dataset) -> xr.Dataset:
     """Return the differences of ICs from C; what remains of C is its estimate."""
     return dataset.assign(ic=dataset.ic - dataset.ic.sel(variant="C", drop=True))
+
+
+def of_differences(panel: Panel) -> Panel:
+    """Return a panel of curves of `minus_c` with its title."""
+    return replace(panel, title=f"{panel.title}: minus C", up=f"Δ{panel.up}")
 
 
 def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:

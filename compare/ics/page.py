@@ -7,10 +7,11 @@ import xarray as xr
 
 from compare.ics.agreement import agreement
 from compare.ics.compute import Results, reference_of
+from compare.ics.curves import main_body
 from compare.ics.dataset import settings
 from compare.ics.errors import measure_of, refinement_scales_of
 from compare.ics.figures import COST, CURVES, SCENE, RunOutput, figures
-from compare.ics.summary import body_names, closest, summary, worst_errors
+from compare.ics.summary import body_name, closest, summary, worst_errors
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
 from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words
@@ -55,13 +56,14 @@ def _error_table(caption: str, results: Results, errors: xr.Dataset) -> Table:
     """Return errors of one body, a row per variant."""
     components = results.scene.components
     rows = [
-        error_row(_row_name(name), errors.sel(variant=name), components, is_estimate=name == "C")
+        error_row(row_name(name), errors.sel(variant=name), components, is_estimate=name == "C")
         for name in results.variants
     ]
     return Table(caption, numbers(*components), rows)
 
 
-def _row_name(variant: str) -> str:
+def row_name(variant: str) -> str:
+    """Return the name of a variant's row in tables of errors: that of C has its estimate."""
     return "C ±" if variant == "C" else symbol_of(variant)
 
 
@@ -79,7 +81,7 @@ def _sections(output: RunOutput) -> Iterator[Section | Folded]:
 
 def _answer_text(results: Results) -> str:
     scene = results.scene
-    body = body_names(scene)[0]
+    body = body_name(main_body(scene.compared))
     return (
         f"Largest difference from C {body} on the lines {join_words(results.lines)}: as a share of the "
         "component, and small below it of C_nn. C ±: the estimated error of C. † vanishes in C."
@@ -91,7 +93,7 @@ def _errors(results: Results, errors: xr.Dataset) -> Iterator[Block]:
     solid = "; rows “C (solid)”: the difference of the solid engine's C from it" if results.checks else ""
     yield Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself{solid}. {COMPONENTS}")
     if best := "; ".join(closest(results, errors)):
-        yield f"Closest to C {body_names(results.scene)[0]}: {best}."
+        yield f"Closest to C {body_name(main_body(results.scene.compared))}: {best}."
     for body in results.scene.compared:
         yield Section(ERRORS_HEADING.format(body), list(_line_tables(results, errors.sel(body=body))))
     rms = errors.assign(error=errors.rms, weight=np.nan)

@@ -6,31 +6,27 @@ from dataclasses import dataclass
 import xarray as xr
 
 from compare.ics.compute import Results
-from compare.ics.curves import bodies_of
+from compare.ics.curves import main_body
 from compare.report.errors import percent
 from compare.report.looks import symbol_of
 from compare.report.parts import join_words
-from femic.scenes.scene import Scene
 
 COUNTS = 0.01  # share of max |C_nn|; smaller errors do not count
 
 
 def worst_errors(results: Results, errors: xr.Dataset) -> xr.Dataset:
     """Return the errors of the first body, the worst over the lines."""
-    return errors.sel(body=bodies_of(results.scene)[0]).max("line", skipna=False)
+    return errors.sel(body=main_body(results.scene.compared)).max("line", skipna=False)
 
 
-def body_names(scene: Scene) -> list[str]:
-    """Return the compared bodies as texts name them."""
-    return [
-        "of both bodies together" if body == "combined" else f"of the {body} body"
-        for body in bodies_of(scene)
-    ]
+def body_name(body: str) -> str:
+    """Return a body as texts name it."""
+    return "of both bodies together" if body == "combined" else f"of the {body} body"
 
 
 def computed(results: Results) -> list[str]:
     """Return the approximations that could be computed for the first body."""
-    names = results.computed(bodies_of(results.scene)[0])
+    names = results.computed(main_body(results.scene.compared))
     return [name for name in names if name in results.scene.variants]
 
 
@@ -40,7 +36,7 @@ def summary(results: Results, errors: xr.Dataset) -> str:
     variants, others = computed(results), [component for component in components if component != "nn"]
     sentences = []
     if variants and "nn" in components:
-        sentences.append(_nn_sentence(worst, variants, body_names(results.scene)[0]))
+        sentences.append(_nn_sentence(worst, variants, body_name(main_body(results.scene.compared))))
     if variants and others:
         other = "other " if sentences else ""
         sentences.append(_others_sentence(worst, variants, others, other))
@@ -55,7 +51,7 @@ def _nn_sentence(worst: xr.Dataset, variants: Sequence[str], body: str) -> str:
     others = [f"{symbol_of(v)} {percent(errors[v])}" for v in variants if v not in closest]
     largest = max(errors[variant] for variant in closest)
     if not others:
-        return f"In nn {body}, every approximation is within {_within(largest)} of C."
+        return f"In nn {body}, every approximation is within {within(largest)} of C."
     names, verb = join_words(map(symbol_of, closest)), "are" if len(closest) > 1 else "is"
     return f"In nn {body}, {names} {verb} closest to C: {percent(largest)} off at most ({', '.join(others)})."
 
@@ -88,22 +84,22 @@ def _others_sentence(
     worst: xr.Dataset, variants: Sequence[str], components: Sequence[str], other: str
 ) -> str:
     """Return the errors with the largest weight in other components: of the best variants, and the worst."""
-    heaviest = {variant: _heaviest(worst, variant, components) for variant in variants}
-    best, last = min(heaviest.values()), max(heaviest.values())
+    weighted = {variant: heaviest(worst, variant, components) for variant in variants}
+    best, last = min(weighted.values()), max(weighted.values())
     if last.weight < COUNTS:
-        return f"No {other}component is off by more than {_within(last.weight)} of C_nn."
-    weights = {variant: error.weight for variant, error in heaviest.items()}
-    closest = _least(weights, known=_heaviest(worst, "C", components).weight)
+        return f"No {other}component is off by more than {within(last.weight)} of C_nn."
+    weights = {variant: error.weight for variant, error in weighted.items()}
+    closest = _least(weights, known=heaviest(worst, "C", components).weight)
     names = join_words(map(symbol_of, closest))
     sentence = f"Among the {other}components, the heaviest error is {best.text} with {names}"
     if len(closest) == len(variants):
         return f"{sentence}."
-    furthest = [symbol_of(variant) for variant in variants if heaviest[variant] == last]
+    furthest = [symbol_of(variant) for variant in variants if weighted[variant] == last]
     return f"{sentence}; with {join_words(furthest)} it is {last.text}."
 
 
-def _heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> Weighted:
-    """Return the error of a variant with the largest weight."""
+def heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> Weighted:
+    """Return the error of a variant with the largest weight, of errors of a body, the worst over lines."""
     by_component = {c: worst.sel(variant=variant, i=c[0], j=c[1]) for c in components}
     return max(
         Weighted(at.weight.item(), at.error.item(), component, bool(at.vanishes))
@@ -114,12 +110,13 @@ def _heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> Wei
 def _accuracy_sentence(results: Results, worst: xr.Dataset) -> str:
     """Return how well C is known, and how far C of the solid engine is from it, as shares of C_nn."""
     names = ["C", *(["C_solid"] if results.checks else [])]
-    known, *solid = (_within(_heaviest(worst, name, results.scene.components).weight) for name in names)
+    known, *solid = (within(heaviest(worst, name, results.scene.components).weight) for name in names)
     check = f"; C of the solid engine is within {solid[0]}" if solid else ""
     return f"C is known to {known} of C_nn in every component{check}."
 
 
-def _within(share: float) -> str:
+def within(share: float) -> str:
+    """Return a limit that a share does not exceed, in percent."""
     return percent(share).removeprefix("< ")
 
 
