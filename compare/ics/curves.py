@@ -81,7 +81,7 @@ def main_body(bodies: Iterable[str]) -> str:
 def curves(scene: Scene, dataset: xr.Dataset, component: str) -> Figure:
     """Return a figure of one component, dimensionless: a row per body, a column per line of the scene."""
     panels = list(_panels(scene, dataset, component, scene.compared, dimensionless(dataset)))
-    return static.picture(chart_of(component, panels, len(scene.lines)))
+    return _figure(panels, dataset, len(scene.lines))
 
 
 def _panels(
@@ -104,7 +104,15 @@ def curves_in(dataset: xr.Dataset, component: str) -> Figure:
         )
         for body, line in product(dataset.body.values, lines)
     ]
-    return static.picture(chart_of(component, panels, len(lines)))
+    return _figure(panels, dataset, len(lines))
+
+
+def _figure(panels: Sequence[Panel], dataset: xr.Dataset, columns: int) -> Figure:
+    """Return a figure of panels, which name the length that makes abscissas dimensionless."""
+    length = f",  L = {dataset.reference_length:g} mm"
+    return static.picture(
+        chart_of("", [replace(panel, across=panel.across + length) for panel in panels], columns)
+    )
 
 
 def along_line(dataset: xr.Dataset, line: str, body: str, component: str, units: Units) -> xr.Dataset:
