@@ -14,7 +14,7 @@ from compare.ics.figures import COST, CURVES, SCENE, RunOutput, figures
 from compare.ics.summary import body_name, closest, summary, worst_errors
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
 from compare.report.looks import symbol_of
-from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words
+from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import versions
 from femic.reference.accuracy import component_of
@@ -44,12 +44,8 @@ STAGES = "mesh", "assembly", "solution"
 def page_of(output: RunOutput) -> Page:
     """Return the page of a scene."""
     results, errors = output.results, output.errors
-    return Page(results.scene.title, summary(results, errors), _sections(output), _answer(results, errors))
-
-
-def _answer(results: Results, errors: xr.Dataset) -> Table:
-    """Return the errors of the first body, the worst over the lines; last, the estimate of C."""
-    return _error_table("error", results, worst_errors(results, errors))
+    answer = _error_table("error", results, worst_errors(results, errors))
+    return Page(results.scene.title, summary(results, errors), _sections(output), answer)
 
 
 def _error_table(caption: str, results: Results, errors: xr.Dataset) -> Table:
@@ -80,12 +76,14 @@ def _sections(output: RunOutput) -> Iterator[Section | Folded]:
 
 
 def _answer_text(results: Results) -> str:
-    scene = results.scene
-    body = body_name(main_body(scene.compared))
     return (
-        f"Largest difference from C {body} on the lines {join_words(results.lines)}: as a share of the "
-        "component, and small below it of C_nn. C ±: the estimated error of C. † vanishes in C."
+        f"Largest difference from C {_main_body_name(results)} over all lines: as a share of the component; "
+        "small: of C_nn. C ±: the estimated error of C. †: vanishes in C."
     )
+
+
+def _main_body_name(results: Results) -> str:
+    return body_name(main_body(results.scene.compared))
 
 
 def _errors(results: Results, errors: xr.Dataset) -> Iterator[Block]:
@@ -93,7 +91,7 @@ def _errors(results: Results, errors: xr.Dataset) -> Iterator[Block]:
     solid = "; rows “C (solid)”: the difference of the solid engine's C from it" if results.checks else ""
     yield Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself{solid}. {COMPONENTS}")
     if best := "; ".join(closest(results, errors)):
-        yield f"Closest to C {body_name(main_body(results.scene.compared))}: {best}."
+        yield f"Closest to C {_main_body_name(results)}: {best}."
     for body in results.scene.compared:
         yield Section(ERRORS_HEADING.format(body), list(_line_tables(results, errors.sel(body=body))))
     rms = errors.assign(error=errors.rms, weight=np.nan)

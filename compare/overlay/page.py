@@ -23,8 +23,8 @@ from geometries.errors import WrongInput
 
 SUMMARISED = ("A", "Bhat")  # variants in the summary
 ANSWER = (
-    "Largest difference from C {}, on {}: as a share of the component, and small below it of C_nn of the "
-    "same scene. Rows “C ±”: its estimated error. † vanishes in C."
+    "Largest difference from C {} over {}: as a share of the component; small: of C_nn of the same scene. "
+    "C ±: the estimated error of C. †: vanishes in C."
 )
 CURVES = (
     "Colours distinguish variants, dashes scenes. Per unit total load, times E of the lower body and L of "

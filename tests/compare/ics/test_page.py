@@ -123,7 +123,7 @@ def test_component_that_vanishes_by_symmetry_is_zero_on_the_page(output):
 @pytest.mark.slow
 def test_page_of_all_components_is_not_wider_than_800_pixels(write_scene, tmp_path, browser):
     components = ", ".join(f'"{component}"' for component in COMPONENTS)
-    path = write_scene(f"components = [{components}]\nengine.check = true")
+    path = write_scene(f"components = [{components}]")
     out = tmp_path / "out"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == DONE
     page, table = widest(browser, out / "report.html", 800)
