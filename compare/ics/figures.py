@@ -1,21 +1,18 @@
-"""The figures of the report of `femic run`; a new figure is one more entry of `FIGURES`."""
+"""The charts and pictures of the report of `femic run`; a new one is one more entry of `FIGURES`."""
 
 import logging
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from compare.ics import sections
+from compare.ics import curves, sections
 from compare.ics.compute import Results
-from compare.ics.curves import curves
 from compare.report import views
-from compare.report.panels import figure_grid
+from compare.report.charts import Chart, Curve, Panel, chart_of
+from compare.report.looks import Look, looks_of, symbol_of
 from compare.report.parts import Picture
-from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.scenes.scene import Scene
 
 SCENE, CURVES, COST = "The scene", "Influence coefficients along the lines", "Cost"  # sections with figures
@@ -34,8 +31,8 @@ class RunOutput:
     folder: Path  # of figures
 
 
-def pictures(output: RunOutput, section: str) -> Iterator[Picture]:
-    """Yield the figures of a section of `FIGURES`; 3D pictures are written into the folder of figures."""
+def figures(output: RunOutput, section: str) -> Iterator[Picture | Chart]:
+    """Yield charts and pictures of a section of `FIGURES`; those in 3D are written into the folder."""
     for draw in FIGURES[section]:
         yield from draw(output)
 
@@ -75,51 +72,48 @@ def _solid_meshes(output: RunOutput) -> Iterator[Picture]:
     yield Picture("mesh_surface", surface)
 
 
-def _curves(output: RunOutput) -> Iterator[Picture]:
-    scene = output.results.scene
-    for component in scene.components:
-        yield Picture(f"curves_{component}", curves(scene, output.ics, component))
+def _curves(output: RunOutput) -> Iterator[Chart]:
+    yield curves.chart(output.results.scene, output.ics)
 
 
-def _cost(output: RunOutput) -> Iterator[Picture]:
-    yield Picture("error_against_seconds", error_against_seconds(output.results, output.errors))
+def _cost(output: RunOutput) -> Iterator[Chart]:
+    yield error_against_seconds(output.results, output.errors)
 
 
-FIGURES: dict[str, tuple[Callable[[RunOutput], Iterator[Picture]], ...]] = {
+FIGURES: dict[str, tuple[Callable[[RunOutput], Iterator[Picture | Chart]], ...]] = {
     SCENE: (_scene, _section_meshes, _solid_meshes),
     CURVES: (_curves,),
     COST: (_cost,),
 }
 
 
-def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
-    """Draw the worst error of each variant over all lines against its seconds, one panel per body."""
+def error_against_seconds(results: Results, errors: xr.Dataset) -> Chart:
+    """Return the worst error of each variant over all lines against its seconds, a panel per body."""
     scene = results.scene
-    with figure_grid(1, len(scene.compared), (4.1, 3.3), sharey=True) as (figure, grid):
-        for axes, body in zip(grid[0], scene.compared, strict=True):
-            body_errors = errors.sel(body=body)
-            for variant in results.computed(body):
-                _draw_errors(axes, results.seconds[variant, body], body_errors.sel(variant=variant), scene)
-            axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
-        grid[0, 0].set_ylabel("worst error over the lines [-],\none mark per component")
-    return figure
+    looks = looks_of(results.variants)
+    panels = []
+    for body in scene.compared:
+        marks = [
+            mark
+            for name in results.computed(body)
+            for mark in _marks(
+                errors.sel(body=body, variant=name), results.seconds[name, body], looks[name], scene
+            )
+        ]
+        across = f"seconds for {len(results.points.x)} points [s]"
+        panels.append(Panel(body, across, "worst error [-]", marks, log_x=True, log_y=True))
+    return chart_of("error_against_seconds", panels, max(2, len(panels)))
 
 
-def _draw_errors(axes: Axes, seconds: float, variant_errors: xr.Dataset, scene: Scene) -> None:
-    """Draw a mark per component, hollow if it vanishes in C: its error is then a share of 0.05 max |C_nn|."""
+def _marks(variant_errors: xr.Dataset, seconds: float, look: Look, scene: Scene) -> Iterator[Curve]:
+    """Yield a mark per component, hollow if it vanishes in C: its error is then a of 0.05 max |C_nn|."""
     worst, name = variant_errors.error.max("line"), str(variant_errors.variant.item())
-    style = {"color": STYLES[name]["color"], "linestyle": "none", "marker": MARKERS[name]}
-    marks = [
-        (
-            max(worst.sel(i=c[0], j=c[1]).item(), LEAST_DRAWN),
-            bool(variant_errors.vanishes.sel(i=c[0], j=c[1])),
-        )
-        for c in scene.components
-    ]
-    for hollow, label in ((False, SYMBOLS[name]), (True, "_zeros")):
-        values = [value for value, vanishes in marks if vanishes == hollow]
-        more = " (estimate; all its models)" if name == "C" and not hollow else ""
-        fill = {"mfc": "none"} if hollow else {}
-        axes.loglog([seconds] * len(values), values, label=label + more, **style, **fill)
-    if any(hollow for _, hollow in marks):
-        axes.set_title("hollow: C vanishes, share of 0.05 C_nn", loc="right", fontsize=7, color="grey", y=0.0)
+    hollow_look = replace(look, dash="", marker=f"{look.marker.removesuffix('-open')}-open")
+    for hollow, marked in ((True, hollow_look), (False, replace(look, dash=""))):
+        values = [
+            max(worst.sel(i=c[0], j=c[1]).item(), LEAST_DRAWN)
+            for c in scene.components
+            if bool(variant_errors.vanishes.sel(i=c[0], j=c[1])) == hollow
+        ]
+        if values:
+            yield Curve(symbol_of(name), [seconds] * len(values), values, marked)

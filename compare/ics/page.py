@@ -1,4 +1,4 @@
-"""The page of a scene: errors of its ICs against C, figures, accuracy of C, cost, settings."""
+"""The page of a scene: its ICs against C; errors, accuracy of C, cost and settings on request."""
 
 from collections.abc import Iterator
 
@@ -7,14 +7,15 @@ import xarray as xr
 
 from compare.ics.agreement import agreement
 from compare.ics.compute import Results, reference_of
+from compare.ics.curves import main_body
 from compare.ics.dataset import settings
 from compare.ics.errors import measure_of, refinement_scales_of
-from compare.ics.figures import COST, CURVES, SCENE, RunOutput, pictures
-from compare.ics.summary import summary
+from compare.ics.figures import COST, CURVES, SCENE, RunOutput, figures
+from compare.ics.summary import body_name, closest, summary, worst_errors
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
+from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim
-from compare.report.styles import SYMBOLS
-from compare.report.tables import Cell, Row, Table, cell, numbers, texts
+from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import versions
 from femic.reference.accuracy import component_of
 from femic.reference.discount import AXES
@@ -36,52 +37,74 @@ AGREEMENT = (
     "difference of its C from C, and whether it is within the sum of both estimates (the component closest "
     "to the sum). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
 )
+HOLLOW = "A mark per component; hollow: C vanishes, share of 0.05 max |C_nn|. Marks of C: its estimate."
+STAGES = "mesh", "assembly", "solution"
 
 
 def page_of(output: RunOutput) -> Page:
     """Return the page of a scene."""
-    return Page(output.results.scene.title, summary(output.results, output.errors), _sections(output))
+    results, errors = output.results, output.errors
+    answer = _error_table("error", results, worst_errors(results, errors))
+    return Page(results.scene.title, summary(results, errors), _sections(output), answer)
 
 
-def _sections(output: RunOutput) -> Iterator[Section]:
+def _error_table(caption: str, results: Results, errors: xr.Dataset) -> Table:
+    """Return errors of one body, a row per variant."""
+    components = results.scene.components
+    rows = [
+        error_row(row_name(name), errors.sel(variant=name), components, is_estimate=name == "C")
+        for name in results.variants
+    ]
+    return Table(caption, numbers(*components), rows)
+
+
+def row_name(variant: str) -> str:
+    """Return the name of a variant's row in tables of errors: that of C has its estimate."""
+    return "C ±" if variant == "C" else symbol_of(variant)
+
+
+def _sections(output: RunOutput) -> Iterator[Section | Folded]:
     results = output.results
     if notes := warnings(results.scene):
         yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
-    yield from _errors(results, output.errors)
-    yield Section(SCENE, [_setup(results), *pictures(output, SCENE)])
-    yield Section(CURVES, [_curves_text(results), *pictures(output, CURVES)])
-    yield Section("Accuracy of C", list(_accuracy(results)))
-    yield Section(COST, [*pictures(output, COST), _cost_table(results), Note(_cost_text(results))])
-    yield Section("Settings", list(_settings(results)))
+    yield Section("", [Note(_answer_text(results)), *figures(output, CURVES), Note(_curves_text(results))])
+    yield Folded("Errors of each body on each line", list(_errors(results, output.errors)))
+    yield Folded(SCENE, [_setup(results), *figures(output, SCENE)])
+    yield Folded("Accuracy of C", list(_accuracy(results)))
+    yield Folded(COST, [*figures(output, COST), HOLLOW, *_cost_tables(results), Note(_cost_text(results))])
+    yield Folded("Settings", list(_settings(results)))
 
 
-def _errors(results: Results, errors: xr.Dataset) -> Iterator[Section]:
-    """Yield the tables of the largest errors, a section per body, and the root mean squares."""
+def _answer_text(results: Results) -> str:
+    return (
+        f"Largest difference from C {_main_body_name(results)} over all lines: as a share of the component; "
+        "small: of C_nn. C ±: the estimated error of C. †: vanishes in C."
+    )
+
+
+def _main_body_name(results: Results) -> str:
+    return body_name(main_body(results.scene.compared))
+
+
+def _errors(results: Results, errors: xr.Dataset) -> Iterator[Block]:
+    """Yield the measure, and tables of the largest errors and of root mean squares by body and line."""
     solid = "; rows “C (solid)”: the difference of the solid engine's C from it" if results.checks else ""
-    text = f"{MEASURE} Rows “C”: the estimated error of C itself{solid}. {COMPONENTS}"
-    for number, body in enumerate(results.scene.compared):
-        notes = [] if number else [Note(text)]
-        yield Section(ERRORS_HEADING.format(body), [_error_table(results, errors, body), *notes])
+    yield Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself{solid}. {COMPONENTS}")
+    if best := "; ".join(closest(results, errors)):
+        yield f"Closest to C {_main_body_name(results)}: {best}."
+    for body in results.scene.compared:
+        yield Section(ERRORS_HEADING.format(body), list(_line_tables(results, errors.sel(body=body))))
     rms = errors.assign(error=errors.rms, weight=np.nan)
-    tables = [Section(body, [_error_table(results, rms, body)]) for body in results.scene.compared]
-    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
-    yield Section("", [Folded("RMS errors along the lines", [note, *tables])])
-
-
-def _error_table(results: Results, errors: xr.Dataset, body: str) -> Table:
-    components = results.scene.components
-    rows = [
-        error_row(
-            "" if number else SYMBOLS[variant],
-            errors.sel(body=body, variant=variant, line=line),
-            components,
-            is_estimate=variant == "C",
-            place=line,
-        )
-        for variant in results.variants
-        for number, line in enumerate(results.lines)
+    tables = [
+        Section(body, list(_line_tables(results, rms.sel(body=body)))) for body in results.scene.compared
     ]
-    return Table("variant", [*texts("line"), *numbers(*components)], rows)
+    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
+    yield Folded("RMS errors along the lines", [note, *tables])
+
+
+def _line_tables(results: Results, body_errors: xr.Dataset) -> Iterator[Table]:
+    for line in results.lines:
+        yield _error_table(line, results, body_errors.sel(line=line))
 
 
 def _setup(results: Results) -> str:
@@ -110,46 +133,39 @@ def _shape(body: Body) -> str:
 
 
 def _curves_text(results: Results) -> str:
-    scene = results.scene
-    circles = "Circles: C of the solid engine ± its estimated error. " if results.checks else ""
+    circles = " Circles: C of the solid engine, with its band." if results.checks else ""
     return (
-        f"Per unit total load, times E = {scene.reference_E:g} MPa and L = {scene.reference_length:g} mm. "
-        f"Grey band: C ± its estimated error (often thinner than the line). {circles}Dotted: where arc and "
-        "flank join."
+        "Components: displacement, then traction, such as sn: the displacement along s under a normal load. "
+        "Displacements per total load of 1 kN without rigid-body motion; band: C ± its estimated error, "
+        f"often thinner than the line.{circles} Dotted: where arc and flank join."
     )
 
 
 def _accuracy(results: Results) -> Iterator[Block]:
     """Yield the accuracy of C of each solved body, and differences between both engines."""
-    columns = [
-        *texts("share of the component itself", "on the scale of refinement"),
-        *numbers("mesh", "domain", "wavenumbers"),
-        *texts("cells", "size"),
-    ]
     yield ACCURACY
-    yield Table("body", columns, [_accuracy_row(results, name) for name in results.jobs])
+    columns = [_accuracy_texts(results, name) for name in results.jobs]
+    rows = [Row(name, [column[name] for column in columns]) for name in columns[0]]
+    yield Table("body", list(results.jobs), rows, is_text=True)
     if results.checks:
         yield AGREEMENT
         yield _agreement_table(results)
 
 
-def _accuracy_row(results: Results, name: str) -> Row:
+def _accuracy_texts(results: Results, name: str) -> dict[str, str]:
     """Return the accuracy of C of a solved body, on both scales, with its cells and domain."""
     job, reference, scale = results.jobs[name], results.references[name], refinement_scales_of(results, name)
     error, component, line = worst(job, reference.c.estimate, scale)
-    parts = (reference.c.mesh_error, reference.c.truncation_error, reference.c.waves_error)
-    cells, domain = factors(reference.level)
-    return Row(
-        name,
-        [
-            _largest_estimate(results, name),
-            f"{error:.2%} ({component} on {line})",
-            *(Cell(worst(job, part, scale)[0], ".2%") for part in parts),
-            f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-            f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
-            f"(first × {domain:.3g})",
-        ],
-    )
+    c, (cells, domain) = reference.c, factors(reference.level)
+    parts = {"mesh": c.mesh_error, "domain": c.truncation_error, "wavenumbers": c.waves_error}
+    return {
+        "share of the component itself": _largest_estimate(results, name),
+        "on the scale of refinement": f"{error:.2%} ({component} on {line})",
+        **{f"from the {part}": f"{worst(job, values, scale)[0]:.2%}" for part, values in parts.items()},
+        "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
+        "size": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
+        f"(first × {domain:.3g})",
+    }
 
 
 def _largest_estimate(results: Results, body: str) -> str:
@@ -167,12 +183,12 @@ def _largest_estimate(results: Results, body: str) -> str:
 
 
 def _agreement_table(results: Results) -> Table:
-    heads = ("largest difference", "closest to the sum of the estimates", "within")
+    heads = ["largest difference", "closest to the sum of the estimates", "within"]
     rows = [
-        Row(row.body, [row.line, row.largest, row.closest, "yes" if row.within else "no"])
+        Row(f"{row.body}, {row.line}", [row.largest, row.closest, "yes" if row.within else "no"])
         for row in agreement(results)
     ]
-    return Table("body", ["line", *heads], rows, is_text=True)
+    return Table("body, line", heads, rows, is_text=True)
 
 
 def _length(body: Body) -> str:
@@ -182,25 +198,24 @@ def _length(body: Body) -> str:
     return "infinite along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
 
 
-def _cost_table(results: Results) -> Table:
-    columns = [
-        *numbers("unknowns", "cells"),
-        *texts("solver"),
-        *numbers("iterations", "residual"),
-        *numbers("mesh", "assembly", "solution", unit="s"),
-        *numbers("peak memory", unit="MB"),
+def _cost_tables(results: Results) -> list[Table]:
+    """Return the size and the seconds of every model, and what its solver did."""
+    heads = ["cells", "unknowns", *(f"{stage} [s]" for stage in STAGES), "memory [MB]"]
+    models = results.models.items()
+    solvers = [
+        Row(name, [cost.solver, ", ".join(map(str, cost.iterations)), Cell(cost.residual, ".0e")])
+        for name, cost in models
     ]
-    rows = [Row(name, _cost_cells(cost)) for name, cost in results.models.items()]
-    return Table("model", columns, rows)
-
-
-def _cost_cells(cost: Cost) -> list[Cell | str]:
     return [
-        *(Cell(number, ",d") for number in (cost.unknowns, cost.cells)),
-        cost.solver,
-        ", ".join(map(str, cost.iterations)),
-        Cell(cost.residual, ".0e"),
-        *(Cell(cost.seconds.get(stage, 0.0), ".1f") for stage in ("mesh", "assembly", "solution")),
+        Table("model", heads, [Row(name, _size_cells(cost)) for name, cost in models]),
+        Table("model", [*texts("solver", "iterations"), *numbers("residual")], solvers),
+    ]
+
+
+def _size_cells(cost: Cost) -> list[Cell]:
+    return [
+        *(Cell(number, ",d") for number in (cost.cells, cost.unknowns)),
+        *(Cell(cost.seconds.get(stage, 0.0), ".1f") for stage in STAGES),
         Cell(cost.peak_memory, ".0f"),
     ]
 
@@ -208,11 +223,11 @@ def _cost_cells(cost: Cost) -> list[Cell | str]:
 def _cost_text(results: Results) -> str:
     first = results.scene.compared[0]
     each = ", ".join(
-        f"{SYMBOLS[name]}: {results.seconds[name, first]:.2g} s" for name in results.computed(first)
+        f"{symbol_of(name)}: {results.seconds[name, first]:.2g} s" for name in results.computed(first)
     )
     return (
-        "Peak memory: of the worker process up to the end of the model. Seconds: of the run that solved the "
-        "model; stored models are not solved again. Seconds of each variant on "
+        "Memory: the peak of the worker process up to the end of the model. Seconds: of the run that solved "
+        "the model; stored models are not solved again. Seconds of each variant on "
         f"all points ({first} ICs; C: the sum over its models): {each}."
     )
 
@@ -227,10 +242,10 @@ def _settings(results: Results) -> Iterator[Block]:
     for name, reference in results.references.items():
         yield Note(f"{name}: {'; '.join(_entries(reference.discount))}")
     rows = [
-        Row(name, [value if isinstance(value, str) else cell(value)])
+        Row(name, [value if isinstance(value, str) else f"{value:.4g}"])
         for name, value in settings(scene).items()
     ]
-    yield Table("setting", ["value"], rows)
+    yield Table("setting", ["value"], rows, is_text=True)
     yield Folded("Scene file", [Verbatim(scene.text)])
     yield Note(", ".join(f"{name} {version}" for name, version in versions().items()))
 

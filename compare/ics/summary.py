@@ -1,84 +1,131 @@
-"""The result of a comparison in one paragraph."""
+"""The result of a comparison in three sentences."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import xarray as xr
 
 from compare.ics.compute import Results
+from compare.ics.curves import main_body
 from compare.report.errors import percent
-from compare.report.styles import SYMBOLS
-from femic.ic_errors.error_measure import ROUNDING
-from femic.reference.accuracy import component_of
+from compare.report.looks import symbol_of
+from compare.report.parts import join_words
+
+COUNTS = 0.01  # share of max |C_nn|; smaller errors do not count
+
+
+def worst_errors(results: Results, errors: xr.Dataset) -> xr.Dataset:
+    """Return the errors of the first body, the worst over the lines."""
+    return errors.sel(body=main_body(results.scene.compared)).max("line", skipna=False)
+
+
+def body_name(body: str) -> str:
+    """Return a body as texts name it."""
+    return "of both bodies together" if body == "combined" else f"of the {body} body"
+
+
+def computed(results: Results) -> list[str]:
+    """Return the approximations that could be computed for the first body."""
+    names = results.computed(main_body(results.scene.compared))
+    return [name for name in names if name in results.scene.variants]
 
 
 def summary(results: Results, errors: xr.Dataset) -> str:
-    """Return a paragraph on each variant's worst error, each component's best variant, and C's accuracy."""
-    body = results.scene.compared[0]
-    body_errors = errors.sel(body=body)
-    computed = [variant for variant in results.computed(body) if variant in results.scene.variants]
-    vanishing = [c for c in results.scene.components if component_of(body_errors.vanishes.values, c)]
-    present = [c for c in results.scene.components if c not in vanishing]
+    """Return how far the approximations are from C in nn and elsewhere, by weight, and how good C is."""
+    worst, components = worst_errors(results, errors), results.scene.components
+    variants, others = computed(results), [component for component in components if component != "nn"]
     sentences = []
-    if present:
-        sentences += [
-            f"Largest error of the {body} influence coefficients on the {len(results.lines)} lines, as a "
-            f"share of the component itself: {', '.join(_worst(body_errors, present, computed))}.",
-            f"Closest to C: {'; '.join(_best(body_errors, present, computed))}.",
-        ]
-    if vanishing:
-        sentences.append(_vanishing_sentence(body_errors, vanishing, computed))
-    return " ".join([*sentences, *_accuracy_sentences(results, body_errors, present)])
+    if variants and "nn" in components:
+        sentences.append(_nn_sentence(worst, variants, body_name(main_body(results.scene.compared))))
+    if variants and others:
+        other = "other " if sentences else ""
+        sentences.append(_others_sentence(worst, variants, others, other))
+    return " ".join([*sentences, _accuracy_sentence(results, worst)])
 
 
-def _worst(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
-    """Yield the largest error of each variant, and the component and line that have it."""
-    for variant in computed:
-        error, component, line = _worst_of(body_errors.error.sel(variant=variant), components)
-        yield f"{SYMBOLS[variant]} {percent(error)} ({component} on {line})"
+def _nn_sentence(worst: xr.Dataset, variants: Sequence[str], body: str) -> str:
+    """Return which variants are closest to C in nn, and how far the others are off."""
+    nn = worst.error.sel(i="n", j="n")
+    errors = {variant: nn.sel(variant=variant).item() for variant in variants}
+    closest = _least(errors, known=nn.sel(variant="C").item())
+    others = [f"{symbol_of(v)} {percent(errors[v])}" for v in variants if v not in closest]
+    largest = max(errors[variant] for variant in closest)
+    if not others:
+        return f"In nn {body}, every approximation is within {within(largest)} of C."
+    names, verb = join_words(map(symbol_of, closest)), "are" if len(closest) > 1 else "is"
+    return f"In nn {body}, {names} {verb} closest to C: {percent(largest)} off at most ({', '.join(others)})."
 
 
-def _best(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
-    """Yield, for each component, the variants with the smallest error."""
-    for component in components:
-        worst = body_errors.error.sel(i=component[0], j=component[1]).max("line")
-        values = {variant: worst.sel(variant=variant).item() for variant in computed}
-        least = min(values.values())
-        names = " = ".join(
-            SYMBOLS[variant] for variant, value in values.items() if value <= least * (1 + 1e-6)
-        )
-        yield f"{component}: {names} ({percent(least)})"
+def _least(values: Mapping[str, float], known: float) -> list[str]:
+    """Return the names of the least value, and of those that are no larger as far as is known."""
+    least = min(values.values())
+    shown = percent(least)
+    return [name for name, value in values.items() if value - least <= known or percent(value) == shown]
 
 
-def _vanishing_sentence(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> str:
-    """Return a sentence on deviations of variants in components that vanish in C."""
-    largest_weights = [(*_worst_of(body_errors.weight.sel(variant=v), components), v) for v in computed]
-    weight, component, line, variant = max(largest_weights)
-    vanish = f"{', '.join(components)} of C vanish{'es' if len(components) == 1 else ''}"
-    if weight < ROUNDING:
-        return f"{vanish}, and so do the variants."
-    where = f"{SYMBOLS[variant]}, {component} on {line}"
-    return f"{vanish}; there variants are off by up to {percent(weight)} of C_nn ({where})."
+@dataclass(frozen=True, order=True)
+class Weighted:
+    """The error of a component: its weight and the error [-]."""
+
+    weight: float
+    error: float
+    component: str
+    vanishes: bool
+
+    @property
+    def text(self) -> str:
+        """The error as a share of its component and of C_nn."""
+        if self.vanishes:
+            return f"{percent(self.weight)} of C_nn in {self.component}, which vanishes in C"
+        return f"{percent(self.error)} of {self.component} ({percent(self.weight)} of C_nn)"
 
 
-def _accuracy_sentences(results: Results, body_errors: xr.Dataset, present: Sequence[str]) -> Iterator[str]:
-    """Yield the accuracy of C on both scales, and the deviation of the solid engine's C from it."""
-    if present:
-        error, *where = _worst_of(body_errors.error.sel(variant="C"), present)
-        yield f"The estimated error of C is at most {error:.2%} of a component ({' on '.join(where)})."
-    error, *where = _worst_of(body_errors.estimate_refinement, results.scene.components)
-    yield f"On the scale of refinement it is at most {error:.2%} ({' on '.join(where)})."
-    if results.checks and present:
-        deviation, *where = _worst_of(body_errors.error.sel(variant="C_solid"), present)
-        yield (
-            f"The solid engine's C deviates from it by {deviation:.2%} of a component at most "
-            f"({' on '.join(where)})."
-        )
+def _others_sentence(
+    worst: xr.Dataset, variants: Sequence[str], components: Sequence[str], other: str
+) -> str:
+    """Return the errors with the largest weight in other components: of the best variants, and the worst."""
+    weighted = {variant: heaviest(worst, variant, components) for variant in variants}
+    best, last = min(weighted.values()), max(weighted.values())
+    if last.weight < COUNTS:
+        return f"No {other}component is off by more than {within(last.weight)} of C_nn."
+    weights = {variant: error.weight for variant, error in weighted.items()}
+    closest = _least(weights, known=heaviest(worst, "C", components).weight)
+    names = join_words(map(symbol_of, closest))
+    sentence = f"Among the {other}components, the heaviest error is {best.text} with {names}"
+    if len(closest) == len(variants):
+        return f"{sentence}."
+    furthest = [symbol_of(variant) for variant in variants if weighted[variant] == last]
+    return f"{sentence}; with {join_words(furthest)} it is {last.text}."
 
 
-def _worst_of(errors: xr.DataArray, components: Sequence[str]) -> tuple[float, str, str]:
-    """Return the largest error of components over all lines [-], with its component and line."""
+def heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> Weighted:
+    """Return the error of a variant with the largest weight, of errors of a body, the worst over lines."""
+    by_component = {c: worst.sel(variant=variant, i=c[0], j=c[1]) for c in components}
     return max(
-        (errors.sel(i=component[0], j=component[1], line=line).item(), component, str(line))
-        for component in components
-        for line in errors.line.values
+        Weighted(at.weight.item(), at.error.item(), component, bool(at.vanishes))
+        for component, at in by_component.items()
     )
+
+
+def _accuracy_sentence(results: Results, worst: xr.Dataset) -> str:
+    """Return how well C is known, and how far C of the solid engine is from it, as shares of C_nn."""
+    names = ["C", *(["C_solid"] if results.checks else [])]
+    known, *solid = (within(heaviest(worst, name, results.scene.components).weight) for name in names)
+    check = f"; C of the solid engine is within {solid[0]}" if solid else ""
+    return f"C is known to {known} of C_nn in every component{check}."
+
+
+def within(share: float) -> str:
+    """Return a limit that a share does not exceed, in percent."""
+    return percent(share).removeprefix("< ")
+
+
+def closest(results: Results, errors: xr.Dataset) -> Iterator[str]:
+    """Yield the variants closest to C in each component that does not vanish, with their error."""
+    worst, variants = worst_errors(results, errors), computed(results)
+    for component in results.scene.components if variants else ():
+        at = worst.sel(i=component[0], j=component[1])
+        if not at.vanishes:
+            values = {variant: at.error.sel(variant=variant).item() for variant in variants}
+            names = " = ".join(map(symbol_of, _least(values, known=at.error.sel(variant="C").item())))
+            yield f"{component}: {names} ({percent(min(values.values()))})"

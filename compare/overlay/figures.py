@@ -1,22 +1,22 @@
-"""Figures of an overlay, drawn with matplotlib: one component of several scenes."""
+"""The chart of an overlay: components of several scenes, one by one."""
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+import xarray as xr
 
-from compare.ics.curves import line_panel
-from compare.overlay.curves import is_mirrored
+from compare.ics.curves import INVISIBLE, by_component, combined_first, minus_c, of_differences
+from compare.overlay.curves import curves_of, is_mirrored
 from compare.overlay.results import Overlay
-from compare.report.panels import BAND, Panel, add_scene_legends, draw_scenes
-from compare.report.styles import DASHES, RC, STYLES, SYMBOLS, Style
+from compare.report.charts import Chart, Curve, Panel
+from compare.report.looks import Look, looks_of, symbol_of
 
-OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in figures; tables also have the others
-WIDE_LINE, NARROW_LINE = 2.4, 0.9  # line widths, rear to front: curves that coincide stay visible
+Looks = Mapping[str, Mapping[str, Look]]  # by variant and scene
+
+OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in charts; tables also have the others
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash")  # of the scenes
+WIDE_LINE, NARROW_LINE = 3.2, 1.2  # line widths, rear to front: curves that coincide stay visible
 
 
 def drawn_variants(overlay: Overlay) -> tuple[str, ...]:
@@ -25,41 +25,61 @@ def drawn_variants(overlay: Overlay) -> tuple[str, ...]:
     return ("C", *(tuple(variant for variant in common if variant in OVERLAID_VARIANTS) or common))
 
 
-def curves(overlay: Overlay, component: str) -> Figure:
-    """Draw one component of all scenes, dimensionless: a column per line, a row per body."""
-    bodies, lines, styles = overlay.common.bodies, overlay.common.lines, _styles(overlay)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(4.1 * len(lines), 2.7 * len(bodies) + 1.1), layout="constrained")
-        grid = figure.subplots(len(bodies), len(lines), squeeze=False)
-        for c, line in enumerate(lines):
-            half = is_mirrored(overlay, line)
-            for r, body in enumerate(bodies):
-                whole = [line_panel(result.ics, line, body, component) for result in overlay.results]
-                title = f"{component} on {line}" if r == 0 else ""
-                across = whole[0].across if r == len(bodies) - 1 else ""
-                up = f"{body}\nIC · E · L  [-]" if c == 0 else ""
-                panels = [
-                    replace(_shown(panel, styles, half=half), title=title, across=across, up=up)
-                    for panel in whole
-                ]
-                draw_scenes(grid[r, c], dict(zip(DASHES, panels, strict=False)), styles)
-        lengths = {result.name: result.ics.reference_length for result in overlay.results}
-        band = Patch(color="black", alpha=0.2, linewidth=0, label=BAND)
-        add_scene_legends(figure, lengths, styles, band)
-        return figure
-
-
-def _shown(panel: Panel, styles: Mapping[str, Style], *, half: bool) -> Panel:
-    """Return the drawn part of a panel: the curves that have a style, one half or both."""
-    curves = {symbol: values for symbol, values in panel.curves.items() if symbol in styles}
-    return replace(panel, curves=curves).part(panel.at >= (0 if half else -np.inf))
-
-
-def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:
-    """Return line styles by symbol: each variant has its colour, and wide lines lie behind narrow ones."""
-    variants = drawn_variants(overlay)[::-1]  # the first is drawn on top
-    widths = np.linspace(NARROW_LINE, WIDE_LINE, len(variants))
-    return {
-        SYMBOLS[variant]: {"color": STYLES[variant]["color"], "linewidth": width, "zorder": 4 - width / 2}
-        for variant, width in zip(variants, widths, strict=True)
+def chart(overlay: Overlay) -> Chart:
+    """Return the ICs of all scenes, dimensionless: as `compare.ics.curves.chart` of one scene."""
+    first, *others = combined_first(overlay.common.bodies)
+    ics = {result.name: result.ics for result in overlay.results}
+    differences = {name: minus_c(dataset) for name, dataset in ics.items()}
+    halves = {line: is_mirrored(overlay, line) for line in overlay.common.lines}
+    looks = _looks(overlay)
+    steps = {
+        component: [
+            *_panels(ics, halves, looks, [first], component),
+            *map(of_differences, _panels(differences, halves, looks, [first], component)),
+            *_panels(ics, halves, looks, others, component),
+        ]
+        for component in overlay.common.components
     }
+    return by_component(steps, len(halves))
+
+
+def _looks(overlay: Overlay) -> Looks:
+    """Return looks by variant and scene: variants have colours, scenes dashes; wide lines lie behind."""
+    variants, names = drawn_variants(overlay), [result.name for result in overlay.results]
+    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
+    return {
+        variant: {
+            name: Look(look.colour, dash, width=round(width, 2))
+            for name, dash in zip(names, DASHES, strict=False)
+        }
+        for (variant, look), width in zip(looks_of(variants).items(), widths, strict=True)
+    }
+
+
+def _panels(
+    ics: Mapping[str, xr.Dataset],
+    halves: Mapping[str, bool],
+    looks: Looks,
+    bodies: Sequence[str],
+    component: str,
+) -> Iterator[Panel]:
+    """Yield panels of bodies on lines with the curves of all scenes; `halves` are lines shown in part."""
+    for body, (line, half) in product(bodies, halves.items()):
+        parts = {name: curves_of(dataset, line, body, component) for name, dataset in ics.items()}
+        shown = {
+            name: part.isel(point=part["at"].values >= (0 if half else -np.inf))
+            for name, part in parts.items()
+        }
+        curves = [
+            Curve(
+                f"{symbol_of(variant)}, {name}",
+                shown[name]["at"].values,
+                shown[name].ic.sel(variant=variant).values,
+                look,
+                shown[name].estimate.values if variant == "C" else None,
+            )
+            for variant, scene_looks in looks.items()
+            for name, look in scene_looks.items()
+        ]
+        across = next(iter(parts.values())).across
+        yield Panel(f"{body}, {line}", across, f"{component} · E · L  [-]", curves, least=INVISIBLE)

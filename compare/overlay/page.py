@@ -1,26 +1,35 @@
 """The self-contained HTML report of an overlay, its figures and its CSV files."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from compare.overlay import figures as overlay_figures
+import xarray as xr
+
+from compare.ics.curves import main_body
+from compare.ics.page import row_name
+from compare.ics.summary import COUNTS, body_name, heaviest, within
 from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
+from compare.overlay.figures import chart, drawn_variants
 from compare.overlay.results import Overlay, worst
 from compare.overlay.sources import Source
-from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of
-from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_page
-from compare.report.styles import SYMBOLS
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of, percent
+from compare.report.looks import symbol_of
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import Row, Table, numbers, texts
 from femic.cache import folders
 from femic.ic_errors.error_measure import ROUNDING
 from geometries.errors import WrongInput
 
 SUMMARISED = ("A", "Bhat")  # variants in the summary
+ANSWER = (
+    "Largest difference from C {} over {}: as a share of the component; small: of C_nn of the same scene. "
+    "C ±: the estimated error of C. †: vanishes in C."
+)
 CURVES = (
-    "of all scenes; colours distinguish variants, line styles scenes. Per unit total load, times E of the "
-    "lower body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where "
-    "a scene's curve seems missing, it coincides with the curve of an earlier scene."
+    "Colours distinguish variants, dashes scenes. Per unit total load, times E of the lower body and L of "
+    "the scene ({}). Band: C ± its estimated error, often thinner than the line. Where a scene's curve seems "
+    "missing, it coincides with the curve of another scene."
 )
 WITHIN_ACCURACY = "alike within the accuracy of C"
 
@@ -38,68 +47,116 @@ def write(overlay: Overlay, folder: Path) -> Path:
     folders.make(folder)
     write_curves(overlay, folder)
     title = ", ".join(result.name for result in overlay.results)
-    return write_page(Page(title, summary(overlay), _sections(overlay)), folder / "report.html")
+    body = main_body(overlay.common.bodies)
+    answer = _table(overlay, body, drawn_variants(overlay))
+    return write_page(Page(title, summary(overlay), _sections(overlay), answer), folder / "report.html")
 
 
-def _sections(overlay: Overlay) -> Iterator[Section]:
+def _sections(overlay: Overlay) -> Iterator[Section | Folded]:
     common, results = overlay.common, overlay.results
     titles = Items([f"{result.name}: {result.ics.attrs['title']}" for result in results])
-    yield Section("", [titles])
-    for body in common.bodies:
-        notes = [Note(_measure(overlay))] if body == common.bodies[0] else []
-        yield Section(ERRORS_HEADING.format(body), [_table(overlay, body), *notes])
-    yield Section("Differences between the scenes", [_differences_table(overlay)])
-    pictures = (
-        Picture(f"curves_{component}", overlay_figures.curves(overlay, component))
-        for component in common.components
-    )
-    drawn = ", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay))
-    yield Section("Influence coefficients along the lines", [f"{drawn} {CURVES}", *pictures])
-    texts = [Folded(result.name, [Verbatim(result.ics.attrs["scene"])]) for result in results]
-    yield Section("Scene files", texts)
+    lengths = ", ".join(f"{result.name}: {result.ics.reference_length:g} mm" for result in results)
+    answer = ANSWER.format(body_name(main_body(common.bodies)), join_words(common.lines))
+    yield Section("", [Note(answer), chart(overlay), Note(CURVES.format(lengths)), titles])
+    ranks = Items([f"C deviates from {sentence}" for sentence in rankings(overlay)])
+    tables = [
+        Section(ERRORS_HEADING.format(body), [_table(overlay, body, (*common.variants, "C"))])
+        for body in common.bodies
+    ]
+    yield Folded("Errors of all variants", [Note(_measure(overlay)), ranks, *tables])
+    yield Folded("Differences between the scenes", [_differences_table(overlay)])
+    scene_files = [Folded(result.name, [Verbatim(result.ics.attrs["scene"])]) for result in results]
+    yield Folded("Scene files", scene_files)
 
 
 def _measure(overlay: Overlay) -> str:
     return (
         f"{MEASURE} Shown: the largest over {', '.join(overlay.common.lines)}; shares of C of the same "
-        f"scene. Rows “C”: the estimated error of C itself. {COMPONENTS}"
+        f"scene. Rows “C ±”: the estimated error of C itself. {COMPONENTS}"
     )
 
 
-def _table(overlay: Overlay, body: str) -> Table:
-    columns = [*texts("scene"), *numbers(*overlay.common.components)]
-    return Table("variant", columns, list(_rows(overlay, body)))
+def _table(overlay: Overlay, body: str, variants: Sequence[str]) -> Table:
+    columns = numbers("scene", *overlay.common.components)
+    return Table("variant", columns, list(_rows(overlay, body, variants)))
 
 
-def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
-    for variant in (*overlay.common.variants, "C"):
+def _rows(overlay: Overlay, body: str, variants: Sequence[str]) -> Iterator[Row]:
+    for variant in (*(variant for variant in variants if variant != "C"), "C"):
         for k, result in enumerate(overlay.results):
             errors = [worst(overlay, result, body, component) for component in overlay.common.components]
             cells = [cell_of(error.sel(variant=variant), is_estimate=variant == "C") for error in errors]
-            yield Row("" if k else SYMBOLS[variant], [result.name, *cells])
+            yield Row("" if k else row_name(variant), [result.name, *cells])
 
 
 def _differences_table(overlay: Overlay) -> Table:
     rows = [
-        Row(difference.key, [difference.meaning, *difference.values]) for difference in differences(overlay)
+        Row("" if k else ": ".join(filter(None, (difference.key, difference.meaning))), [result.name, value])
+        for difference in differences(overlay)
+        for k, (result, value) in enumerate(zip(overlay.results, difference.values, strict=True))
     ]
-    heads = ["meaning", *(result.name for result in overlay.results)]
-    return Table("key" if rows else "key (nothing differs)", heads, rows, is_text=True)
+    return Table("key" if rows else "key (nothing differs)", texts("scene", "value"), rows)
 
 
 def summary(overlay: Overlay) -> str:
-    """Return a computed paragraph: where C deviates most from A and from B-hat, with the factors."""
-    body, lines = overlay.common.bodies[0], len(overlay.common.lines)
+    """Return how far A and B-hat are from C in nn and, by weight, elsewhere, and how good C is."""
+    body, components = main_body(overlay.common.bodies), overlay.common.components
     variants = [variant for variant in SUMMARISED if variant in overlay.common.variants]
-    if not variants:
-        return (
-            f"The scenes have neither {' nor '.join(SYMBOLS[variant] for variant in SUMMARISED)} in common."
-        )
-    where = f"{body} influence coefficients, worst of {lines} line{'s' if lines > 1 else ''}"
-    sentences = (
-        f"C deviates from {SYMBOLS[variant]} {_ranking(overlay, body, variant)}." for variant in variants
-    )
-    return f"Worst errors compared ({where}). {' '.join(sentences)}"
+    worst_errors = {
+        result.name: result.errors.sel(body=body, line=list(overlay.common.lines)).max("line", skipna=False)
+        for result in overlay.results
+    }
+    sentences = []
+    if variants and "nn" in components:
+        sentences.append(_nn_sentence(worst_errors, variants, body))
+    others = [component for component in components if component != "nn"]
+    if variants and others:
+        sentences.append(_others_sentence(worst_errors, variants, others))
+    known = max(heaviest(errors, "C", components).weight for errors in worst_errors.values())
+    return " ".join([*sentences, f"C is known to {within(known)} of C_nn in every component of every scene."])
+
+
+def _nn_sentence(worst_errors: Mapping[str, xr.Dataset], variants: Sequence[str], body: str) -> str:
+    """Return the errors of variants in nn in each scene."""
+    off = []
+    for variant in variants:
+        errors = {
+            name: percent(scene_errors.error.sel(variant=variant, i="n", j="n").item())
+            for name, scene_errors in worst_errors.items()
+        }
+        in_scenes = join_words(f"{text} in {name}" for name, text in errors.items())
+        off.append(f"{symbol_of(variant)} is off by {in_scenes}")
+    return f"In nn {body_name(body)}, {'; '.join(off)}."
+
+
+def _others_sentence(
+    worst_errors: Mapping[str, xr.Dataset], variants: Sequence[str], components: Sequence[str]
+) -> str:
+    """Return the heaviest error in other components, and the same in all scenes."""
+    errors = {
+        (name, variant): heaviest(scene_errors, variant, components)
+        for name, scene_errors in worst_errors.items()
+        for variant in variants
+    }
+    (_, variant), largest = max(errors.items(), key=lambda item: item[1])
+    if largest.weight < COUNTS:
+        return f"No other component is off by more than {within(largest.weight)} of C_nn."
+    component = largest.component
+    weights = {
+        name: percent(scene_errors.weight.sel(variant=variant, i=component[0], j=component[1]).item())
+        for name, scene_errors in worst_errors.items()
+    }
+    in_scenes = join_words(f"{text} of C_nn in {name}" for name, text in weights.items())
+    where = f"{symbol_of(variant)} in {component}"
+    return f"Among the other components, the heaviest error is that of {where}: {in_scenes}."
+
+
+def rankings(overlay: Overlay) -> Iterator[str]:
+    """Yield for A and B-hat in which scene C deviates most from it, with the factors."""
+    body = main_body(overlay.common.bodies)
+    for variant in SUMMARISED:
+        if variant in overlay.common.variants:
+            yield f"{symbol_of(variant)} {_ranking(overlay, body, variant)}."
 
 
 def _ranking(overlay: Overlay, body: str, variant: str) -> str:

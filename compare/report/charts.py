@@ -157,9 +157,9 @@ class Chart:
 
     @property
     def legend(self) -> dict[str, Look]:
-        """The look of each label."""
+        """The look of each label, as its curves are drawn."""
         curves = [curve for cell in self.cells if not isinstance(cell, Surface) for curve in cell.curves]
-        return {curve.label: curve.look for curve in curves if curve.label}
+        return {curve.label: curve.drawn_look for curve in curves if curve.label}
 
 
 def chart_of(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:

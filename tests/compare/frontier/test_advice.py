@@ -155,43 +155,41 @@ def test_errors_of_run_and_their_tables():
     assert at.error.sel(variant="A", i="x", j="n") == pytest.approx(1)
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
-    rows = {row.name: row.cells for row in _error_table(results, run_errors, "combined").rows}
-    shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, (_, *cells) in rows.items()}
-    assert {cells[0] for cells in rows.values()} == {line}
+    on_line = run_errors.sel(body="combined", line=line)
+    rows = {row.name: row.cells for row in _error_table(line, results, on_line).rows}
+    shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, cells in rows.items()}
     assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
-    assert shown["C"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
-    rms_errors = run_errors.assign(error=run_errors.rms, weight=np.nan)
-    rms = {row.name: row.cells for row in _error_table(results, rms_errors, "combined").rows}
+    assert shown["C ±"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
+    rms_errors = on_line.assign(error=on_line.rms, weight=np.nan)
+    rms = {row.name: row.cells for row in _error_table(line, results, rms_errors).rows}
     of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
-    assert rms["A"][2].text == f"{100 * of_a_sine:.1f} %"
+    assert rms["A"][1].text == f"{100 * of_a_sine:.1f} %"
 
 
-def test_summary_names_vanishing_components_and_accuracy_of_c_on_both_scales():
+def test_component_of_small_weight_is_not_the_headline():
+    """A_xn is 100 % wrong, which is 0.1 % of C_nn."""
     results = hand_made(["nn", "xn", "sn"])
     text = summary(results, errors(results, to_dataset_of(results)))
-    assert "A 100.0 % (xn on s = 0 mm)" in text
-    assert "sn of C vanishes, and so do the variants" in text
-    assert "sn:" not in text
-    assert "The estimated error of C is at most 2.00% of a component (xn on s = 0 mm)" in text
-    assert "On the scale of refinement it is at most 0.04% (xn on s = 0 mm)" in text
+    assert text.startswith("In nn of both bodies together, every approximation is within 0.01 % of C. ")
+    assert "No other component is off by more than 0.10 % of C_nn." in text
+    assert "100" not in text
 
 
 def test_summary_of_scene_with_only_vanishing_components():
     results = hand_made(["sn"])
     text = summary(results, errors(results, to_dataset_of(results)))
-    assert text.startswith("sn of C vanishes")
-    assert "Closest" not in text
+    assert text.startswith("No component is off by more than 0.01 % of C_nn. C is known to ")
 
 
 def test_marks_of_vanishing_components_are_hollow():
     results = hand_made(["nn", "xn", "sn"])
-    drawn = error_against_seconds(results, errors(results, to_dataset_of(results)))
-    marks = {line.get_label(): line for line in drawn.axes[0].get_lines()}
-    assert len(marks["A"].get_ydata()) == 2
-    assert marks["A"].get_markerfacecolor() != "none"
-    hollow = [line for line in drawn.axes[0].get_lines() if line.get_markerfacecolor() == "none"]
-    assert all(len(line.get_ydata()) == 1 for line in hollow)
-    assert len(hollow) == len(results.variants)
+    panel, *_ = error_against_seconds(results, errors(results, to_dataset_of(results))).cells
+    hollow, marks = ([c for c in panel.curves if c.look.marker.endswith("-open") == h] for h in (True, False))
+    assert [len(curve.y) for curve in hollow] == [1] * len(results.variants)
+    assert [len(curve.y) for curve in marks] == [2] * len(results.variants)
+    assert [curve.label for curve in marks] == [curve.label for curve in hollow]
+    assert panel.log_x
+    assert panel.log_y
 
 
 def test_cell_of_vanishing_c_has_weight_but_no_share():

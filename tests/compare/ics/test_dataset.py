@@ -5,9 +5,7 @@ import pytest
 import xarray as xr
 
 from approx.halfspace import HalfSpace
-from approx.variants import VARIANTS
 from compare.ics import dataset as data
-from compare.ics import page as report
 from femic.cache.files import write_dataset
 from femic.reference.discount import rigid_part
 from geometries.materials import both_bodies
@@ -88,17 +86,3 @@ def test_csv_contains_curves_under_their_names(small, tmp_path):
     np.testing.assert_allclose(table["s_[mm]"], line.s, rtol=1e-9)
     b_sn = line.ic.sel(variant="B", body="lower", i="s", j="n")
     np.testing.assert_allclose(table["B_sn_lower_[mm/N]"], b_sn, rtol=1e-9, atol=1e-25)
-
-
-def test_summary_names_worst_and_best_variants(small):
-    results, _, errors = small
-    text = report.summary(results, errors)
-    worst = errors.error.sel(body="combined", variant="A")
-    values = {
-        (c, line): worst.sel(i=c[0], j=c[1], line=line).item()
-        for c in results.scene.components
-        for line in results.lines
-    }
-    component, line = max(values, key=values.get)
-    assert f"A {100 * values[component, line]:.1f} % ({component} on {line})" in text
-    assert all(VARIANTS[v].symbol in text for v in results.scene.variants)

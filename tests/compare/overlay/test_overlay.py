@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.ics.curves import line_panel
 from compare.ics.run import key_of
-from compare.overlay.curves import is_mirrored
+from compare.overlay.curves import curves_of, is_mirrored
 from compare.overlay.differences import differences
-from compare.overlay.figures import curves, drawn_variants
-from compare.overlay.page import _rank, summary
+from compare.overlay.figures import DASHES, chart, drawn_variants
+from compare.overlay.page import _rank, rankings, summary
 from compare.overlay.results import load, worst
 from compare.overlay.sources import MOST_SCENES, sources, up_to_date
-from compare.report.styles import DASHES, SYMBOLS
+from compare.report.interactive import as_json, plotly_js
+from compare.report.looks import OWN, symbol_of
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
@@ -83,41 +83,52 @@ def read(folder, name):
 def test_overlay_writes_report_figures_and_csv(compared):
     out = compared / "results" / "gentle_steep"
     assert {path.name for path in out.iterdir()} - {LOCK} == {"report.html", "figures", "curves_x1.6mm.csv"}
-    assert {path.name for path in (out / "figures").iterdir()} == {"curves_nn.png", "curves_sn.png"}
-    html = (out / "report.html").read_text(encoding="utf-8")
-    assert html.count("data:image/png") == 2
+    assert {path.name for path in (out / "figures").iterdir()} == {"curves.svg"}
+    html = (out / "report.html").read_text(encoding="utf-8").replace(plotly_js(), "")
+    assert html.count("data:image/svg") == 1
     assert "http" not in html  # self-contained
     assert str(compared) not in html
 
 
 @pytest.mark.parametrize(("k", "name", "E", "L"), [(0, "gentle", 210e3, 10.0), (1, "steep", 70e3, 4.0)])
 def test_curves_agree_with_ics_file_in_unit_of_scene(k, name, E, L, compared):
-    drawn = line_panel(opened(compared).results[k].ics, LINE, "lower", "sn")
+    curves = curves_of(opened(compared).results[k].ics, LINE, "lower", "sn")
     line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
-    assert drawn.across == "s / L  [-]"
-    np.testing.assert_allclose(drawn.at, line.s / L, rtol=1e-13)
-    np.testing.assert_allclose(drawn.estimate, line.estimate * E * L, rtol=1e-13)
-    for variant in ("A", "Bbar", "Bhat", "C"):
-        np.testing.assert_allclose(
-            drawn.curves[SYMBOLS[variant]], line.ic.sel(variant=variant) * E * L, rtol=1e-13
-        )
+    assert curves.across == "s / L  [-]"
+    np.testing.assert_allclose(curves["at"], line.s / L, rtol=1e-13)
+    np.testing.assert_allclose(curves.estimate, line.estimate * E * L, rtol=1e-13)
+    np.testing.assert_allclose(curves.ic, line.ic * E * L, rtol=1e-13)
 
 
-def test_figure_draws_curves_of_all_scenes(compared):
+def cells_of(overlay, component):
+    """The cells of a component as the page has them, by title."""
+    content = json.loads(as_json(chart(overlay)))
+    assert content["labels"][content["start"]] == "nn"
+    return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
+
+
+def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
     overlay = opened(compared)
     assert drawn_variants(overlay) == ("C", "A", "Bhat")
-    (panel,) = curves(overlay, "sn").axes
-    drawn = np.reshape(panel.get_lines(), (2, 3))  # scenes, variants
-    for result, lines in zip(overlay.results, drawn, strict=True):
-        expected = line_panel(result.ics, LINE, "lower", "sn")
-        half = expected.at >= 0
-        for variant, line in zip(("C", "A", "Bhat"), lines, strict=True):
-            np.testing.assert_allclose(line.get_xdata(), expected.at[half])
-            np.testing.assert_allclose(line.get_ydata(), expected.curves[SYMBOLS[variant]][half])
-    for gentle, steep in drawn.T:
-        assert gentle.get_color() == steep.get_color()
-        assert gentle.get_linestyle() != steep.get_linestyle()
-    assert len(DASHES) == MOST_SCENES
+    cells = cells_of(overlay, "sn")
+    assert list(cells) == [f"lower, {LINE}", f"lower, {LINE}: minus C"]
+    dashes = set()
+    for title, cell in cells.items():
+        drawn = {trace["name"]: trace for trace in cell["traces"] if "name" in trace}
+        for result in overlay.results:
+            expected = curves_of(result.ics, LINE, "lower", "sn")
+            expected = expected.isel(point=expected["at"].values >= 0)
+            for variant in ("C", "A", "Bhat"):
+                curve = drawn.pop(f"{symbol_of(variant)}, {result.name}")
+                c = expected.ic.sel(variant="C") if "minus" in title else 0.0
+                np.testing.assert_allclose(curve["x"], expected["at"], rtol=1e-5)
+                values = expected.ic.sel(variant=variant) - c
+                np.testing.assert_allclose(curve["y"], values, rtol=1e-5, atol=1e-12)
+                assert curve["line"]["color"] == OWN[variant].colour
+                dashes.add((result.name, curve["line"]["dash"]))
+        assert not drawn
+    assert dashes == {("gentle", "solid"), ("steep", "dash")}
+    assert len(set(DASHES)) == MOST_SCENES
 
 
 def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
@@ -127,16 +138,17 @@ def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
     tilted = steep.ics.assign(ic=steep.ics.ic.where(steep.ics.s > 0, 1.01 * steep.ics.ic))
     overlay = replace(overlay, results=(gentle, replace(steep, ics=tilted)))
     assert not is_mirrored(overlay, LINE)
-    (panel,) = curves(overlay, "nn").axes
-    assert min(panel.get_lines()[0].get_xdata()) == -6.0 / 10.0
+    first, *_ = (trace for trace in cells_of(overlay, "nn")[f"lower, {LINE}"]["traces"] if "name" in trace)
+    assert min(first["x"]) == -6.0 / 10.0
 
 
 def test_csv_contains_curves(compared):
     path = compared / "results" / "gentle_steep" / "curves_x1.6mm.csv"
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
-    steep = line_panel(opened(compared).results[1].ics, LINE, "lower", "sn")
-    expected = {"s/L": steep.at, "A": steep.curves["A"], "C": steep.curves["C"], "estimate": steep.estimate}
+    steep = curves_of(opened(compared).results[1].ics, LINE, "lower", "sn")
+    a, c = (steep.ic.sel(variant=variant) for variant in "AC")
+    expected = {"s/L": steep["at"], "A": a, "C": c, "estimate": steep.estimate}
     for column, values in expected.items():
         np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
 
@@ -154,9 +166,10 @@ def test_errors_agree_with_errors_file_on_common_lines(compared):
                 )
 
 
-def test_table_contains_errors_of_both_scenes(compared):
+def test_answer_has_errors_of_both_scenes(compared):
     html = (compared / "results" / "gentle_steep" / "report.html").read_text(encoding="utf-8")
-    (rows,) = re.findall(r'name">A</th>(.*?)name">B', html, flags=re.DOTALL)
+    answer = html.split("<table>")[1]
+    (rows,) = re.findall(r'name">A</th>(.*?)name">B', answer, flags=re.DOTALL)
     shown = [float(error) for error in re.findall(r">([\d.]+) %<br>", rows)]
     files = [
         read(compared, f"{name}/errors.nc").error.sel(variant="A", line=LINE) for name in ("gentle", "steep")
@@ -165,7 +178,27 @@ def test_table_contains_errors_of_both_scenes(compared):
     np.testing.assert_allclose(shown, expected, atol=0.05)
 
 
-def test_summary_names_scene_with_larger_error_and_factor(compared):
+def test_summary_has_three_sentences_with_the_errors_of_all_scenes(compared):
+    overlay = opened(compared)
+    text = summary(overlay)
+    assert len(re.findall(r"\.(?: |$)", text)) == 3
+    gentle, steep = (result.errors.sel(body="lower", line=LINE) for result in overlay.results)
+    nn = [100 * errors.error.sel(variant="A", i="n", j="n").item() for errors in (gentle, steep)]
+    nn_sentence, sn_sentence, _ = text.split(". ")
+    assert f"A is off by {nn[0]:.2f} % in gentle and {nn[1]:.2f} % in steep" in nn_sentence.replace(
+        ".0 %", ".00 %"
+    )
+    weights = {
+        v: [100 * errors.weight.sel(variant=v, i="s", j="n").item() for errors in (gentle, steep)]
+        for v in ("A", "Bhat")
+    }
+    variant = max(weights, key=lambda v: max(weights[v]))
+    assert f"heaviest error is that of {symbol_of(variant)} in sn: " in sn_sentence
+    for weight, name in zip(weights[variant], ("gentle", "steep"), strict=True):
+        assert re.search(rf"{weight:.1f}\d? % of C_nn in {name}", sn_sentence), sn_sentence
+
+
+def test_ranking_names_scene_with_larger_error_and_factor(compared):
     overlay = opened(compared)
     errors = {
         result.name: {v: worst(overlay, result, "lower", "sn").error.sel(variant=v).item() for v in "AC"}
@@ -173,8 +206,8 @@ def test_summary_names_scene_with_larger_error_and_factor(compared):
     }
     less, more = sorted(errors, key=lambda name: errors[name]["A"])
     assert errors[more]["A"] - errors[less]["A"] > errors[more]["C"] + errors[less]["C"] > 0
-    of_a = summary(overlay).split("deviates from A ")[1].split(". ")[0]
-    (rank,) = (rank for rank in of_a.split("; ") if "sn" in rank)
+    of_a = next(sentence for sentence in rankings(overlay) if sentence.startswith("A "))
+    (rank,) = (rank for rank in of_a.removeprefix("A ").rstrip(".").split("; ") if "sn" in rank)
     assert rank.startswith(f"more in {more}: ")
     assert f"sn {errors[more]['A'] / errors[less]['A']:.2f} ×" in rank
 

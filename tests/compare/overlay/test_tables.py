@@ -43,7 +43,7 @@ def test_component_that_vanishes_in_a_scene_is_not_ranked(overlay):
 
 
 def test_tables_mark_vanishing_components_and_show_weights(overlay):
-    rows = [(row.name, *row.cells) for row in _rows(overlay, "lower")]
+    rows = [(row.name, *row.cells) for row in _rows(overlay, "lower", VARIANTS)]
     shown = {(name, scene): [(cell.text, cell.below) for cell in cells] for name, scene, *cells in rows}
     assert shown["A", "a"] == [("2.00 %", "0.02 %"), ("100.0 %", "1.00 %"), ("10.0 %", "0.10 %")]
     assert shown["", "b"][2] == ("vanishes", "< 0.01 %")  # the last of them is that of C

@@ -64,6 +64,15 @@ def test_each_label_is_once_in_the_legend(chart):
     assert [(entry["label"], entry["colour"]) for entry in legend] == [("C", INK), ("A", OWN["A"].colour)]
 
 
+def test_the_legend_has_markers_where_the_curves_have_some():
+    x = np.arange(MOST_MARKERS + 1)
+    for points, marker in ((x[1:], LOOKS["A"].marker), (x, "")):
+        assert (
+            chart_of("", [Panel("", "", "", [Curve("A", points, points, LOOKS["A"])])]).legend["A"].marker
+            == marker
+        )
+
+
 def test_the_slider_begins_with_the_last_step_or_the_one_named(chart):
     assert json.loads(interactive.as_json(chart))["start"] == 1
     assert Chart("", chart.steps, start="1 kN").first == 0

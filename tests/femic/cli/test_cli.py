@@ -7,6 +7,7 @@ from io import StringIO
 import pytest
 import xarray as xr
 
+from compare.report.interactive import plotly_js
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.solid import engine as solid
 from tests.compare.conftest import COARSE_ENGINE, scene_text
@@ -38,8 +39,10 @@ def test_a_run_writes_data_figures_and_report(ran):
         assert dataset.ic.sel(j="s", variant="C").isnull().all()  # not computed: not a number
         assert dataset.ic.sel(i="n", j="n").notnull().all()
         assert json.loads(dataset.attrs["domain"])["lower"]["far_radius"] == 60
-    html = (out / "report.html").read_text(encoding="utf-8")
-    assert html.count("data:image/png") == len(list((out / "figures").glob("*.png")))
+    html = (out / "report.html").read_text(encoding="utf-8").replace(plotly_js(), "")
+    for kind, ending in (("png", "png"), ("svg+xml", "svg")):
+        files = list((out / "figures").glob(f"*.{ending}"))
+        assert html.count(f"data:image/{kind};base64,") == len(files) > 0
     assert "://" not in html  # self-contained
 
 
