@@ -130,7 +130,7 @@ class RollingProblem:
         """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""
         sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
         x, y = self.rolling.x[:, None], self.rolling.contour.position(self.rolling.s)[0]
-        of_each = {
+        of_each: dict[str, tuple[Array | float, ...]] = {
             "longitudinal": (1.0, 0.0, 0.0),
             "lateral": (0.0, cos, sin),
             "spin": (-y, x * cos, x * sin),
