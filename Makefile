@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs attack mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -56,11 +56,15 @@ extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extreme
 docs: $(READY)  ## compute the numbers of the written pages, and write them (an hour)
 	$(BIN)/python tools/write_docs.py --compute
 
-attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/extremes.md (an hour)
+site: $(READY)  ## the documentation as a site: out/site/index.html (runs the examples, minutes the first time)
+	$(BIN)/python tools/write_docs.py
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --doctree-dir out/doctrees docs out/site
+
+attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)
 	$(BIN)/python tools/attack --page
 	$(BIN)/python tools/write_docs.py
 
-mutations: $(READY)  ## small changes of the code: do the tests notice? docs/mutations.md (hours; resumes)
+mutations: $(READY)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
 	$(BIN)/python tools/mutations.py --page
 	$(BIN)/python tools/write_docs.py
 
@@ -91,4 +95,4 @@ bench: $(READY)  ## seconds, memory and errors (tables go to the pages of docs/ 
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment
-	rm -rf out .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf out docs/gallery .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from operator import itemgetter
 from types import MappingProxyType
 
 import numpy as np
@@ -11,11 +12,8 @@ from scipy.optimize import least_squares
 
 from approx.effective import EffectiveProperties, Transition
 from approx.target import Target
-from geometries.arrays import Array
+from geometries.arrays import Array, Mask
 from geometries.errors import WrongInput
-
-Key = tuple[str, str]  # of a parameter: property, parameter
-Values = dict[Key, float]
 
 PARAMETERS = ("far", "r_inf", "m", "n")
 FAR_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -81,10 +79,10 @@ def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
     that the components do not depend on.
     """
     data = _Data.of(target, tuple(properties))
-    values, free = data.starting_values(), list(product(properties, PARAMETERS))
-    notes: dict[Key, str] = {}
-    values = data.best(values, free, data.starts(values))
-    while undetermined := data.least_known(values, free):
+    free = list(range(len(data.keys)))
+    notes: dict[int, str] = {}
+    values = data.best(data.neutral, free, data.starts())
+    while (undetermined := data.least_known(values, free)) is not None:
         free.remove(undetermined)
         values, notes[undetermined] = data.without(values, free, undetermined)
     return data.result(values, free, notes)
@@ -125,14 +123,19 @@ class _Response:
 class _Data:
     """A target with its points in the order of their distances, and the function that gives B-hat-prime.
 
-    The optimiser works on variables: far in `unit`s, and the logarithms of r_inf, m and n. So the fit does
-    not depend on units.
+    Values of the parameters are arrays in the order of `keys`; `free` parameters are listed by their numbers.
+    The optimiser works on variables: far in units of `unit`, and the logarithms of r_inf, m and n. So the fit
+    does not depend on units.
     """
 
     target: Target
     response: _Response
-    properties: tuple[str, ...]
     half_space: Mapping[str, float]  # values of all properties of the half-space
+    keys: tuple[tuple[str, str], ...]  # property and name of each parameter
+    is_far: Mask  # (n_parameters,) which parameters are far values
+    unit: Array  # (n_parameters,) G of the half-space for the far value of G, else 1
+    bounds: Array  # (2, n_parameters) of the variables
+    neutral: Array  # (n_parameters,) values with which no property varies
 
     @classmethod
     def of(cls, target: Target, properties: tuple[str, ...]) -> "_Data":
@@ -144,93 +147,97 @@ class _Data:
             **{name: getattr(target, name)[..., order] for name in ("x", "s", "ics", "weights")},
             error=np.broadcast_to(target.error, target.ics.shape)[:, order],
         )
-        constants = target.solid.constants
         unknown_names = [name for name in properties if name not in FAR_BOUNDS]
         if unknown_names or not properties:
             raise WrongInput(f"properties = {', '.join(unknown_names) or 'none'}: of {', '.join(FAR_BOUNDS)}")
-        half_space = {name: float(getattr(constants, name)) for name in FAR_BOUNDS}
-        return cls(sorted_target, _Response.of(sorted_target), properties, half_space)
+        half_space = {name: float(getattr(target.solid.constants, name)) for name in FAR_BOUNDS}
+        keys = tuple(product(properties, PARAMETERS))
+        nearest, *_, furthest = sorted_target.r
+        limits = {"r_inf": (nearest, R_INF_REACH * furthest), **EXPONENTS}
+        bounds = [
+            FAR_BOUNDS[name] if parameter == "far" else np.log(limits[parameter]).tolist()
+            for name, parameter in keys
+        ]
+        neutral = [
+            {"far": half_space[name], "r_inf": furthest}.get(parameter, 1.0) for name, parameter in keys
+        ]
+        return cls(
+            sorted_target,
+            _Response.of(sorted_target),
+            half_space,
+            keys,
+            np.array([parameter == "far" for _, parameter in keys]),
+            np.array([half_space["G"] if key == ("G", "far") else 1.0 for key in keys]),
+            np.transpose(bounds),
+            np.array(neutral),
+        )
 
-    def unit(self, name: str) -> float:
-        """Unit of the variable of a property's far value: G of the half-space, or 1."""
-        return self.half_space[name] if name == "G" else 1.0
+    def variables(self, values: Array) -> Array:
+        """The variables that stand for the values of the parameters, shape (n_parameters,)."""
+        return np.where(self.is_far, values / self.unit, np.log(np.where(self.is_far, 1.0, values)))
 
-    def bounds(self, name: str, parameter: str) -> tuple[float, float]:
-        """Lower and upper bound of the variable of a parameter."""
-        if parameter == "far":
-            return FAR_BOUNDS[name]
-        r = self.target.r
-        low, high = (r[0], R_INF_REACH * r[-1]) if parameter == "r_inf" else EXPONENTS[parameter]
-        return float(np.log(low)), float(np.log(high))
+    def changed(self, values: Array, free: Sequence[int], variables: Array) -> Array:
+        """The values in which free parameters have the values that their variables (n_free,) stand for."""
+        new_values = values.copy()
+        new_values[free] = np.where(self.is_far[free], variables * self.unit[free], np.exp(variables))
+        return new_values
 
-    def neutral(self, name: str, parameter: str) -> float:
-        """The value at which a parameter without effect on the fit is fixed."""
-        neutral_values = {"far": self.half_space[name], "r_inf": float(self.target.r[-1])}
-        return neutral_values.get(parameter, 1.0)
+    def transitions(self, values: Array) -> dict[str, Transition]:
+        """The transitions of the properties."""
+        names = dict.fromkeys(name for name, _ in self.keys)
+        rows = values.reshape(-1, len(PARAMETERS)).tolist()
+        return {name: Transition(*row) for name, row in zip(names, rows, strict=True)}
 
-    def to_variable(self, name: str, parameter: str, value: float) -> float:
-        """The variable that stands for a value of a parameter."""
-        return value / self.unit(name) if parameter == "far" else float(np.log(value))
-
-    def to_value(self, name: str, parameter: str, variable: float) -> float:
-        """The value of a parameter that a variable stands for."""
-        return variable * self.unit(name) if parameter == "far" else float(np.exp(variable))
-
-    def variables(self, values: Values, free: Sequence[Key]) -> Array:
-        """The variables that stand for the values of the free parameters, shape (n_free,)."""
-        return np.array([self.to_variable(*key, values[key]) for key in free])
-
-    def starting_values(self) -> Values:
-        """Values with which no property varies."""
-        return {key: self.neutral(*key) for key in product(self.properties, PARAMETERS)}
-
-    def deviations(self, ics: Array) -> Array:
-        """Weighted deviations of ICs from the target, as shares of each component's largest IC.
+    def deviations(self, values: Array) -> Array:
+        """Weighted deviations of B-hat-prime from the target, as shares of each component's largest IC.
 
         Shape (n_components * n,).
         """
-        target = self.target
+        target, constants = self.target, dict[str, float | Array](self.half_space)
+        for name, transition in self.transitions(values).items():
+            constants[name] = transition.at(target.r, self.half_space[name])
+        ics = self.response(constants["G"] / self.half_space["G"], constants["nu"], constants["mismatch_k"])
         return np.asarray((target.weights * (ics - target.ics) / target.scales).ravel())
 
-    def ics(self, values: Values) -> Array:
-        """B-hat-prime [mm/MPa], shape (n_components, n)."""
-        r, constants = self.target.r, dict[str, float | Array](self.half_space)
-        for name, transition in transitions(values).items():
-            constants[name] = transition.at(r, self.half_space[name])
-        return self.response(constants["G"] / self.half_space["G"], constants["nu"], constants["mismatch_k"])
-
-    def starts(self, values: Values) -> list[Values]:
+    def starts(self) -> list[Array]:
         """Values to start from: the best of a grid for each property, one property after the other."""
-        starts = [values]
-        for name in self.properties:
-            starts = self._on_grid(name, starts[0])
+        starts = [self.neutral]
+        for first in np.flatnonzero(self.is_far).tolist():
+            starts = self._on_grid(first, starts[0])
         return starts
 
-    def _on_grid(self, name: str, values: Values) -> list[Values]:
+    def _on_grid(self, first: int, values: Array) -> list[Array]:
         """The best points of a grid of (r_inf, m, n), each with the best far value of ICs linear in it.
 
-        Raises WrongInput where the ICs do not depend on the property.
+        They belong to the property whose first parameter is number `first`. Raises WrongInput where the ICs
+        do not depend on it.
         """
-        step = 0.01 * self.unit(name)
-        base = self.deviations(self.ics(values))
-        constant = _of(name, self.half_space[name] + step, self.target.r[0], 1.0, 1.0)
-        slope = (self.deviations(self.ics(values | constant)) - base) / step
+        name, unit, f0 = self.keys[first][0], self.unit[first], self.neutral[first]
+
+        def with_transition(*parameters: float) -> Array:
+            new_values = values.copy()
+            new_values[first : first + len(PARAMETERS)] = parameters
+            return new_values
+
+        step = 0.01 * unit
+        base = self.deviations(values)
+        slope = (self.deviations(with_transition(f0 + step, self.target.r[0], 1.0, 1.0)) - base) / step
         if not np.any(slope):
             raise WrongInput(f"properties: {', '.join(self.target.components)} do not depend on {name}")
+        (lowest_far, highest_far), *axis_ends = self.bounds[:, first : first + len(PARAMETERS)].T.tolist()
         axes = [
-            np.exp(np.linspace(*self.bounds(name, parameter), count))
-            for parameter, count in zip(("r_inf", "m", "n"), START_GRID, strict=True)
+            np.exp(np.linspace(low, high, count))
+            for (low, high), count in zip(axis_ends, START_GRID, strict=True)
         ]
-        low, high = (bound * self.unit(name) for bound in FAR_BOUNDS[name])
-        candidates: list[Values] = []
+        candidates: list[Array] = []
         costs = np.empty(START_GRID)
         for index, (r_inf, m, n) in zip(np.ndindex(START_GRID), product(*axes), strict=True):
             share = Transition(1.0, r_inf, m, n).at(self.target.r, 0.0)
             effect = slope * np.tile(share, len(self.target.components))
-            far = self.half_space[name] - float(base @ effect) / max(float(effect @ effect), 1e-300)
-            far = float(np.clip(far, low, high))
-            deviations = base + (far - self.half_space[name]) * effect
-            candidates.append(_of(name, far, r_inf, m, n))
+            far = f0 - float(base @ effect) / max(float(effect @ effect), 1e-300)
+            far = float(np.clip(far, lowest_far * unit, highest_far * unit))
+            deviations = base + (far - f0) * effect
+            candidates.append(with_transition(far, r_inf, m, n))
             costs[index] = deviations @ deviations
         ranked = np.argsort(costs, axis=None, kind="stable")
         is_minimum = (costs == minimum_filter(costs, 3)).ravel()[ranked]
@@ -239,14 +246,13 @@ class _Data:
             + np.arange(START_GRID[0]) * START_GRID[1] * START_GRID[2]
         )
         start_numbers = dict.fromkeys([*ranked[:STARTS], *ranked[is_minimum][:STARTS], *best_of_r_inf])
-        return [values | candidates[number] for number in start_numbers]
+        return [candidates[number] for number in start_numbers]
 
-    def best(self, values: Values, free: Sequence[Key], starts: Sequence[Values]) -> Values:
+    def best(self, values: Array, free: Sequence[int], starts: Sequence[Array]) -> Array:
         """The values of least squares from several starts; other parameters stay as in `values`."""
         if not free:
             return values
-        low, high = np.array([self.bounds(*key) for key in free]).T
-
+        low, high = self.bounds[:, free]
         deviations = self._deviations_of(values, free)
 
         def polished(start_variables: Array, options: Mapping[str, float]) -> tuple[float, Array]:
@@ -255,55 +261,51 @@ class _Data:
             return float(result.cost), result.x
 
         candidates = sorted(
-            (polished(self.variables(start, free), ROUGH_OPTIONS) for start in starts),
-            key=lambda result: result[0],
+            (polished(self.variables(start)[free], ROUGH_OPTIONS) for start in starts), key=itemgetter(0)
         )
-        best_variables = min(
-            (polished(variables, EXACT_OPTIONS) for _, variables in candidates[:FINALISTS]),
-            key=lambda result: result[0],
-        )[1]
-        return self._at(values, free, best_variables)
+        _, best_variables = min(
+            (polished(variables, EXACT_OPTIONS) for _, variables in candidates[:FINALISTS]), key=itemgetter(0)
+        )
+        return self.changed(values, free, best_variables)
 
-    def _at(self, values: Values, free: Sequence[Key], variables: Array) -> Values:
-        """The values in which free parameters have the values that their variables stand for."""
-        return values | {
-            key: self.to_value(*key, float(variable)) for key, variable in zip(free, variables, strict=True)
-        }
-
-    def _deviations_of(self, values: Values, free: Sequence[Key]) -> Callable[[Array], Array]:
+    def _deviations_of(self, values: Array, free: Sequence[int]) -> Callable[[Array], Array]:
         """Deviations as a function of the variables of the free parameters."""
-        return lambda variables: self.deviations(self.ics(self._at(values, free, variables)))
+        return lambda variables: self.deviations(self.changed(values, free, variables))
 
-    def without(self, values: Values, free: Sequence[Key], undetermined: Key) -> tuple[Values, str]:
+    def without(self, values: Array, free: Sequence[int], undetermined: int) -> tuple[Array, str]:
         """Values with one parameter fixed, and a note on it.
 
         It is fixed at its neutral value if the other parameters can make up for that, else at its present
         one.
         """
-        refitted = self.best(values | {undetermined: self.neutral(*undetermined)}, free, [values])
+        neutral = values.copy()
+        neutral[undetermined] = self.neutral[undetermined]
+        refitted = self.best(neutral, free, [values])
         allowed = self.cost(values) + NO_WORSE * self.variance(values, len(free) + 1)
         if self.cost(refitted) <= allowed:
             return refitted, "not determined by the data"
         return values, "not determined by the data, kept"
 
-    def cost(self, values: Values) -> float:
+    def cost(self, values: Array) -> float:
         """Sum of squared deviations."""
-        deviations = self.deviations(self.ics(values))
+        deviations = self.deviations(values)
         return float(deviations @ deviations)
 
-    def at_bound(self, values: Values, key: Key) -> bool:
-        """Whether a parameter lies on one of its bounds."""
-        low, high = self.bounds(*key)
-        variable = self.to_variable(*key, values[key])
-        return min(variable - low, high - variable) < 1e-6 * (high - low)
+    def at_bound(self, values: Array) -> Mask:
+        """Which parameters lie on one of their bounds, (n_parameters,)."""
+        low, high = self.bounds
+        variables = self.variables(values)
+        return np.asarray(np.minimum(variables - low, high - variables) < 1e-6 * (high - low))
 
-    def covariance(self, values: Values, free: Sequence[Key]) -> Array:
+    def covariance(self, values: Array, free: Sequence[int]) -> Array:
         """Covariance of the variables of the free parameters, shape (n_free, n_free).
 
         If the deviations do not depend on some variables at all, their entries on the diagonal are infinite
         and all other entries are 0.
         """
-        jacobian = self._jacobian(values, free)
+        start = np.clip(self.variables(values), *self.bounds)[free]
+        deviations, bounds = self._deviations_of(values, free), self.bounds[:, free]
+        jacobian = least_squares(deviations, start, "3-point", bounds, max_nfev=1).jac
         lengths = np.linalg.norm(jacobian, axis=0)
         if not np.all(lengths > 0):
             return np.diag(np.where(lengths > 0, 0.0, np.inf))
@@ -311,64 +313,48 @@ class _Data:
         weighted = rows.T / np.maximum(singular, 1e-14) / lengths[:, None]
         return np.asarray(self.variance(values, len(free)) * (weighted @ weighted.T))
 
-    def variance(self, values: Values, n_free: int) -> float:
+    def variance(self, values: Array, n_free: int) -> float:
         """Variance of the deviation of a point: the largest of residual, target error, and rounding."""
-        deviations = self.deviations(self.ics(values))
         target = self.target
         target_errors = (target.weights * target.error / target.scales).ravel()
         rounding = IC_ROUNDING * np.mean(target.weights)
-        per_point = float(deviations @ deviations) / max(deviations.size - n_free, 1)
+        per_point = self.cost(values) / max(target.ics.size - n_free, 1)
         return float(np.max([per_point, np.mean(target_errors**2), rounding**2]))
 
-    def _jacobian(self, values: Values, free: Sequence[Key]) -> Array:
-        """Derivatives of the deviations by the variables of the free parameters, (n_deviations, n_free)."""
-        bounds = np.array([self.bounds(*key) for key in free]).T
-        start = np.clip(self.variables(values, free), *bounds)
-        result = least_squares(self._deviations_of(values, free), start, "3-point", bounds, max_nfev=1)
-        return np.asarray(result.jac)
-
-    def least_known(self, values: Values, free: Sequence[Key]) -> Key | None:
+    def least_known(self, values: Array, free: Sequence[int]) -> int | None:
         """The free parameter that is known worst, or None if the data determine all free parameters.
 
         Parameters at a bound are left out.
         """
-        inside = [key for key in free if not self.at_bound(values, key)]
+        inside = self._inside(values, free)
         if not inside:
             return None
-        deviations = np.sqrt(np.diag(self.covariance(values, inside)))
-        limits = [self._limit(values, *key) for key in inside]
-        ratios = deviations / np.array(limits)
+        far_limits = np.maximum(KNOWN_DEVIATION * np.abs(values - self.neutral) / self.unit, 1e-12)
+        limits = np.where(self.is_far, far_limits, KNOWN_DEVIATION)[inside]
+        ratios = np.sqrt(np.diag(self.covariance(values, inside))) / limits
         least_known = int(np.argmax(ratios))
         return inside[least_known] if ratios[least_known] > 1 else None
 
-    def _limit(self, values: Values, name: str, parameter: str) -> float:
-        """Standard deviation of a variable up to which the data determine it."""
-        if parameter != "far":
-            return KNOWN_DEVIATION
-        return max(
-            KNOWN_DEVIATION * abs(values[name, "far"] - self.half_space[name]) / self.unit(name), 1e-12
-        )
+    def _inside(self, values: Array, free: Sequence[int]) -> list[int]:
+        """The free parameters that do not lie on a bound."""
+        at_bound = self.at_bound(values)
+        return [number for number in free if not at_bound[number]]
 
-    def result(self, values: Values, free: Sequence[Key], notes: Mapping[Key, str]) -> Fit:
+    def result(self, values: Array, free: Sequence[int], notes: Mapping[int, str]) -> Fit:
         """The result of the fit: parameters at a bound have no standard deviation."""
-        bounded = [key for key in free if self.at_bound(values, key)]
-        fitted = [key for key in free if key not in bounded]
+        fitted = self._inside(values, free)
         # d value / d variable: far is linear, the others are exponentials
-        slopes = [self.unit(key[0]) if key[1] == "far" else values[key] for key in fitted]
+        slopes = np.where(self.is_far, self.unit, values)[fitted]
         covariance = np.zeros((0, 0))
         if fitted:
             covariance = self.covariance(values, fitted) * np.outer(slopes, slopes)
-        spread = dict(zip(fitted, np.sqrt(np.diag(covariance)), strict=True))
+        spread = dict(zip(fitted, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        all_notes = {**notes, **dict.fromkeys(set(free) - set(fitted), "at its bound")}
         parameters = tuple(
-            Parameter(
-                ".".join(key),
-                values[key],
-                float(spread[key]) if key in spread else None,
-                "at its bound" if key in bounded else notes.get(key, ""),
-            )
-            for key in product(self.properties, PARAMETERS)
+            Parameter(".".join(key), value, spread.get(number), all_notes.get(number, ""))
+            for number, (key, value) in enumerate(zip(self.keys, values.tolist(), strict=True))
         )
-        effective = EffectiveProperties(**transitions(values))
+        effective = EffectiveProperties(**self.transitions(values))
         shares = np.abs(self.target.bhat_prime(effective) - self.target.ics) / self.target.scales
         return Fit(
             effective,
@@ -377,14 +363,3 @@ class _Data:
             np.sqrt(np.mean(shares**2, axis=1)),
             np.max(shares, axis=1),
         )
-
-
-def _of(name: str, *values: float) -> Values:
-    """The values of the parameters of one property, in the order of `PARAMETERS`."""
-    return {(name, parameter): value for parameter, value in zip(PARAMETERS, values, strict=True)}
-
-
-def transitions(values: Values) -> dict[str, Transition]:
-    """The transitions of the properties with the given values of their parameters."""
-    names = dict.fromkeys(name for name, _ in values)
-    return {name: Transition(*(values[name, parameter] for parameter in PARAMETERS)) for name in names}

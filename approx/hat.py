@@ -5,7 +5,7 @@ are averages of the integrals over the uniform rectangle, over an element about 
 product of two quadratures: Gauss-Legendre rules, whose number of nodes follows from the distance to the
 nearest corner (the size of an ellipse in the complex plane that contains no singularity), and beside the
 patch, where this ellipse is too small, tanh-sinh rules on both sides of the edge line. Errors:
-docs/analytic.md.
+docs/evidence/analytic.md.
 """
 
 from dataclasses import dataclass

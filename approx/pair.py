@@ -90,13 +90,13 @@ class Pair:
     def by_form(self, forms: Iterable[Form], patch: Patch, points: Points) -> dict[Form, Array]:
         """ICs of several forms per unit pressure [mm/MPa], shape (3, 3, ...) each."""
         forms = list(forms)
-        of_pair = [form for form in forms if self.effective and form.effective]
-        summed = [form for form in forms if form not in of_pair]
+        combined = [form for form in forms if self.effective and form.effective]
+        summed = [form for form in forms if form not in combined]
         upper, lower = (body.by_form(summed, patch, points) for body in (self.upper, self.lower))
         surface = self.lower.surface.prismatic
-        ics = Ingredients(self.half_space, surface, patch, *observers(*points)).by_form(of_pair)
+        ics = Ingredients(self.half_space, surface, patch, *observers(*points)).by_form(combined)
         if self.curvature_apart:
-            ics = {form: ics[form] + self.curvature(patch, points, Form(form.rotate)) for form in of_pair}
+            ics = {form: ics[form] + self.curvature(patch, points, Form(form.rotate)) for form in combined}
         return ics | {form: upper[form] + lower[form] for form in summed}
 
     def curvature(self, patch: Patch, points: Points, form: Form = FORMS["Bhat"]) -> Array:

@@ -23,7 +23,7 @@ from geometries.errors import WrongInput
 from geometries.patches import Patch
 
 XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
-IN_CACHE = 16384  # number of points worked on at a time (measured: docs/analytic.md)
+IN_CACHE = 16384  # number of points worked on at a time (measured: docs/evidence/analytic.md)
 LENGTHS = 1e-70, 1e70  # mm; coordinates may also be smaller, or 0
 BELOW_ONE = np.nextafter(1.0, 0.0)
 

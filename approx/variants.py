@@ -13,7 +13,7 @@ without `composition` consists of the form of its own name.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -98,7 +98,7 @@ def _unknown(variant: str) -> WrongInput:
 
 def exchanged_symbol(variant: str) -> str:
     """The symbol of a variant, such as B̂ or B̂ (sn B, xn A)."""
-    symbols = {name: one.symbol for name, one in VARIANTS.items()} | {"Bhat_prime_or_A": "B̂′ or A"}
+    symbols = {name: known.symbol for name, known in VARIANTS.items()} | {"Bhat_prime_or_A": "B̂′ or A"}
     base, *exchanges = variant.split("+")
     parts = [exchange.split(":") for exchange in exchanges]
     listed = ", ".join(f"{component} {symbols.get(form, form)}" for component, form in parts)
@@ -147,16 +147,6 @@ def approximate(
     with exchanges (`forms_of`). Raises WrongInput for an unknown one, for points that are not finite, and for
     B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4; docs/theory/ics.md.
     """
-    return approximations([variant], half_space, surface, patch, points)[variant]
-
-
-def approximations(
-    variants: Sequence[str],
-    half_space: HalfSpace,
-    surface: Surface,
-    patch: Patch,
-    points: tuple[ArrayLike, ArrayLike],
-) -> dict[str, Array]:
-    """ICs of several variants, each as of `approximate`; what they have in common is computed once."""
-    forms = needed(variants)
-    return assembled(variants, Ingredients(half_space, surface, patch, *observers(*points)).by_form(forms))
+    forms = needed([variant])
+    by_form = Ingredients(half_space, surface, patch, *observers(*points)).by_form(forms)
+    return assembled([variant], by_form)[variant]

@@ -1,4 +1,4 @@
-"""Benchmarks of the analytic ICs: print the tables of docs/analytic.md as Markdown.
+"""Benchmarks of the analytic ICs: print the tables of docs/evidence/analytic.md as Markdown.
 
     python benchmarks/analytic.py [accuracy] [speed] [hat] [library]
 
@@ -14,6 +14,7 @@ from time import perf_counter
 from tracemalloc import get_traced_memory, start, stop
 
 import numpy as np
+from tables import print_table
 
 from approx import hat, rectangle
 from approx.effective import EffectiveProperties, Transition
@@ -33,12 +34,6 @@ PATCH = Patch(0.2, 0.3)
 POINTS = 200_000
 LAGS = (512, 400)
 REPETITIONS = 7
-
-
-def table(title: str, head: list[str], rows: Iterator[Sequence[str]]) -> None:
-    print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
-    for row in rows:
-        print(f"| {' | '.join(row)} |", flush=True)
 
 
 def textbook(patch: Patch, x: Array, s: Array) -> Array:
@@ -115,8 +110,7 @@ def accuracy() -> None:
         ],
         "aspect 1e6, 1e4 patches away": spread(3e6, Patch(300.0, 3e-4)),
     }
-    table(
-        "Largest relative error of a component",
+    print_table(
         ["observers", "textbook form", "femic"],
         (
             [
@@ -126,6 +120,7 @@ def accuracy() -> None:
             ]
             for name, cases in groups.items()
         ),
+        "Largest relative error of a component",
     )
 
 
@@ -161,10 +156,10 @@ def speed() -> None:
             base.setdefault(kind, each)
             yield [name, f"{each:.0f}", f"{each / base[kind]:.2f}", f"{megabytes(call):.0f}"]
 
-    table(
-        "A: nine components of both bodies",
+    print_table(
         ["what", "ns per point", "share of the textbook form", "peak memory with result [MB]"],
         rows(),
+        "A: nine components of both bodies",
     )
     fade = EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.5, 2.5))
     solid = HalfSpace(both_bodies(STEEL, BRASS), effective=fade)
@@ -175,7 +170,7 @@ def speed() -> None:
             took = seconds(lambda name=name: approximate(name, solid, wheel, PATCH, (x, s)))
             yield [name, f"{took / POINTS * 1e9:.0f}"]
 
-    table("Variants on a wheel, scattered points", ["variant", "ns per point"], each_variant())
+    print_table(["variant", "ns per point"], each_variant(), "Variants on a wheel, scattered points")
 
 
 # --- bilinear elements ---------------------------------------------------------------------------------
@@ -202,10 +197,10 @@ def bilinear() -> None:
             own = np.max(np.divide(np.abs(got - fine), scale, out=np.zeros_like(scale), where=scale > 0))
             yield [f"{aspect:g}", f"{of_largest:.0e}", f"{own:.0e}", f"{took / len(x) * 1e6:.0f}"]
 
-    table(
-        "Bilinear elements near the load: error against a rule of twice the nodes",
+    print_table(
         ["aspect", "of the largest integral", "of the value itself", "µs per point"],
         rows(),
+        "Bilinear elements near the load: error against a rule of twice the nodes",
     )
     took = seconds(lambda: hat.over_hat_lags(PATCH, 128, 64))
     print(f"\nLags 128 x 64: {took * 1e3:.0f} ms, {took / 128 / 64 * 1e9:.0f} ns each.")
@@ -244,10 +239,10 @@ def library() -> None:
             per_point = seconds(lambda a=a, b=b: nine_of_slippy((2 * a, 2 * b))) / np.prod(shape) * 1e9
             yield [f"{2 * a:g} x {2 * b:g} mm", f"{error:.0e}", f"{per_point:.0f}"]
 
-    table(
-        "slippy, nine components on a grid of lags",
+    print_table(
         ["element", "largest error of nn", "ns per point"],
         rows(),
+        "slippy, nine components on a grid of lags",
     )
 
 

@@ -51,8 +51,8 @@ MEMORY = 2000.0  # MB of a worker
 
 
 def main(share=1.0):
-    for name, given, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
-        swept(name, SCENES.format(**given), workers)
+    for name, axes, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
+        swept(name, SCENES.format(**axes), workers)
     single(share)
 
 
@@ -87,7 +87,7 @@ def swept(name, text, workers):
 
 
 def single(share):
-    """The same scenes one by one on both cores, each with a store of its own."""
+    """Compute the same scenes one by one on both cores, each with a store of its own."""
     with TemporaryDirectory() as folder:
         campaign = campaign_in(folder, SCENES.format(**ALL))
         numbers = [n for k, n in enumerate(campaign.order) if int(k * share) != int((k + 1) * share)]
@@ -105,7 +105,7 @@ def single(share):
 
 
 def _of_workers(client):
-    """Seconds of cores that all workers have used."""
+    """Return the seconds of cores that all workers have used."""
     return sum(client.run(process_time).values())
 
 

@@ -12,13 +12,13 @@ from time import perf_counter, process_time, sleep
 
 import numpy as np
 import xarray as xr
+from campaign import campaign_in
 from distributed import as_completed
 
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.dataset.outcomes import SceneOutcome
-from femic.campaigns.files.load import load_campaign
 from femic.campaigns.results import registry
 from femic.campaigns.results.kind import ResultKind
 from femic.campaigns.running.cluster import ClusterSize, local_cluster
@@ -82,15 +82,13 @@ def errors():
 
 def files(n):
     """Print the seconds for files of results in one folder."""
-    one = SceneOutcome(errors())
+    outcome = SceneOutcome(errors())
     with TemporaryDirectory() as folder:
         store, start = Store(folder), perf_counter()
         for number in range(n):
-            outcomes.put(store, f"key{number}", one)
+            outcomes.put(store, f"key{number}", outcome)
         written = perf_counter() - start
-        size = sum(path.stat().st_size for path in Path(folder).rglob("key1*.npz")) / max(
-            1, len(list(Path(folder).rglob("key1*.npz")))
-        )
+        size = np.mean([path.stat().st_size for path in Path(folder).rglob("key1*.npz")])
         start = perf_counter()
         keys = outcomes.keys_in(store)
         seconds = perf_counter() - start
@@ -121,10 +119,10 @@ class SlowStore(Store):
 def slow():
     """Print the seconds of accesses to a slow store for the results of a scene."""
     with TemporaryDirectory() as folder:
-        store, one = SlowStore(folder), SceneOutcome(errors())
+        store, outcome = SlowStore(folder), SceneOutcome(errors())
         start = perf_counter()
         for number in range(20):
-            outcomes.put(store, f"key{number}", one)
+            outcomes.put(store, f"key{number}", outcome)
         written, of_writing = (perf_counter() - start) / 20, SlowStore.accesses / 20
         start, SlowStore.accesses = perf_counter(), 0
         for number in range(20):
@@ -162,12 +160,6 @@ def _seconds_a_scene(folder, n, client):
 
 def _nothing_is_computed():
     registry.KINDS = {"errors": ResultKind(lambda *_: errors(), lambda _: [])}
-
-
-def campaign_in(folder, text):
-    path = Path(folder) / "campaign.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_campaign(path)
 
 
 def listed(n):

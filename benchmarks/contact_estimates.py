@@ -14,6 +14,7 @@ from itertools import islice
 from types import SimpleNamespace
 
 import numpy as np
+from tables import print_table
 
 from femic.contact.compression import compressed
 from femic.contact.estimates import Measured, errors
@@ -33,8 +34,8 @@ STEPS = 2  # of load in compressions, each in halves
 def curve(case: RandomContact) -> GridComparison:
     """Return creepage without force, slope, creepage at half of friction times load."""
 
-    def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
-        return continuation(of, problem).curve().free
+    def solved(contact: RandomContact, problem: FrictionalProblem) -> Measured:
+        return continuation(contact, problem).curve().free
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
@@ -58,11 +59,11 @@ def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuatio
 
 
 def compression(case: RandomContact) -> GridComparison:
-    """Pressed on in steps; the reference has four times as many of these, too."""
+    """Press the bodies on each other in steps; the reference has four times as many of these, too."""
 
-    def steps(of: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
-        found = compressed(problem, [Loading(load) for load in loads])
-        return [measured(of.on_grid, contact, OF_COMPRESSION) for contact in found]
+    def steps(random: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
+        contacts = compressed(problem, [Loading(load) for load in loads])
+        return [measured(random.on_grid, contact, OF_COMPRESSION) for contact in contacts]
 
     loads = [case.load * (number + 1) / STEPS for number in range(STEPS)]
     halves, quarters = in_halves(loads), in_halves(in_halves(in_halves(loads)))
@@ -76,18 +77,15 @@ def compression(case: RandomContact) -> GridComparison:
 ALL = {**STUDIES, "curve": curve, "compression": compression}
 
 
-def table(study: str, found: list[GridComparison]) -> str:
-    """Return coverage of all numbers, as Markdown."""
-    lines = [
-        f"| {study}, {len(found)} contacts | difference holds | worst | median "
-        "| estimate holds | worst | median |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for name in found[0].numbers:
-        before, now = (coverage(found, name, differences=flag) for flag in (True, False))
-        cells = [f"{one.held:.1%} | {one.worst:.1f} | {one.median:.1f}" for one in (before, now)]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+def print_coverage(study: str, contacts: list[GridComparison]) -> None:
+    """Print the coverage of all numbers."""
+    columns = "difference holds", "worst", "median", "estimate holds", "worst", "median"
+    rows = []
+    for name in contacts[0].numbers:
+        shares = (coverage(contacts, name, differences=flag) for flag in (True, False))
+        cells = [(f"{share.held:.1%}", f"{share.worst:.1f}", f"{share.median:.1f}") for share in shares]
+        rows.append([name, *cells[0], *cells[1]])
+    print_table([f"{study}, {len(contacts)} contacts", *columns], rows)
 
 
 def main() -> None:
@@ -98,9 +96,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=2)
     arguments = parser.parse_args()
     for study in arguments.studies:
-        print(
-            table(study, list(islice(comparisons(ALL[study], arguments.seed), arguments.count))), flush=True
-        )
+        contacts = islice(comparisons(ALL[study], arguments.seed), arguments.count)
+        print_coverage(study, list(contacts))
 
 
 if __name__ == "__main__":

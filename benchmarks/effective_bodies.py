@@ -4,8 +4,7 @@ B-hat-prime corrects xn of both bodies. Here G(r) and nu(r), or K(r), of each bo
 body, once for each set of components in SETS, and the errors of both bodies together are compared with those
 of B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so
 nothing is solved again for them. For comparison: B-hat and a rigid translation, one compliance along each
-axis, fitted to nn, xx and ss of the body at the same points. Takes a minute on 2 cores; the picture is
-OUT/effective_bodies.png:
+axis, fitted to nn, xx and ss of the body at the same points. Takes a minute on 2 cores:
 
     .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01]
 """
@@ -17,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cyclopts import run
-from matplotlib.figure import Figure
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
@@ -41,22 +39,13 @@ SETS = {  # what is fitted to which components
     ("xn",): ("mismatch_k",),
 }
 COMPONENTS = ["nn", "xx", "ss", "xs", "sn", "xn"]
-LINE, TRANSLATED = "s = 0 mm", "B̂ + translation"
+TRANSLATED = "B̂ + translation"
 
 
 def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.DataArray:
     """Compute C to estimated errors of `tolerance`, fit, print the errors; returns them."""
     out.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(11, 6), layout="constrained")
-    tables = []
-    for name, row in zip(SCENES, figure.subplots(2, 4, sharex=True), strict=True):
-        results, fits = fitted(name, tolerance, Store(out / "store"))
-        tables.append(errors(results, fits))
-        for axes, (body, component) in zip(row, [(b, c) for b in BODIES for c in ("xx", "ss")], strict=True):
-            draw(axes, results, fits["xx", "ss"], body, component)
-            axes.set(title=f"{name}, {body}", ylabel=f"{component} × E x [-]", xlabel="x [mm]")
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    figure.savefig(out / "effective_bodies.png", dpi=150)
+    tables = [errors(*fitted(name, tolerance, Store(out / "store"))) for name in SCENES]
     table = xr.concat(tables, xr.Variable("scene", list(SCENES)))
     for name in SCENES:
         print(f"Worst errors of both bodies, {name}:")
@@ -81,10 +70,10 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
 
 def solid_of(results: Results, body: str, ratio: float, effective: EffectiveProperties | None) -> Solid:
     """Return a body of a Young's modulus that is `ratio` times the scene's, properties scaled likewise."""
-    given = results.scene.bodies[body]
+    original = results.scene.bodies[body]
     if effective and effective.G:
         effective = replace(effective, G=replace(effective.G, far=ratio * effective.G.far))
-    return Solid(Material(ratio * given.material.E, given.material.nu), given.surface, effective)
+    return Solid(Material(ratio * original.material.E, original.material.nu), original.surface, effective)
 
 
 def approximated(results: Results, variant: str, ratio: float, fits: Fits) -> Array:
@@ -132,20 +121,6 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
             table[r, v] = [worst[indices(component)] for component in COMPONENTS]
     names = {"ratio": list(RATIOS), "variant": list(variants), "component": COMPONENTS}
     return xr.DataArray(table, names, ("ratio", "variant", "component"))
-
-
-def draw(axes, results: Results, fits: Fits, body: str, component: str) -> None:
-    """C, B-hat and B-hat-prime of one body on a line along x, times E x: constant for A."""
-    part, scene, (i, j) = results.lines[LINE], results.scene, indices(component)
-    unit, x, s = scene.reference_E, results.points.x[part], results.points.s[part]
-    shown = x > 3 * scene.patch.a
-    curves = {"C": reference_of(results, body).ic[i, j, part]}
-    for label, variant in (("B̂", "Bhat"), ("B̂′, G and ν fitted to xx and ss", "Bhat_prime")):
-        solid = solid_of(results, body, 1.0, fits[body])
-        curves[label] = solid.approximate(variant, scene.patch, (x, s))[i, j] / scene.patch.area
-    for (label, values), colour in zip(curves.items(), ("black", "tab:red", "tab:brown"), strict=True):
-        axes.plot(x[shown], unit * values[shown] * x[shown], color=colour, label=label)
-    axes.grid(alpha=0.3)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Benchmark of the IC matrix: print the tables of docs/matrix.md as Markdown.
+"""Benchmark of the IC matrix: print the tables of docs/how-to/matrix.md as Markdown.
 
     python benchmarks/matrix.py [n_s ...]
 
@@ -14,6 +14,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from tables import line_of, print_table
 
 from compare.ics.compute import compute
 from compare.matrix.compute import compute_matrix
@@ -37,8 +38,8 @@ COLUMNS = (
 )
 
 
-def one(n_s: int, n_x: int) -> None:
-    """Compute and print a row; `again` is a second run with stored models."""
+def print_row(n_s: int, n_x: int) -> None:
+    """Compute a matrix, twice with the same store, and print the row."""
     engine = {"check": False, "tolerance": TOLERANCE}
     scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, "engine": engine})
     with tempfile.TemporaryDirectory() as folder:
@@ -62,11 +63,11 @@ def one(n_s: int, n_x: int) -> None:
             f"{stored / 1e6:.0f}",
             f"{max(shares.total for shares in results.errors.values()):.2%}",
         )
-        print(f"| {' | '.join(map(str, cells))} |", flush=True)
+        print(line_of(cells), flush=True)
 
 
 def single_loads(n: int) -> None:
-    """Seconds of n single loads, extrapolated from one."""
+    """Print the seconds of n single loads, extrapolated from one."""
     engine = {"check": False, "tolerance": TOLERANCE}
     start = perf_counter()
     compute(load_scene("geometry2", {"engine": engine}), RunOptions(2))
@@ -76,10 +77,10 @@ def single_loads(n: int) -> None:
 
 def main() -> None:
     if len(sys.argv) == 4 and sys.argv[1] == "--one":
-        one(int(sys.argv[2]), int(sys.argv[3]))
+        print_row(int(sys.argv[2]), int(sys.argv[3]))
         return
     chosen = [int(value) for value in sys.argv[1:]] or list(LAGS)
-    print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}", flush=True)
+    print_table(COLUMNS, [])
     rows = []
     for n_s in chosen:
         command = [sys.executable, __file__, "--one", str(n_s), str(LAGS.get(n_s, 2 * n_s))]

@@ -1,4 +1,4 @@
-"""Benchmark of frictionless contact: print the table of docs/contact.md as Markdown.
+"""Benchmark of frictionless contact: print the table of docs/how-to/contact.md as Markdown.
 
     python benchmarks/normal_contact.py
 
@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from time import perf_counter
 
 import numpy as np
+from tables import print_table
 
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
@@ -47,7 +48,7 @@ def figure_grid(n_x: int, n_s: int) -> Grid:
     return Grid(*on_grid, 2 * HALF_LENGTH / n_x, 2 * HALF_WIDTH / n_s)
 
 
-def of_femic(name: str, n_x: int, n_s: int) -> None:
+def femic_row(name: str, n_x: int, n_s: int) -> list[object]:
     grid = figure_grid(n_x, n_s)
     x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
     distance = Undeformed(WHEEL, RAIL, (-10.0, 10.0)).distance(x[:, None], grid.strips)
@@ -62,15 +63,13 @@ def of_femic(name: str, n_x: int, n_s: int) -> None:
         result = solve(problem, load=LOAD)
         seconds.append(perf_counter() - start)
     along_x, along_s = (int(np.ptp(np.flatnonzero(result.in_contact.any(axis=k)))) + 1 for k in (1, 0))
-    print(
-        f"| {name} | {grid.n_x} × {grid.n_s} | {along_x} × {along_s} | {set_up:.3f} | {min(seconds):.3f} | "
-        f"{result.solution.iterations} | {result.solution.products} |",
-        flush=True,
-    )
+    solution = result.solution
+    sizes = f"{grid.n_x} × {grid.n_s}", f"{along_x} × {along_s}"
+    return [name, *sizes, f"{set_up:.3f}", f"{min(seconds):.3f}", solution.iterations, solution.products]
 
 
-def beside_tamaas(n: int) -> None:
-    """A circular Hertz contact on n by n elements, with a grid as long as 2.5 radii."""
+def tamaas_row(n: int) -> list[str]:
+    """Solve a circular Hertz contact on n by n elements, with a grid as long as 2.5 radii."""
     import tamaas  # noqa: PLC0415 (where it is installed)
 
     radius, load = 20.0, 1000.0
@@ -92,22 +91,21 @@ def beside_tamaas(n: int) -> None:
     solver.setIntegralOperator("dcfft")
     solver.solve(load / length**2)
     of_tamaas = perf_counter() - start
-    print(
-        f"| {n} × {n} | {of_femic:.3f} | {own.p.max() / hertz.p_max - 1:+.1e} | {of_tamaas:.3f} | "
-        f"{np.max(model.traction) / hertz.p_max - 1:+.1e} |",
-        flush=True,
-    )
+    error, error_of_tamaas = own.p.max() / hertz.p_max - 1, np.max(model.traction) / hertz.p_max - 1
+    return [
+        f"{n} × {n}",
+        f"{of_femic:.3f}",
+        f"{error:+.1e}",
+        f"{of_tamaas:.3f}",
+        f"{error_of_tamaas:+.1e}",
+    ]
 
 
 if __name__ == "__main__":
-    print("| ICs | grid | in contact | operator s | pressures s | iterations | products |")
-    print("|---|---|---|---|---|---|---|")
-    for size in PATCHES:
-        for name in ("A", "B", "Bhat", "C"):
-            of_femic(name, *size)
+    head = ("ICs", "grid", "in contact", "operator s", "pressures s", "iterations", "products")
+    print_table(head, (femic_row(name, *size) for size in PATCHES for name in ("A", "B", "Bhat", "C")))
     if find_spec("tamaas"):
-        print("\n| grid | femic s | p_max − Hertz | Tamaas s | p_max − Hertz |\n|---|---|---|---|---|")
-        for n in (64, 128, 256):
-            beside_tamaas(n)
+        head = ("grid", "femic s", "p_max − Hertz", "Tamaas s", "p_max − Hertz")
+        print_table(head, map(tamaas_row, (64, 128, 256)))
     else:
         print("\nTamaas is not installed: no comparison")

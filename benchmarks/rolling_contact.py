@@ -1,4 +1,4 @@
-"""Benchmark of steady rolling: print the tables of docs/rolling.md as Markdown.
+"""Benchmark of steady rolling: print the tables of docs/how-to/rolling.md as Markdown.
 
     python benchmarks/rolling_contact.py
 
@@ -8,9 +8,11 @@ to 1e-5 of the largest pressure, on one thread; the operator of C (dense between
 cost does not depend on the values. Then errors of forces against seconds, first and second order.
 """
 
+from collections.abc import Iterator
 from time import perf_counter
 
 import numpy as np
+from tables import print_table
 from threadpoolctl import threadpool_limits
 
 from approx.matrix import matrix
@@ -66,38 +68,35 @@ def solved(rolling: RollingProblem):
     return result.contact, perf_counter() - start
 
 
-def seconds() -> None:
-    print("| in the patch | ICs | order | seconds | F_x / (friction F_n) | F_y / (friction F_n) |")
-    print("|---|---|---|---|---|---|")
+def timing_rows() -> Iterator[list[object]]:
     for across in ACROSS:
         for name, order in (("A", 1), ("A", 2), ("C", 2)):
             rolling = problem(across, order, name)
             runs = [solved(rolling) for _ in range(REPEATED)]
             force = runs[0][0].force / (FRICTION * LOAD)
-            print(
-                f"| {across[0]} × {across[1]} | {name} | {order} | {min(run[1] for run in runs):.2f} | "
-                f"{force[0]:.5f} | {force[1]:.5f} |",
-                flush=True,
-            )
+            seconds = f"{min(run[1] for run in runs):.2f}"
+            yield [f"{across[0]} × {across[1]}", name, order, seconds, f"{force[0]:.5f}", f"{force[1]:.5f}"]
 
 
 def errors() -> None:
-    """Against forces extrapolated from the two finest grids of the second order."""
+    """Print errors against forces extrapolated from the two finest grids of the second order."""
     sizes = [(n, n * 4 // 5) for n in (15, 25, 50, 100, 200)]
     result = {(order, n): solved(problem(n, order)) for order in (1, 2) for n in sizes}
     force = {key: contact.force[:2] / (FRICTION * LOAD) for key, (contact, _) in result.items()}
     limit = force[2, sizes[-1]] + (force[2, sizes[-1]] - force[2, sizes[-2]]) / 3
-    print(f"\nforces over friction times load: {limit[0]:.5f}, {limit[1]:.5f}\n")
-    print("| in the patch | order 1: error | seconds | order 2: error | seconds |\n|---|---|---|---|---|")
+    print(f"\nforces over friction times load: {limit[0]:.5f}, {limit[1]:.5f}")
+    rows = []
     for n in sizes:
         error = {order: np.linalg.norm(force[order, n] - limit) / np.linalg.norm(limit) for order in (1, 2)}
-        row = [f"{error[order]:.1e} | {result[order, n][1]:.2f}" for order in (1, 2)]
-        print(f"| {n[0]} × {n[1]} | {row[0]} | {row[1]} |", flush=True)
+        cells = [(f"{error[order]:.1e}", f"{result[order, n][1]:.2f}") for order in (1, 2)]
+        rows.append([f"{n[0]} × {n[1]}", *cells[0], *cells[1]])
+    print_table(["in the patch", "order 1: error", "seconds", "order 2: error", "seconds"], rows)
 
 
 CURVATURES = curvatures()
+TIMINGS = ("in the patch", "ICs", "order", "seconds", "F_x / (friction F_n)", "F_y / (friction F_n)")
 
 if __name__ == "__main__":
     with threadpool_limits(1):
-        seconds()
+        print_table(TIMINGS, timing_rows())
         errors()

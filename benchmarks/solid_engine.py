@@ -1,12 +1,11 @@
-"""Benchmarks of the solid engine: print the tables of docs/performance.md as Markdown.
+"""Benchmarks of the solid engine: print the tables of docs/evidence/performance.md as Markdown.
 
-    python benchmarks/solid_engine.py [runs] [flat] [geometries] [solvers] [growth]
+    python benchmarks/solid_engine.py [runs] [flat] [solvers] [growth]
 
-runs        wall time of `femic run` on the two geometries, by stage and model
-flat        true error of C (A is exact there), its estimate, and the cost, for several meshes
-geometries  the same for Geometries 1 and 2, errors against cells of 1.5 times the default
-solvers     multigrid against the sparse direct solver (if installed), quarter and half models
-growth      seconds and memory against unknowns, to about a million, and their exponents
+runs     wall time of `femic run` on the two geometries, by stage and model
+flat     true error of C (A is exact there), its estimate, and the cost, for several meshes
+solvers  multigrid against the sparse direct solver (if installed), quarter and half models
+growth   seconds and memory against unknowns, to about a million, and their exponents
 """
 
 import json
@@ -22,6 +21,7 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
+from tables import print_table
 
 from approx.halfspace import HalfSpace
 from compare.ics.compute import jobs
@@ -44,12 +44,6 @@ DIRECT_MOST = 600_000  # unknowns: about 12 GB
 STAGES = ("mesh", "assembly", "solution")
 
 
-def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
-    print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
-    for row in rows:
-        print(f"| {' | '.join(row)} |", flush=True)
-
-
 def solid_jobs(scene: str) -> dict[str, Job]:
     """Return the jobs of a built-in scene by the solid engine."""
     return jobs(load_scene(scene, {"engine": {"kind": "solid", "check": False}}))
@@ -61,7 +55,7 @@ def with_cells(job: Job, factor: float) -> Job:
 
 
 def in_fresh_process(request: Request) -> RawICs:
-    """Its peak memory is its own, and idle threads of a direct solver slow down nothing else."""
+    """Solve in a fresh process: its peak memory is its own, and its idle threads slow down nothing else."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
         return pool.submit(raw_ics, request).result()
 
@@ -81,18 +75,14 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
     return models, {k: r.c.ic for k, r in results.items()}, {k: r.c.estimate for k, r in results.items()}
 
 
-def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:
-    """Yield error (against the truth, or C of the last level) and estimate of each level in percent."""
+def accuracy_rows(job: Job, levels: list[Level], c: np.ndarray) -> Iterator[list[str]]:
+    """Yield the error against the true C, and the estimate, of each level in percent."""
     models, ic, estimate = series(job, levels)
-    c = ic[levels[-1]] if truth is None else truth
     for level in levels:
         cells, _ = factors(level)
         cost = [models[model].cost for model in level.models(SOLID.estimate.models).values()]
         shares = [worst_share(job, c, difference) for difference in (ic[level] - c, estimate[level])]
-        both = [
-            f"{100 * e:.2f} ({100 * s:.2f})" if e else f"({100 * s:.2f})"
-            for e, s in zip(*shares, strict=True)
-        ]
+        both = [f"{100 * e:.2f} ({100 * s:.2f})" for e, s in zip(*shares, strict=True)]
         yield [
             f"{cells:.3g}",
             f"{cost[0].unknowns:,}",
@@ -117,21 +107,13 @@ def flat() -> None:
     solid = HalfSpace(one_body(job.body.material, job.body.side))
     a = solid.ics(job.patch, job.points.x, job.points.s - job.patch.s) / job.patch.area
     levels = [Level(cells) for cells in (-3, -2, -1, 0)]
-    table("`flat`, lower body: true error (estimate) [%]", HEAD, accuracy_rows(job, levels, a))
-
-
-def geometries() -> None:
-    levels = [Level(cells) for cells in (-3, -2, -1)]
-    for name in ("geometry1", "geometry2"):
-        for body, job in solid_jobs(name).items():
-            title = f"`{name}`, {body} body: difference to cells × 1.5 (estimate) [%]"
-            table(title, HEAD, accuracy_rows(job, levels))
+    print_table(HEAD, accuracy_rows(job, levels, a), "`flat`, lower body: true error (estimate) [%]")
 
 
 def solvers() -> None:
     head = ["model", "unknowns", "iterations", "multigrid [s]", "direct [s]", "multigrid / direct"]
     if pardiso.available():
-        table("`geometry1`, lower body: linear solution, three loads", head, solver_rows())
+        print_table(head, solver_rows(), "`geometry1`, lower body: linear solution, three loads")
 
 
 def solver_rows() -> Iterator[list[str]]:
@@ -155,7 +137,7 @@ def solver_rows() -> Iterator[list[str]]:
 def growth() -> None:
     head = ["solver", "unknowns", "iterations", *(f"{stage} [s]" for stage in STAGES), "peak memory [MB]"]
     measured: dict[str, list[Cost]] = {"multigrid": []} | ({"direct": []} if pardiso.available() else {})
-    table("`geometry2`, upper body, three loads", head, growth_rows(measured))
+    print_table(head, growth_rows(measured), "`geometry2`, upper body, three loads")
     for solver, costs in measured.items():
         unknowns = np.log([cost.unknowns for cost in costs])
         quantities = {stage: [cost.seconds[stage] for cost in costs] for stage in STAGES}
@@ -187,7 +169,7 @@ def runs() -> None:
             first, second = run(scene, out), run(scene, out)
             print(f"\n`femic run {scene}`: {first:.0f} s, again with stored models: {second:.0f} s")
             head = ["model", "unknowns", "solver", *(f"{s} [s]" for s in STAGES), "peak of its process [MB]"]
-            table(f"`femic run {scene}` by stage, one process per core", head, stage_rows(out))
+            print_table(head, stage_rows(out), f"`femic run {scene}` by stage, one process per core")
 
 
 def run(scene: str, out: str) -> float:
@@ -209,7 +191,6 @@ def stage_rows(out: str) -> Iterator[list[str]]:
 BENCHMARKS: dict[str, Callable[[], None]] = {
     "runs": runs,
     "flat": flat,
-    "geometries": geometries,
     "solvers": solvers,
     "growth": growth,
 }

@@ -56,7 +56,7 @@ def one_body(material: Material, side: int) -> ElasticConstants:
 
 
 def both_bodies(upper: Material, lower: Material) -> ElasticConstants:
-    """Return the combined constants: 1/G, nu/G are options, K/G a quarter of the difference (1 - 2 nu)/G."""
+    """Return the combined constants: 1/G and nu/G are means, K/G a quarter of the difference (1 - 2 nu)/G."""
     G = 2 / (1 / upper.G + 1 / lower.G)
     nu = G * (upper.nu / upper.G + lower.nu / lower.G) / 2
     mismatch_k = G * ((1 - 2 * upper.nu) / upper.G - (1 - 2 * lower.nu) / lower.G) / 4

@@ -1,4 +1,4 @@
-"""The quickest of all attacks of `make attack`; and what attacks find is seen to be found."""
+"""The quickest attacks of `make attack`, and the detection of shortcomings by them."""
 
 import random
 import sys
@@ -15,7 +15,7 @@ from commands import COMMANDS, Ended, Place
 from contacts import contacts, summed
 from damages import DAMAGES, damages
 from kills import broken, kills
-from outcomes import Outcome, row, text_of_rows
+from outcomes import Outcome, row_of, text_of_row
 from races import races
 
 from geometries.contours import arc
@@ -27,25 +27,25 @@ SEED = 1
 
 @pytest.fixture(scope="module")
 def place():
-    with Place() as found:
-        yield found
+    with Place() as temporary:
+        yield temporary
 
 
 def short(outcomes):
-    return [(one.attack, one.short) for one in outcomes if one.short]
+    return [(outcome.attack, outcome.short) for outcome in outcomes if outcome.short]
 
 
 @pytest.mark.parametrize("change", ["scenes", "campaigns", "tables", "gaps"])
 def test_changed_files_are_taken_or_refused(change, tmp_path):
-    found = list(getattr(fuzz, change)(tmp_path, 60, SEED))
-    assert not short(found)
-    assert {"taken", "refused"} <= {one.answer for one in found}
+    outcomes = list(getattr(fuzz, change)(tmp_path, 60, SEED))
+    assert not short(outcomes)
+    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
 
 
 def test_strange_contacts_obey_mechanics():
-    found = list(contacts(12, SEED))
-    assert not short(found)
-    assert sum(one.answer == "solved" for one in found) > 4
+    outcomes = list(contacts(12, SEED))
+    assert not short(outcomes)
+    assert sum(outcome.answer == "solved" for outcome in outcomes) > 4
 
 
 # --- commands --------------------------------------------------------------------------------------------
@@ -53,22 +53,21 @@ def test_strange_contacts_obey_mechanics():
 QUICK = [command for command in COMMANDS if command.name in ("rolling", "compression")]
 
 
-def test_what_is_killed_goes_on(place):
-    (found,) = kills(place, 1, SEED, QUICK[:1])
-    assert not found.short
+def test_killed_command_continues(place):
+    assert not short(kills(place, 1, SEED, QUICK[:1]))
 
 
-def test_what_is_damaged_is_made_again(place):
+def test_damaged_files_are_recomputed(place):
     assert not short(damages(place, 3, SEED, QUICK))
 
 
-def test_of_two_in_one_folder_one_has_the_results(place):
-    (found,) = races(place, 1, SEED, QUICK[:1])
-    assert not found.short
-    assert found.answer in ("done and refused", "done and done")
+def test_two_commands_in_one_folder_do_not_mix_results(place):
+    (outcome,) = races(place, 1, SEED, QUICK[:1])
+    assert not outcome.short
+    assert outcome.answer in ("done and refused", "done and done")
 
 
-def test_other_results_broken_files_and_tracebacks_are_noticed(place):
+def test_changed_results_broken_files_and_tracebacks_are_noticed(place):
     (rolling, *_), reference = QUICK, place.reference(QUICK[0])[0]
     at = place.copy(reference, "other")
     path = at / rolling.folder / "contact.nc"
@@ -90,7 +89,7 @@ def test_other_results_broken_files_and_tracebacks_are_noticed(place):
     assert Ended(2, "femic: no").failure == "exit code 2: femic: no"
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
 def test_damages_change_files(damage, tmp_path):
     for name in ("a", "b"):
         (tmp_path / f"{name}.nc").write_bytes(random.Random(name).randbytes(1000))
@@ -102,7 +101,7 @@ def test_damages_change_files(damage, tmp_path):
 # --- what is said ----------------------------------------------------------------------------------------
 
 
-def test_files_fall_short_by_tracebacks_wrong_values_and_silence():
+def test_tracebacks_wrong_values_and_silence_fall_short():
     def fails(error):
         raise error
 
@@ -117,17 +116,17 @@ def test_files_fall_short_by_tracebacks_wrong_values_and_silence():
     assert fuzz.outcome("a", lambda: fails(WrongInput("a = 3: give 4"))) == Outcome("a", "refused")
 
 
-def test_the_table_has_what_falls_short():
+def test_row_lists_shortcomings():
     attacks = [Outcome("a", "done"), Outcome("b", "done", "lost"), Outcome("c", "killed")]
-    found = row("kills", "killed", attacks)
-    assert (found["attacks"], found["answers"], found["short"]) == (3, {"done": 2, "killed": 1}, 1)
-    assert text_of_rows([found | {"seconds": 3}]).splitlines() == [
+    row = row_of("kills", "killed", attacks)
+    assert (row["attacks"], row["answers"], row["short"]) == (3, {"done": 2, "killed": 1}, 1)
+    assert text_of_row(row | {"seconds": 3}).splitlines() == [
         "kills           3 attacks in 3 s: 2 done, 1 killed; 1 fall short",
         "    b: lost",
     ]
 
 
-def test_forces_of_strange_contacts_are_summed_by_another_route():
+def test_summed_forces_and_moments_match_the_geometry():
     """A pressure of 2 MPa on a square millimetre at the bottom of a groove, and one at 45 degrees."""
     contour = arc(-10.0, 1.2, 1.2)
     grid = Grid(1, 1, 1.0, 1.0, 10 * np.pi / 4)

@@ -31,7 +31,7 @@ def code(tmp_path, monkeypatch):
     return compared
 
 
-def test_rounding_and_seconds_do_not_count(tmp_path, code):
+def test_rounding_and_seconds_are_ignored(tmp_path, code):
     write(tmp_path / "b", VALUES * (1 + 1e-12), seconds=2.0)
     assert code() == 0
     assert code("--tolerance", "1e-13") == 1
@@ -49,7 +49,7 @@ def test_rounding_and_seconds_do_not_count(tmp_path, code):
     ],
     ids=str,
 )
-def test_what_differs_is_noticed(tmp_path, code, change):
+def test_differences_are_detected(tmp_path, code, change):
     write(tmp_path / "b", **change)
     assert code() == 1
 

@@ -4,14 +4,21 @@ import json
 import pkgutil
 import re
 import runpy
+import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.cli.main import exit_code
+from femic.scenes.load import scene_from_table
+from femic.scenes.scene_table import tables
 
 ROOT = Path(__file__).parent.parent
+sys.path.append(str(ROOT / "tools"))  # what its programs import
 MODULE = "compare.ics.dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 PACKAGES = ("approx", "compare", "femic", "geometries")
@@ -87,10 +94,10 @@ def test_pages_that_the_code_names_exist():
     assert not [page for page in named if not (ROOT / page).exists()]
 
 
-def test_the_names_of_the_glossary_are_in_the_code():
+def test_names_of_the_glossary_are_in_the_code():
     """Dotted names can be imported; others are words of the product's source."""
     words = set(re.findall(r"\w+", product()))
-    rows = re.findall(r"^\|(.*)\|$", prose("docs/glossary.md"), flags=re.MULTILINE)
+    rows = re.findall(r"^\|(.*)\|$", prose("docs/reference/glossary.md"), flags=re.MULTILINE)
     names = {name for row in rows for name in re.findall(r"`([^`]+)`", row.rsplit("|", 1)[-1])}
     assert len(names) > 50
     missing = [name for name in names if not (resolves(name) if "." in name else name in words)]
@@ -99,9 +106,16 @@ def test_the_names_of_the_glossary_are_in_the_code():
 
 def test_pages_with_computed_numbers_are_not_written_by_hand():
     pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
-    assert set(pages) == {"which-ics.md", "validation.md", "extremes.md", "mutations.md"}
+    assert set(pages) == {
+        "reference/command-line.md",
+        "reference/scene-keys.md",
+        "decide/which-ics.md",
+        "evidence/validation.md",
+        "evidence/extremes.md",
+        "evidence/mutations.md",
+    }
     for name, text in pages.items():
-        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run tools/write_docs.py"
 
 
 @pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
@@ -149,11 +163,11 @@ def test_pages_of_other_code_are_named(docs, other, capsys):
 
 @pytest.fixture(scope="module")
 def quick_start(tmp_path_factory):
-    """Folder, number of blocks and names of docs/python.md, which runs once."""
+    """Folder, number of blocks and names of docs/how-to/python.md, which runs once."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        return folder, *run_blocks("docs/python.md")
+        return folder, *run_blocks("docs/how-to/python.md")
 
 
 def test_the_quick_start_runs(quick_start):
@@ -165,7 +179,7 @@ def test_the_quick_start_runs(quick_start):
 
 
 def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
-    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/how-to/python.md").read_text(encoding="utf-8")
     blocks = [block[1] for block in BLOCK.finditer(text)]
     ours = re.findall(rf"^(?:import|from) ((?:{'|'.join(PACKAGES)})\S*)", "\n".join(blocks), re.MULTILINE)
     assert set(ours) == {"femic"}
@@ -175,7 +189,7 @@ def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
     assert "import femic" in rolling
 
 
-def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
+def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
     """A wheel that is driven pushes; sliding shares shrink as the load grows; stiffness goes like the ICs."""
     _, _, names = quick_start
     np.testing.assert_allclose(names["pressed"]["load"].sel(case="4000 N"), 4e3, rtol=1e-6)
@@ -186,9 +200,9 @@ def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
     assert np.all(soft > stiff)
 
 
-def test_the_rolling_of_the_page_on_friction_brings_about_its_forces():
+def test_rolling_example_has_consistent_forces():
     """Driven it pushes the wheel on; its creepage without force is below 0; tractions add up to forces."""
-    blocks, names = run_blocks("docs/rolling.md")
+    blocks, names = run_blocks("docs/how-to/rolling.md")
     rolled = names["rolled"].squeeze()
     assert blocks == 1
     assert rolled.F_x.sel(xi=1e-3) > 1e4
@@ -201,5 +215,35 @@ def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("README.md")
     assert blocks == 1
-    errors = names["errors"].error.sel(body="combined", i="n", j="n").squeeze()
-    assert errors.sel(variant="C") < errors.sel(variant="Bhat") < errors.sel(variant="A")
+    p_max, estimate = (names["pressed"][name].squeeze() for name in ("p_max", "estimate_p_max"))
+    assert p_max.sel(ics="A") > p_max.sel(ics="Bhat") + estimate.sum()
+
+
+def test_the_first_contact_is_a_scene_whose_ics_disagree(tmp_path, monkeypatch):
+    text = (ROOT / "docs/start/first-contact.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    Path("corner.toml").write_text(scene, encoding="utf-8")
+    assert exit_code(["contact", "corner.toml"]) == 0
+    assert Path("out/corner/contact.html").is_file()
+    with xr.open_dataset("out/corner/contact.nc", engine="h5netcdf") as contact:
+        p_max, estimate = contact.p_max, contact.estimate_p_max
+        larger = (p_max.sel(ics="A") - p_max.sel(ics="Bhat")).values
+        assert larger[1] > estimate.sum("ics").values[1]
+        assert 0.02 < larger[1] / p_max.sel(ics="Bhat").values[1] < 0.1  # "some percent"
+
+
+def test_the_smallest_scene_of_the_reference_is_a_scene():
+    text = (ROOT / "docs/reference/scene-keys.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    assert scene_from_table(tomllib.loads(scene), "smallest").bodies["upper"].rolling_radius == 500
+
+
+def test_the_reference_has_every_key():
+    """Every key of every table, also those that are in no built-in scene."""
+    text = (ROOT / "docs/reference/scene-keys.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^\| `(\w+)` \|", text, flags=re.MULTILINE))
+    fields = [(key, field.alias) for table in tables() for key, field in table.model_fields.items()]
+    top = {"lower", "upper", "patch", "grid", "lines", "effective", "calibration", "contact", "engine"}
+    names = {alias or key for key, alias in fields} - top - {"kind", "combined"}
+    assert names - listed == set()

@@ -2,6 +2,7 @@
 
 import runpy
 from dataclasses import replace
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -35,13 +36,11 @@ def registries():
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
     """Folder and returned numbers of an example, which runs once."""
-    found = {}
 
+    @cache
     def run(name):
-        if name not in found:
-            out = tmp_path_factory.mktemp(name)
-            found[name] = out, script(name).main(out=out, tolerance=COARSE, **KEYS.get(name, {}))
-        return found[name]
+        out = tmp_path_factory.mktemp(name)
+        return out, script(name).main(out=out, tolerance=COARSE, **KEYS.get(name, {}))
 
     return run
 
@@ -60,8 +59,8 @@ DRAWS = {"elliptic_wheel": (), "dissimilar_bodies": ("A", "Bhat", "mix", "Bhat_p
 
 def names():
     """All examples; the long ones are slow."""
-    found = sorted(path.stem for path in EXAMPLES.glob("*.py"))
-    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in found]
+    examples = sorted(path.stem for path in EXAMPLES.glob("*.py"))
+    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in examples]
 
 
 @pytest.mark.parametrize("name", names())
@@ -118,7 +117,7 @@ def test_errors_grow_with_the_flanks(outcome):
 
 
 @pytest.mark.slow
-def test_the_factor_of_the_cylinder_cancels_for_equal_bodies_and_helps_only_the_upper_one_everywhere(outcome):
+def test_cylinder_factor_cancels_for_equal_bodies_and_helps_the_upper_body(outcome):
     _, worst = outcome("cylinder_factor")
     b, faded = (worst.sel(variant=variant, line=["s = 1.6 mm", "x = 1.6 mm"]) for variant in ("B", "B_faded"))
     combined = {"scene": "geometry1", "body": "combined"}
@@ -133,15 +132,15 @@ KNOWN = 0.003  # tolerance with which the difference of the wheels is known
 
 
 @pytest.mark.slow
-def test_c_of_the_elliptic_wheel_is_that_of_the_arc_within_a_quarter_percent_but_not_within_its_estimate(
+def test_c_of_the_elliptic_wheel_differs_from_the_arc_by_a_quarter_percent(
     tmp_path,
 ):
-    found = script("elliptic_wheel").main(out=tmp_path, tolerance=KNOWN)
-    assert 0.002 < float(found.difference.max()) < 0.0025
-    assert np.all(found.difference.sel(component=["xn", "nn"]) < 0.0008)
-    across = found.sel(line="x = 1.6 mm", component=["ss", "sn", "ns", "nn"])
+    result = script("elliptic_wheel").main(out=tmp_path, tolerance=KNOWN)
+    assert 0.002 < float(result.difference.max()) < 0.0025
+    assert np.all(result.difference.sel(component=["xn", "nn"]) < 0.0008)
+    across = result.sel(line="x = 1.6 mm", component=["ss", "sn", "ns", "nn"])
     assert np.all(across.resolved > 3)  # differences are those of the bodies, not errors of C
-    assert np.all(np.isnan(found.difference.sel(line="s = 0 mm", component=["xs", "sn", "ns"])))
+    assert np.all(np.isnan(result.difference.sel(line="s = 0 mm", component=["xs", "sn", "ns"])))
 
 
 @pytest.mark.slow
@@ -150,8 +149,8 @@ def test_an_ellipse_of_equal_axes_is_the_arc(tmp_path):
     example, options = script("elliptic_wheel"), femic.Options(COARSE, store=str(tmp_path))
     circle = replace(example.GEOMETRY_2.upper, contour=femic.ellipse(10.1, 10.1, 60.0))
     arc, ellipse = (example.wheel(body, options) for body in (example.GEOMETRY_2.upper, circle))
-    found = example.differences(arc, ellipse)
-    assert float(found.resolved.max()) < 0.01
+    result = example.differences(arc, ellipse)
+    assert float(result.resolved.max()) < 0.01
 
 
 @pytest.mark.slow
@@ -161,9 +160,9 @@ def test_moduli_keep_the_combined_compliance_and_only_k_of_a_changes():
         both_bodies(pair.upper.material, pair.lower.material)
         for pair in (example.with_ratio(example.PAIR, ratio) for ratio in (10.0, 0.1, 1.0))
     )
-    for of in (stiff_wheel, stiff_rail):
-        assert pytest.approx(alike.G, rel=1e-14) == of.G
-        assert of.nu == pytest.approx(alike.nu, rel=1e-14)
+    for pair in (stiff_wheel, stiff_rail):
+        assert pytest.approx(alike.G, rel=1e-14) == pair.G
+        assert pair.nu == pytest.approx(alike.nu, rel=1e-14)
     assert stiff_wheel.mismatch_k == pytest.approx(-stiff_rail.mismatch_k, rel=1e-13)
     assert alike.mismatch_k == 0.0
 
@@ -171,14 +170,14 @@ def test_moduli_keep_the_combined_compliance_and_only_k_of_a_changes():
 @pytest.mark.slow
 def test_c_of_other_moduli_is_not_solved_again(outcome):
     """A fit and a grid need two models of each body; C is linear in 1 / E at the same Poisson's ratio."""
-    out, found = outcome("dissimilar_bodies")
-    assert found.sizes["ratio"] == 5
+    out, result = outcome("dissimilar_bodies")
+    assert result.sizes["ratio"] == 5
     assert len({path.name for path in out.rglob("harmonic-*.nc")}) == 4
 
 
 @pytest.mark.slow
-def test_a_misses_what_the_mismatch_does_and_b_hat_prime_does_not(outcome):
-    _, found = outcome("dissimilar_bodies")
-    mismatched = found.sel(ratio=[0.1, 10.0])
+def test_bhat_prime_covers_the_mismatch_of_moduli(outcome):
+    _, result = outcome("dissimilar_bodies")
+    mismatched = result.sel(ratio=[0.1, 10.0])
     assert np.all(mismatched.rms.sel(ics="Bhat_prime") < mismatched.rms.sel(ics="Bhat"))
-    assert np.all(found.rms.sel(ics="C") == 0)
+    assert np.all(result.rms.sel(ics="C") == 0)

@@ -33,8 +33,8 @@ def changes():
     return {(changed_lines(CODE, mutated(CODE, name, n))) for name, n, _ in places(CODE)}
 
 
-def test_what_the_code_does_is_changed():
-    found = changes()
+def test_operators_change_what_code_does():
+    mutants = changes()
     expected = {
         "if x > LIMIT:": {"if x >= LIMIT:", "if x < LIMIT:", "if not x > LIMIT:"},
         "return np.max(pooled(x) * 4)": {
@@ -48,10 +48,10 @@ def test_what_the_code_does_is_changed():
         },
     }
     for line, becomes in expected.items():
-        assert {after.replace("  ", " ") for before, after in found if before == line} == becomes
+        assert {after.replace("  ", " ") for before, after in mutants if before == line} == becomes
 
 
-def test_words_types_and_texts_are_not():
+def test_docstrings_types_and_messages_are_not_mutated():
     lines = {before for before, _ in changes()}
     assert lines == {
         'LIMIT: tuple[int, "a | b"] = 3  # of all',
@@ -61,7 +61,7 @@ def test_words_types_and_texts_are_not():
     }
 
 
-def test_mutants_that_cannot_matter_are_counted_apart():
+def test_harmless_mutants_are_counted_separately():
     def tried(line, outcome):
         return Trial(Mutant("m.py", "op", 0, 1, line, "b"), outcome, 2.0)
 
@@ -70,21 +70,21 @@ def test_mutants_that_cannot_matter_are_counted_apart():
         {"module": "m.py", "line": "3", "becomes": "b", "why": "the same"},
         {"module": "m.py", "line": "4", "becomes": "c", "why": "another mutant"},
     ]
-    found = record(outcomes, harmless)
-    (row,) = found["rows"]
+    result = record(outcomes, harmless)
+    (row,) = result["rows"]
     assert (row["mutants"], row["caught"], row["harmless"], row["survived"]) == (4, 2, 1, 1)
-    assert found["summary"].startswith("2 of 3 mutants")
-    assert [one["why"] for one in found["survived"]] == ["the same", ""]
+    assert result["summary"].startswith("2 of 3 mutants")
+    assert [mutant["why"] for mutant in result["survived"]] == ["the same", ""]
 
 
-def test_a_sample_is_the_same_each_time_and_all_of_it_differs_from_the_code():
-    one, again = (sample("femic/reference/accuracy.py", 8) for _ in range(2))
-    assert one == again
-    assert len({(m.operator, m.occurrence) for m in one}) == 8
-    assert all(m.line != m.becomes for m in one)
+def test_sample_is_repeatable_and_changes_code():
+    first, again = (sample("femic/reference/accuracy.py", 8) for _ in range(2))
+    assert first == again
+    assert len({(m.operator, m.occurrence) for m in first}) == 8
+    assert all(m.line != m.becomes for m in first)
 
 
-def test_every_module_and_test_of_the_table_exists():
+def test_modules_and_tests_of_the_table_exist():
     table = mutations.tomllib.loads(mutations.TABLE.read_text(encoding="utf-8"))
     for module, tests in table["modules"].items():
         assert (ROOT / module).is_file()

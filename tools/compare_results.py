@@ -29,7 +29,7 @@ def main() -> int:
     parser.add_argument("--tolerance", type=float, default=TOLERANCE)
     parser.add_argument("--rename", action="append", default=[], metavar="OLD=NEW")
     options = parser.parse_args()
-    renamed = dict(one.split("=") for one in options.rename)
+    renamed = dict(pair.split("=") for pair in options.rename)
     failed = False
     for before in datasets_in(options.before):
         path = before.relative_to(options.before)
@@ -64,17 +64,17 @@ def differences(before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray
     }
 
 
-def difference(one: np.ndarray, other: np.ndarray) -> float:
+def difference(before: np.ndarray, after: np.ndarray) -> float:
     """Return the largest difference over the largest amount; infinite for other shapes, texts or gaps."""
-    if one.shape != other.shape:
+    if before.shape != after.shape:
         return np.inf
-    if one.dtype.kind not in "fc":
-        return 0.0 if np.array_equal(one, other) else np.inf
-    if not np.array_equal(np.isfinite(one), np.isfinite(other)):
+    if before.dtype.kind not in "fc":
+        return 0.0 if np.array_equal(before, after) else np.inf
+    finite = np.isfinite(before)
+    if not np.array_equal(finite, np.isfinite(after)):
         return np.inf
-    finite = np.isfinite(one)
-    largest = np.max(np.abs(one[finite]), initial=0.0)
-    return float(np.max(np.abs(one[finite] - other[finite]), initial=0.0) / (largest or 1.0))
+    largest = np.max(np.abs(before[finite]), initial=0.0)
+    return float(np.max(np.abs(before[finite] - after[finite]), initial=0.0) / (largest or 1.0))
 
 
 def report(path: Path, rows: Mapping[str, float], tolerance: float) -> bool:

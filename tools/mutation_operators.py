@@ -34,7 +34,7 @@ PAIRS = (
     ("sum", "max"),
     ("mean", "max"),
 )
-EXCHANGED = dict(PAIRS) | {other: one for one, other in PAIRS[:8]}
+EXCHANGED = dict(PAIRS) | {second: first for first, second in PAIRS[:8]}
 # calls that change nothing, or whose argument does not run in their place
 ALIKE = re.compile("float|asarray|ascontiguousarray|array|list|tuple|dict|set|str|bool|len")
 
@@ -43,19 +43,19 @@ class ExchangeName(Operator):  # type: ignore[misc]
     """`np.max(x)` becomes `np.min(x)`."""
 
     def mutation_positions(self, node: Any) -> Iterator[tuple[Any, Any]]:
-        """Where it can be done."""
+        """Yield start and end where it can be done."""
         if node.type == "name" and node.value in EXCHANGED and _is_called(node):
             yield node.start_pos, node.end_pos
 
     def mutate(self, node: Any, index: int) -> Any:
-        """Do it."""
+        """Return the changed node."""
         del index
         node.value = EXCHANGED[node.value]
         return node
 
     @classmethod
     def examples(cls) -> tuple[()]:
-        """None are kept here."""
+        """Return no examples: tests have them."""
         return ()
 
 
@@ -63,12 +63,12 @@ class Unwrap(Operator):  # type: ignore[misc]
     """`pooled(x)` becomes `(x)`: what the function does is left out."""
 
     def mutation_positions(self, node: Any) -> Iterator[tuple[Any, Any]]:
-        """Where it can be done: calls by name, or as `np.abs`, with one argument."""
+        """Yield start and end of calls by name, or as `np.abs`, with one argument."""
         if _argument(node) is not None:
             yield node.start_pos, node.end_pos
 
     def mutate(self, node: Any, index: int) -> Any:
-        """Do it."""
+        """Return the argument in place of the call."""
         del index
         inside = parso.parse(f"({_argument(node).get_code()})").children[0]
         inside.get_first_leaf().prefix = node.get_first_leaf().prefix
@@ -76,7 +76,7 @@ class Unwrap(Operator):  # type: ignore[misc]
 
     @classmethod
     def examples(cls) -> tuple[()]:
-        """None are kept here."""
+        """Return no examples: tests have them."""
         return ()
 
 
@@ -96,7 +96,7 @@ def _argument(node: Any) -> Any:
     name = dotted[-1].children[-1].value if dotted else node.children[0].value
     if not name.islower() or ALIKE.fullmatch(name):
         return None
-    if any(one.type != "trailer" or one.children[0].value != "." for one in dotted):
+    if any(part.type != "trailer" or part.children[0].value != "." for part in dotted):
         return None
     inside = call.children[1]
     return None if inside.type in ("arglist", "argument") else inside
@@ -104,6 +104,6 @@ def _argument(node: Any) -> Any:
 
 @cache
 def operators() -> dict[str, Operator]:
-    """All of them by name, in an order that does not change."""
+    """Return all operators by name, in an order that does not change."""
     taken = {name: get_operator(name)() for name in sorted(operator_names()) if TAKEN.fullmatch(name)}
     return taken | {"femic/ExchangeName": ExchangeName(), "femic/Unwrap": Unwrap()}

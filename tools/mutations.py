@@ -6,7 +6,7 @@ A seeded sample of N mutants of each module in tools/mutations.toml is tested in
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
 messages are not changed. Trials are stored in out/mutations.jsonl and are not repeated with the same
 code and tests. With --page the numbers of all trials with this code and these tests go to
-docs/numbers/mutations.json, of which docs/mutations.md is made (tools/write_docs.py).
+docs/numbers/mutations.json, of which docs/evidence/mutations.md is made (tools/write_docs.py).
 """
 
 import argparse
@@ -22,6 +22,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from queue import Queue
 from time import perf_counter
@@ -57,10 +58,9 @@ def main() -> None:
     shown = list(trials) if options.page else chosen
     result = record([trials[mutant] for mutant in shown], table.get("harmless", []))
     sys.stdout.write(f"{result['summary']}\n")
-    for one in result["survived"]:
-        sys.stdout.write(
-            f"{one['module']}:{one['number']}: {one['line']}  ->  {one['becomes']}  {one['why']}\n"
-        )
+    for mutant in result["survived"]:
+        place, change = f"{mutant['module']}:{mutant['number']}", f"{mutant['line']}  ->  {mutant['becomes']}"
+        sys.stdout.write(f"{place}: {change}  {mutant['why']}\n")
     if options.page:
         text = json.dumps(result, indent=1, ensure_ascii=False)
         (ROOT / "docs" / "numbers" / "mutations.json").write_text(text + "\n", encoding="utf-8")
@@ -73,7 +73,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sample", type=int, default=10, help="mutants of each module")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at a time")
     parser.add_argument("--modules", nargs="*", help="default: all of tools/mutations.toml")
-    parser.add_argument("--page", action="store_true", help="write the numbers for docs/mutations.md")
+    parser.add_argument(
+        "--page", action="store_true", help="write the numbers for docs/evidence/mutations.md"
+    )
     return parser.parse_args()
 
 
@@ -90,32 +92,33 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
         todo = [mutant for mutant in chosen if mutant not in trials]
         files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
-        seconds = dict(zip(files, pool.map(lambda of: baseline(trees, of), files), strict=True))
+        seconds = dict(zip(files, pool.map(partial(baseline, trees), files), strict=True))
 
         def attempt(mutant: Mutant) -> Trial:
-            of = tuple(tests[mutant.module])
-            return trial_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
+            chosen_tests = tuple(tests[mutant.module])
+            return trial_in(trees, mutant, chosen_tests, max(LEAST, LIMIT * seconds[chosen_tests]))
 
-        for n, one in enumerate(pool.map(attempt, todo)):
-            sys.stderr.write(f"{n + 1}/{len(todo)} {one.outcome} {one.mutant.module}:{one.mutant.number}\n")
-            trials[one.mutant] = one
-            keep(key, one)
+        for n, trial in enumerate(pool.map(attempt, todo), start=1):
+            mutant = trial.mutant
+            sys.stderr.write(f"{n}/{len(todo)} {trial.outcome} {mutant.module}:{mutant.number}\n")
+            trials[mutant] = trial
+            store(key, trial)
     return trials
 
 
 @contextmanager
 def copies(workers: int) -> Iterator[Queue[Path]]:
-    """Copies of the tree, for one worker each."""
+    """Yield a queue of copies of the tree, one for each worker."""
     free: Queue[Path] = Queue()
     with tempfile.TemporaryDirectory() as folder:
         for worker in range(workers):
             tree = Path(folder) / str(worker)
             tree.mkdir()
             for name in COPIED:
-                source, skip = ROOT / name, shutil.ignore_patterns("__pycache__")
-                (shutil.copytree if source.is_dir() else shutil.copy)(
-                    source, tree / name, **({"ignore": skip} if source.is_dir() else {})
-                )
+                if (ROOT / name).is_dir():
+                    shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+                else:
+                    shutil.copy(ROOT / name, tree)
             free.put(tree)
         yield free
 
@@ -181,36 +184,35 @@ def stored_trials(key: str) -> dict[Mutant, Trial]:
     lines = TRIALS.read_text(encoding="utf-8").splitlines() if TRIALS.exists() else []
     entries = [entry for line in lines if (entry := json.loads(line))["key"] == key]
     result = [Trial(Mutant(**entry["mutant"]), entry["outcome"], entry["seconds"]) for entry in entries]
-    return {one.mutant: one for one in result}
+    return {trial.mutant: trial for trial in result}
 
 
-def keep(key: str, one: Trial) -> None:
+def store(key: str, trial: Trial) -> None:
     TRIALS.parent.mkdir(exist_ok=True)
     with TRIALS.open("a", encoding="utf-8") as lines:
-        lines.write(json.dumps({"key": key} | asdict(one), ensure_ascii=False) + "\n")
+        lines.write(json.dumps({"key": key} | asdict(trial), ensure_ascii=False) + "\n")
 
 
 def record(trials: Sequence[Trial], harmless: Sequence[dict[str, str]]) -> dict[str, Any]:
     """Return the content of `mutations.json`."""
-    reasons = {(one["module"], one["line"], one["becomes"]): one["why"] for one in harmless}
+    reasons = {(entry["module"], entry["line"], entry["becomes"]): entry["why"] for entry in harmless}
+    mutants = [trial.mutant for trial in trials if trial.outcome == "survived"]
     survived = [
-        asdict(one.mutant)
-        | {"why": reasons.get((one.mutant.module, one.mutant.line, one.mutant.becomes), "")}
-        for one in trials
-        if one.outcome == "survived"
+        asdict(mutant) | {"why": reasons.get((mutant.module, mutant.line, mutant.becomes), "")}
+        for mutant in mutants
     ]
     rows = []
-    for module in dict.fromkeys(one.mutant.module for one in trials):
-        left = [one for one in survived if one["module"] == module]
-        of_module = [one for one in trials if one.mutant.module == module]
+    for module in dict.fromkeys(trial.mutant.module for trial in trials):
+        survivors = [mutant for mutant in survived if mutant["module"] == module]
+        of_module = [trial for trial in trials if trial.mutant.module == module]
         rows.append(
             {
                 "module": module,
                 "mutants": len(of_module),
-                "caught": len(of_module) - len(left),
-                "harmless": sum(bool(one["why"]) for one in left),
-                "survived": sum(not one["why"] for one in left),
-                "seconds": round(sum(one.seconds for one in of_module) / len(of_module), 1),
+                "caught": len(of_module) - len(survivors),
+                "harmless": sum(bool(mutant["why"]) for mutant in survivors),
+                "survived": sum(not mutant["why"] for mutant in survivors),
+                "seconds": round(sum(trial.seconds for trial in of_module) / len(of_module), 1),
             }
         )
     matter = sum(row["caught"] + row["survived"] for row in rows)

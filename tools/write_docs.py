@@ -3,20 +3,24 @@
     python tools/write_docs.py [--compute | --check]
 
 With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (models in out/ are not
-solved again) and their numbers go to docs/numbers/. Pages are rendered from these and docs/templates/; a test
-compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which pages
-have numbers of other code, and ends with 1 if any does.
+solved again) and their numbers go to docs/numbers/. Pages are rendered from these, the keys and commands that
+the program declares, and docs/templates/; a test compares. Numbers carry the digest of the code that computed
+them: --check writes nothing, says which pages have numbers of other code, and ends with 1 if any does.
 """
 
 import json
+import re
 import sys
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from command_line import command_line
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
+from scene_keys import scene_keys
 
 from compare.frontier.advice import Question, advise
 from compare.frontier.compute import front, resolved_errors
@@ -28,6 +32,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 NUMBERS, TEMPLATES = DOCS / "numbers", DOCS / "templates"
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
+BLANKS = re.compile(r"\n{3,}")
 QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 
@@ -60,7 +65,7 @@ def save(name: str, values: Any) -> None:
 
 
 def rounded(values: Any) -> Any:
-    """Numbers to five digits."""
+    """Return values with numbers to five digits."""
     if isinstance(values, dict):
         return {key: rounded(value) for key, value in values.items()}
     if isinstance(values, list):
@@ -96,7 +101,7 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
         "points": int(dataset.attrs["points"]),
         "skipped": json.loads(dataset.attrs["skipped"]),
         "components": [str(component) for component in dataset.component.values],
-        "bodies": [str(one) for one in dataset.body.values],
+        "bodies": [str(name) for name in dataset.body.values],
         "vanishing": [name for name, gone in by_component(dataset.vanishes).items() if gone],
         "ways": ways,
         "advice": {
@@ -107,7 +112,7 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def by_component(values: xr.DataArray) -> dict[str, float | None]:
-    """Of every body, as "combined, xn"."""
+    """Return values of every body, by names such as "combined, xn"."""
     return {
         f"{body}, {component}": finite(values.sel(body=body, component=component).item())
         for body in values.body.values
@@ -142,22 +147,34 @@ def environment() -> Environment:
     made.filters["seconds"] = in_seconds
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     made.filters["cell"] = lambda text: text.replace("|", "\\|")
+    made.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}."
     return made
 
 
 def templates() -> dict[str, Path]:
-    """Return the template of every page, by the page's name."""
-    return {path.name.removesuffix(".j2"): path for path in sorted(TEMPLATES.glob("*.md.j2"))}
+    """Return the template of every page, by the page's path below docs/."""
+    return {place(path).removesuffix(".j2"): path for path in sorted(TEMPLATES.rglob("*.md.j2"))}
+
+
+def place(template: Path) -> str:
+    return template.relative_to(TEMPLATES).as_posix()
 
 
 def pages() -> dict[str, str]:
     """Return the text of every page, by its name; last of all, what its numbers were computed with."""
     numbers, made = stored_numbers(), environment()
-    return {
-        page: made.get_template(path.name).render(**numbers).rstrip()
-        + f"\n\n{computed_with(path, numbers)}\n"
+    texts = {
+        page: BLANKS.sub("\n\n", made.get_template(place(path)).render(**numbers, **declared())).rstrip()
+        + "\n"
         for page, path in templates().items()
     }
+    return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}
+
+
+@cache
+def declared() -> dict[str, Any]:
+    """Return what the program declares: the keys of its files, its commands."""
+    return scene_keys() | command_line()
 
 
 def used(template: Path, numbers: dict[str, Any]) -> list[str]:
@@ -179,7 +196,7 @@ def computed_with(template: Path, numbers: dict[str, Any]) -> str:
         f"{name} by " + ", ".join(f"{what} {version}" for what, version in programs(numbers[name]).items())
         for name in used(template, numbers)
     ]
-    return f"*Numbers of this page were computed with: {'; '.join(sentences)}.*"
+    return f"\n*Numbers of this page were computed with: {'; '.join(sentences)}.*\n" if sentences else ""
 
 
 def outdated() -> dict[str, list[str]]:
@@ -228,7 +245,7 @@ def in_seconds(value: float | None) -> str:
 
 
 def checked() -> int:
-    """Say which pages are out of date; the exit code."""
+    """Report which pages are out of date; return the exit code."""
     outdated_pages = outdated()
     for page, reasons in outdated_pages.items():
         sys.stderr.write(f"docs/{page}: {'; '.join(reasons)}: run make docs\n")

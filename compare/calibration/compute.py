@@ -214,15 +214,15 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
 
 def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
     """Return parameters of the fits of all bodies, their covariance, and residuals as shares of max |C|."""
-    of_parameters, share = ("body", "parameter"), {"meaning": "share of max |C|"}
+    dims, share = ("body", "parameter"), {"meaning": "share of max |C|"}
     return {
         "value": (
-            of_parameters,
+            dims,
             [[parameter.value for parameter in fit.parameters] for fit in fits],
             {"units": "r_inf: mm, G: MPa"},
         ),
-        "note": (of_parameters, [[parameter.note for parameter in fit.parameters] for fit in fits]),
-        "covariance": ((*of_parameters, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
+        "note": (dims, [[parameter.note for parameter in fit.parameters] for fit in fits]),
+        "covariance": ((*dims, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
         "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
         "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
     }

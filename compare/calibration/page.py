@@ -100,9 +100,9 @@ def _overlaid(calibrations: Sequence[Calibrated]) -> Iterator[Picture]:
 
 def _curves(calibrated: Calibrated) -> Iterator[Picture]:
     """Yield the curves of a scene, a figure per component."""
-    dataset, on_lines = ics_of(calibrated.results), on_own_lines(calibrated)
+    dataset = ics_of(calibrated.results)
     for component in COMPONENTS:
-        yield Picture(f"{calibrated.scene.name}_{component}", curves(on_lines, dataset, component))
+        yield Picture(f"{calibrated.scene.name}_{component}", curves(calibrated.scene, dataset, component))
 
 
 def _scene_section(calibrated: Calibrated) -> Section:
@@ -122,7 +122,7 @@ def _scene_section(calibrated: Calibrated) -> Section:
     )
 
 
-def on_own_lines(calibrated: Calibrated) -> Results:
+def _on_own_lines(calibrated: Calibrated) -> Results:
     """Return the results on the lines of the scene, without the lines of the calibration."""
     own = {line.name: calibrated.results.lines[line.name] for line in calibrated.scene.lines}
     return replace(calibrated.results, scene=calibrated.scene, lines=own)
@@ -157,17 +157,18 @@ def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
 def _table(calibrated: Calibrated) -> Table:
     """Return the table of worst errors on the scene's lines, a row per body and variant."""
     scene = calibrated.scene
-    line_errors = errors(on_own_lines(calibrated), ics_of(calibrated.results))
+    line_errors = errors(_on_own_lines(calibrated), ics_of(calibrated.results))
     worst = line_errors[["error", "weight", "vanishes"]].max("line", skipna=False)
     rows = []
     for body in scene.compared:
-        named = body
+        name = body  # of the first row
         for variant in (*scene.variants, "C"):
-            one = worst.sel(body=body, variant=variant)
-            row = error_row(named, one, COMPONENTS, is_estimate=variant == "C", place=SYMBOLS[variant])
+            variant_errors = worst.sel(body=body, variant=variant)
+            symbol, is_estimate = SYMBOLS[variant], variant == "C"
+            row = error_row(name, variant_errors, COMPONENTS, is_estimate=is_estimate, place=symbol)
             if any(cell.text != "–" for cell in row.filled[1:]):
                 rows.append(row)
-                named = ""
+                name = ""
     heads = [f"{component}, worst error on the lines" for component in COMPONENTS]
     return Table("body", [*texts("variant"), *numbers(*heads)], rows)
 

@@ -2,19 +2,51 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import ContactResults
+from compare.contact.compute import ContactResults, reference_name
 from femic.cache.digests import results_digest, versions
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairContact
-from femic.contact.pairs.quantities import OF_FRICTIONLESS, numbers
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
 from femic.scenes.scene import Scene
 
 NUMBERS = ("case", "ics")
 NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
+
+
+def ics_of(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the ICs."""
+    return [str(name) for name in dataset.ics.values]
+
+
+def reference_of(dataset: xr.Dataset) -> str:
+    """Return the ICs that others are compared with."""
+    return reference_name(ics_of(dataset))
+
+
+def others_of(dataset: xr.Dataset) -> list[str]:
+    """Return the ICs that are compared with the reference."""
+    return [name for name in ics_of(dataset) if name != reference_of(dataset)]
+
+
+def variables(
+    quantities: Mapping[str, Quantity], dims: str | tuple[str, ...], tables: Mapping[str, object]
+) -> dict[str, xr.Variable]:
+    """Return variables PREFIX + NAME of quantities; `tables` has nested lists of numbers by prefix."""
+    return {
+        prefix + name: xr.Variable(
+            dims,
+            np.vectorize(itemgetter(name), otypes=[float])(table),
+            {"units": quantity.unit, "long_name": quantity.meaning},
+        )
+        for prefix, table in tables.items()
+        for name, quantity in quantities.items()
+    }
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
@@ -32,15 +64,7 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
         "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
     }
     dataset = xr.Dataset(
-        {
-            prefix + name: (
-                NUMBERS,
-                [[contact[name] for contact in row] for row in table],
-                {"units": quantity.unit, "long_name": quantity.meaning},
-            )
-            for prefix, table in tables.items()
-            for name, quantity in OF_FRICTIONLESS.items()
-        },
+        variables(OF_FRICTIONLESS, NUMBERS, tables),
         coords={"case": [str(loading) for loading in solution.loadings], "ics": list(solution.ics)},
         attrs=_attributes(results),
     )
@@ -57,14 +81,11 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
     if not supports:
         return dataset
     loads = dataset["load"].sel(ics="C").values
-    numbers_by_name = {
-        f"supported_{name}": (
-            "supports",
-            [changed[name] for changed in supports.values()],
-            {"units": quantity.unit, "long_name": f"{quantity.meaning}, with other supports"},
-        )
+    quantities = {
+        name: replace(quantity, meaning=f"{quantity.meaning}, with other supports")
         for name, quantity in OF_FRICTIONLESS.items()
     }
+    numbers_by_name = variables(quantities, "supports", {"supported_": list(supports.values())})
     supported = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
     return dataset.merge(supported).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
 
@@ -78,15 +99,12 @@ def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
     """Return pressures and gaps of a case with all ICs: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
     on_grid, ics = row[0].on_grid, [contact.ics for contact in row]
     x, s = f"x_{number}", f"s_{number}"
+    p, gap = (np.stack([getattr(contact.normal, name) for contact in row]) for name in ("p", "gap"))
     inclination = on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips)
     return xr.Dataset(
         {
-            f"p_{number}": (("ics", x, s), np.stack([contact.normal.p for contact in row]), {"units": "MPa"}),
-            f"gap_{number}": (
-                ("ics", x, s),
-                np.stack([contact.normal.gap for contact in row]),
-                {"units": "mm"},
-            ),
+            f"p_{number}": (("ics", x, s), p, {"units": "MPa"}),
+            f"gap_{number}": (("ics", x, s), gap, {"units": "mm"}),
             f"inclination_{number}": (s, inclination, {"units": "rad"}),
         },
         coords={"ics": ics, x: (x, on_grid.x, {"units": "mm"}), s: (s, on_grid.grid.strips, {"units": "mm"})},

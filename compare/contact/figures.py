@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from compare.contact.compute import reference_name
+from compare.contact.dataset import reference_of
 from compare.report.panels import Panel, add_legend, draw_band, draw_by_ics, figure_grid, panel_figure
 from compare.report.styles import RC, symbol_of, with_further
 from compare.report.tables import Column
@@ -17,11 +17,6 @@ from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
 DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
-
-
-def reference_of(dataset: xr.Dataset) -> str:
-    """Return the ICs that others are compared with."""
-    return reference_name([str(name) for name in dataset.ics.values])
 
 
 def over_angle(dataset: xr.Dataset) -> Figure:
@@ -58,8 +53,7 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
     across, middle = p.isel({along_x: at}), at == p.sizes[along_x] // 2
     x = "x = 0" if middle else f"x = {float(p[along_x][at]):.2g} mm"
     mean = case["load"] / case["area"]
-    shown = np.flatnonzero((across > 0).any("ics"))
-    part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
+    part = loaded_part(across)
     return Panel(
         f"{dataset.case.values[number]}",
         "s [mm]",
@@ -67,6 +61,12 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
         f"pressure at {x} over N / area [-]" if number == 0 or not middle else "",
         {symbol_of(str(name)): (across / mean).sel(ics=name).values[part] for name in dataset.ics.values},
     )
+
+
+def loaded_part(p: xr.DataArray) -> slice:
+    """Return where along s any of the ICs has pressures, (ics, s), with an element on each side."""
+    loaded = np.flatnonzero((p > 0).any("ics"))
+    return slice(max(loaded[0] - 1, 0), loaded[-1] + 2)
 
 
 def _section(p: np.ndarray) -> int:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from compare.contact import figures, sensitivity
 from compare.contact.compute import ContactResults, reference_name
-from compare.contact.dataset import to_dataset, with_supports
+from compare.contact.dataset import ics_of, others_of, reference_of, to_dataset, with_supports
 from compare.matrix.compute import discounted
 from compare.report import views
 from compare.report.parts import (
@@ -20,6 +20,7 @@ from compare.report.parts import (
     Picture,
     Section,
     Verbatim,
+    extreme,
     join_words,
     onset,
     range_text,
@@ -33,10 +34,8 @@ from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.scenes.scene import Scene
 from geometries.patches import N
 
-RELIEF, LIFTED = (
-    0.2,
-    0.02,
-)  # drawn height of the largest pressure over the grid's width; of 0, over that height
+RELIEF = 0.2  # drawn height of the largest pressure over the grid's width
+LIFTED = 0.02  # drawn height of pressures of 0 over the height of the largest
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 GRIDS = (
     "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, I)|"
@@ -99,13 +98,12 @@ def _sections(
 
 
 def _explanation(dataset: xr.Dataset, further: FurtherSolution | None) -> str:
-    reference = symbol_of(figures.reference_of(dataset))
     text = (
         "Of the patch with the largest load. Small, below each number: its estimated error (from elements "
         "twice and four times as large; of C also from C plus its own estimate), and its ratio to the number "
-        f"with {reference}. “p_max, displaced”: with the distance of the displaced body instead of "
-        "the linearised one; a dash where that contact exceeds the grid, or has no solution. Seconds: "
-        "pressures alone; the seconds of C itself are below."
+        f"with {symbol_of(reference_of(dataset))}. “p_max, displaced”: with the distance of the displaced "
+        "body instead of the linearised one; a dash where that contact exceeds the grid, or has no "
+        "solution. Seconds: pressures alone; the seconds of C itself are below."
     )
     return f"{text} {further.note}" if further else text
 
@@ -140,29 +138,20 @@ def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
 
 def summary(dataset: xr.Dataset) -> str:
     """Return sentences computed from the numbers: deviations of each of the ICs, and their onset."""
-    reference = figures.reference_of(dataset)
-    angle = dataset.angle.sel(ics=reference)
-    sentences = [
-        f"{_cases(dataset.sizes['case'])} over {range_text(angle, '.0f')} degrees with "
-        f"{symbol_of(reference)}."
-    ]
-    for name in (str(name) for name in dataset.ics.values if name != reference):
-        deviations = {
-            key: dataset[key].sel(ics=name) / dataset[key].sel(ics=reference) - 1
+    reference, cases = reference_of(dataset), dataset.sizes["case"]
+    symbol, angle = symbol_of(reference), dataset.angle.sel(ics=reference)
+    patches = "One case, a patch" if cases == 1 else f"{cases} cases, patches"
+    sentences = [f"{patches} over {range_text(angle, '.0f')} degrees with {symbol}."]
+    for name in others_of(dataset):
+        p_max, b, approach = (
+            dataset[key].sel(ics=name) / dataset[key].sel(ics=reference) - 1
             for key in ("p_max", "b", "approach")
-        }
-        worst = {
-            key: float(values.values[np.argmax(np.abs(values.values))]) for key, values in deviations.items()
-        }
-        failing = onset(angle.values, (abs(deviations["p_max"]) > FAILS).values)
-        fails = (
-            f"; p_max is off by more than {FAILS:.0%} {failing}"
-            if failing
-            else f"; p_max is within {FAILS:.0%} everywhere"
         )
+        failing = onset(angle.values, (abs(p_max) > FAILS).values)
+        fails = f"off by more than {FAILS:.0%} {failing}" if failing else f"within {FAILS:.0%} everywhere"
         sentences.append(
-            f"{symbol_of(name)}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
-            f"{worst['approach']:+.1%} of {symbol_of(reference)}'s at worst{fails}."
+            f"{symbol_of(name)}: p_max {extreme(p_max):+.1%}, b {extreme(b):+.1%}, approach "
+            f"{extreme(approach):+.1%} of {symbol}'s at worst; p_max is {fails}."
         )
     sentences += _lateral_force_sentence(dataset)
     seconds = dataset.seconds.values
@@ -181,26 +170,19 @@ def summary(dataset: xr.Dataset) -> str:
 
 def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     """Yield a sentence on the lateral force, where the contact is not symmetric."""
-    share = (dataset.F_y / dataset["load"]).transpose("case", "ics")
-    reference = figures.reference_of(dataset)
-    of_reference = share.sel(ics=reference)
-    worst = int(np.argmax(np.abs(of_reference.values)))
-    if abs(float(of_reference[worst])) < SIDEWAYS:
+    shares, reference = dataset.F_y / dataset["load"], reference_of(dataset)
+    shares = shares.isel(case=int(np.argmax(abs(shares.sel(ics=reference)).values)))
+    share = float(shares.sel(ics=reference))
+    if abs(share) < SIDEWAYS:
         return
     others = join_words(
-        f"{float(share.sel(ics=name)[worst]):+.3f} with {symbol_of(str(name))}"
-        for name in dataset.ics.values
-        if name != reference
+        f"{float(shares.sel(ics=name)):+.3f} with {symbol_of(name)}" for name in others_of(dataset)
     )
     yield (
-        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load with "
-        f"{symbol_of(reference)} at {dataset.case.values[worst]}"
+        f"The lateral force on the upper body is {share:+.3f} of the load with "
+        f"{symbol_of(reference)} at {shares.case.item()}"
         + (f", {others}: approximations lack the bending of the sections." if others else ".")
     )
-
-
-def _cases(number: int) -> str:
-    return "One case, a patch" if number == 1 else f"{number} cases, patches"
 
 
 def _seconds_of_c(dataset: xr.Dataset) -> float:
@@ -212,21 +194,18 @@ def _tables(dataset: xr.Dataset, further: FurtherSolution | None) -> Iterator[Ta
     columns = [*columns_of(OF_FRICTIONLESS.values()), *numbers("p_max, displaced", "iterations", "s")]
     for number, name in enumerate(dataset.case.values):
         case = dataset.isel(case=number)
-        rows = [_row(case, ics) for ics in map(str, case.ics.values)]
+        rows = [_row(case, ics) for ics in ics_of(case)]
         if further and number in further.rows:
             rows.append(further.rows[number])
         yield Table(str(name), columns, rows)
 
 
 def _row(case: xr.Dataset, name: str) -> Row:
-    selected, reference = case.sel(ics=name), case.sel(ics=figures.reference_of(case))
+    selected, reference = case.sel(ics=name), case.sel(ics=reference_of(case))
     ratios = selected / reference
+    estimates = {key: selected[f"estimate_{key}"] for key in OF_FRICTIONLESS}
     cells = [
-        Cell(
-            float(selected[key]),
-            ".5g",
-            f"± {float(selected[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
-        )
+        Cell(float(selected[key]), ".5g", f"± {float(estimates[key]):.2g}; {float(ratios[key]):.4f}")
         for key in OF_FRICTIONLESS
     ]
     cost = Cell(int(selected.iterations)), Cell(float(selected.seconds), ".2f")
@@ -247,18 +226,14 @@ def _grids_table(results: ContactResults) -> Table:
     """Return the table of grids, with the estimate of C on each."""
     rows = []
     for grid in dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()):
-        c = results.solved.references.get(grid)
-        rows.append(
-            Row(
-                f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
-                [
-                    Cell(c.estimate, ".2%"),
-                    Cell(c.asymmetry.share, ".1e"),
-                    Cell(c.eigenvalue, ".3f"),
-                    Cell(c.seconds, ".1f"),
-                ]
-                if c
-                else ["–"] * 4,
-            )
-        )
+        name = f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm"
+        cells = ["–"] * 4
+        if c := results.solved.references.get(grid):
+            cells = [
+                f"{c.estimate:.2%}",
+                f"{c.asymmetry.share:.1e}",
+                f"{c.eigenvalue:.3f}",
+                f"{c.seconds:.1f}",
+            ]
+        rows.append(Row(name, cells))
     return Table("grid", ["estimate", "asymmetry", "smallest eigenvalue", "s for C"], rows)

@@ -35,12 +35,12 @@ def summary(results: Mapping[str, ContactResults]) -> str:
     """Return sentences on the range of differences on each patch, and on the pressures with the largest."""
     differences = _sensitivities(results)
     sentences = [
-        f"Pressures of {one.pressures} on {one.patch}: A is off by {np.min(one.inside):+.1%} ... "
-        f"{np.max(one.inside):+.1%} of the largest displacement with B̂."
-        for one in differences
+        f"Pressures of {case.pressures} on {case.patch}: A is off by {np.min(case.inside):+.1%} ... "
+        f"{np.max(case.inside):+.1%} of the largest displacement with B̂."
+        for case in differences
     ]
     for scene in results:
-        worst = max((one for one in differences if one.patch == scene), key=lambda one: one.largest)
+        worst = max((case for case in differences if case.patch == scene), key=lambda case: case.largest)
         sentences.append(
             f"On the patch of {scene} A is furthest off under the pressures of {worst.pressures}."
         )
@@ -51,18 +51,18 @@ def maps(results: Mapping[str, ContactResults]) -> Figure:
     """Draw the maps, a row per pressures, a column per patch."""
     drawn = _sensitivities(results)
     n = round(np.sqrt(len(drawn)))
-    largest = max(one.largest for one in drawn)
+    largest = max(case.largest for case in drawn)
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(4.6 * n, 3.4 * n), layout="constrained")
-        for axes, one in zip(figure.subplots(n, n, squeeze=False).ravel(), drawn, strict=True):
-            shown = np.ma.masked_where(~one.on_patch, one.difference)
+        for axes, case in zip(figure.subplots(n, n, squeeze=False).ravel(), drawn, strict=True):
+            shown = np.ma.masked_where(~case.on_patch, case.difference)
             shades = axes.pcolormesh(
-                one.x, one.s, shown.T, cmap="RdBu_r", vmin=-largest, vmax=largest, rasterized=True
+                case.x, case.s, shown.T, cmap="RdBu_r", vmin=-largest, vmax=largest, rasterized=True
             )
-            axes.set(xlabel="x [mm]", ylabel="s [mm]", title=f"pressures of {one.pressures} on {one.patch}")
+            axes.set(xlabel="x [mm]", ylabel="s [mm]", title=f"pressures of {case.pressures} on {case.patch}")
             for limit, place, inside in (
-                (axes.set_xlim, one.x, one.on_patch.any(axis=1)),
-                (axes.set_ylim, one.s, one.on_patch.any(axis=0)),
+                (axes.set_xlim, case.x, case.on_patch.any(axis=1)),
+                (axes.set_ylim, case.s, case.on_patch.any(axis=0)),
             ):
                 limit(place[inside].min(), place[inside].max())
         figure.colorbar(shades, ax=figure.axes, label="(u_n with A − u_n with B̂) / max u_n with B̂ [-]")

@@ -1,9 +1,9 @@
 """Write and read files of numerical influence coefficients for the program CONTACT (option C3 = 9).
 
-The layout follows CONTACT's reader, which differs from its user guide; docs/contact-export.md shows it. An
-entry is the displacement difference upper minus lower body [mm] due to traction on one element of the upper
-body, times the combined shear modulus over this traction, in local directions. Entries are given
-for lags ix >= 0 only: for ix < 0 the reader changes the signs of nx, xn, xs and sx.
+The layout follows CONTACT's reader, which differs from its user guide; docs/how-to/contact-file.md shows it.
+An entry is the displacement difference upper minus lower body [mm] due to traction on one element of the
+upper body, times the combined shear modulus over this traction, in local directions. Entries are given for
+lags ix >= 0 only: for ix < 0 the reader changes the signs of nx, xn, xs and sx.
 """
 
 from collections.abc import Iterator

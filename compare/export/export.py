@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5netcdf
 import numpy as np
+import xarray as xr
 
 from approx.matrix import column, matrix
 from approx.variants import VARIANTS, needs_effective
@@ -126,20 +126,21 @@ def contact_settings(exported: Export) -> str:
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
         f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
         "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
-        "stay clear of the grid's edges: docs/contact-export.md"
+        "stay clear of the grid's edges: docs/how-to/contact-file.md"
     )
 
 
 def to_contact(scene: Scene, ics: Array) -> ContactFile:
-    """A file with one matrix per loaded strip, from ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
+    """Return a file with a matrix per loaded strip, from combined ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
     return _scaled(scene, contact_file.by_offsets(ics))
 
 
 def approximated(scene: Scene, variant: str) -> ContactFile:
-    """A file with an approximation; it has one matrix for all strips if ICs depend on their offset only.
+    """Return a file with an approximation.
 
-    A file with one matrix has one strip and one lag more than the scene's grid: CONTACT's preconditioner
-    transforms 2 MX by 2 MY offsets, including -MY, and zeros there may make it indefinite.
+    It has one matrix for all strips if ICs depend on their offset only, with one strip and one lag more than
+    the scene's grid: CONTACT's preconditioner transforms 2 MX by 2 MY offsets, including -MY, and zeros there
+    may make it indefinite.
     """
     pair, grid = scene.pair, scene.grid
     ics = matrix(variant, pair, grid)
@@ -178,16 +179,15 @@ def depends_on_offset_only(ics: Array) -> bool:
 
 
 def convex_body(scene: Scene) -> int:
-    """The number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
+    """Return the number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
     start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
     return 1 if end < start else 2
 
 
 def read_matrix(path: Path, body: str) -> Array:
     """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
-    with h5netcdf.File(path, "r") as file:
-        bodies = [name.decode() if isinstance(name, bytes) else str(name) for name in file["body"][...]]
-        return np.asarray(file["ic"][bodies.index(body)])
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.ic.sel(body=body).values
 
 
 FORMATS = {"contact": export}

@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import ContactResults
-from compare.contact.dataset import to_dataset
-from compare.contact.figures import reference_of
+from compare.contact.dataset import reference_of, to_dataset
 from compare.contact.page import FurtherSolution
 from compare.finite_elements.compute import stored_fe_contact
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PLACE

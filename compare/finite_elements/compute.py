@@ -25,6 +25,7 @@ from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
 MODELS = ("lower", "upper")
+CHECKS = ("load", "load_of_pressures", "tension", "penetration", "memory")
 
 
 def compute_fe_contact(
@@ -57,16 +58,13 @@ def stored_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Da
     """Return stored results of `compute_fe_contact`; None where no load is stored."""
     if unsuitable(scene):
         return None
-    solved = [store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads]
+    solved = {load: store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads}
+    missing = [f"{load:g} N (not stored)" for load, contact in solved.items() if contact is None]
     rigid = store.get(_rigid_key(scene, store))
-    if rigid is None or not any(one is not None for one in solved):
+    if rigid is None or len(missing) == len(solved):
         return None
-    missing = [
-        f"{load:g} N (not stored)"
-        for load, one in zip(scene.contact.loads, solved, strict=True)
-        if one is None
-    ]
-    return joined(contacts, solved, CELLS, float(rigid.compliance)).assign_attrs(left_out="; ".join(missing))
+    dataset = joined(contacts, list(solved.values()), CELLS, float(rigid.compliance))
+    return dataset.assign_attrs(left_out="; ".join(missing))
 
 
 def require_suitable(scene: Scene) -> None:
@@ -89,11 +87,7 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
         (bool(contact.loads), "contact.loads = []", "give loads [N] instead of approaches"),
         (not contact.exact, "contact.gap = 'exact'", "use the linear one"),
         (contact.extra_gap is None, "contact.extra_gap", "leave it out"),
-        (
-            contact.lateral_force is None,
-            "contact.lateral_force",
-            "give the `shift` that `contact` finds",
-        ),
+        (contact.lateral_force is None, "contact.lateral_force", "give the `shift` that `contact` finds"),
         (
             scene.discount != "source",
             "discount = 'source'",
@@ -143,21 +137,13 @@ def _rigid_key(scene: Scene, store: Store) -> str:
 
 def _labelled(contact: FEContact) -> xr.Dataset:
     """Return a contact as labelled arrays; angles in degrees."""
-    tables = {"": contact.numbers, "estimate_": contact.estimate}
-    numbers = {
-        prefix + name: value for prefix, table in tables.items() for name, value in _in_degrees(table).items()
-    }
-    checks = {
-        "load": contact.load,
-        "load_of_pressures": contact.load_of_pressures,
-        "tension": contact.tension,
-        "penetration": contact.penetration,
-        "memory": contact.memory,
-    }
+    estimates = {f"estimate_{name}": value for name, value in _in_degrees(contact.estimate).items()}
+    checks = {name: getattr(contact, name) for name in CHECKS}
     points = {name: ("point", np.asarray(getattr(contact, name))) for name in ("x", "s", "p")}
     return xr.Dataset(
         {
-            **numbers,
+            **_in_degrees(contact.numbers),
+            **estimates,
             **checks,
             **points,
             "reaction": ("body", list(contact.reactions)),

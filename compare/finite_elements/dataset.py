@@ -35,7 +35,7 @@ def joined(
     dataset["fe_seconds"] = solved.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
-    lines = [_profile(one, number) for number, one in enumerate(fe_contacts) if one is not None]
+    lines = [_profile(contact, k) for k, contact in enumerate(fe_contacts) if contact is not None]
     ics_profiles = [_ics_profile(contacts, number) for number in range(len(fe_contacts))]
     merged = xr.merge([dataset, *lines, *ics_profiles], join="outer")  # there is no profile of FE on grids
     return merged.assign_attrs(contacts.attrs | {"cells": cells})
@@ -43,23 +43,20 @@ def joined(
 
 def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
     """Return variables with the same shape in all cases along a dimension, NaN for unsolved cases."""
-    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in fe_contacts]
-    some = next(one for one in solved if one is not None)
-    return xr.concat([xr.full_like(some, np.nan) if one is None else one for one in solved], "case")
+    some = next(contact for contact in fe_contacts if contact is not None)
+    unsolved = xr.full_like(some.astype(float), np.nan)
+    cases = [unsolved if contact is None else contact for contact in fe_contacts]
+    return xr.concat([case.drop_dims("point").astype(float) for case in cases], "case")
 
 
-def _ragged(one: xr.Dataset) -> list[str]:
-    return [str(name) for name in one.variables if "point" in one[name].dims]
-
-
-def _profile(one: xr.Dataset, number: int) -> xr.Dataset:
+def _profile(contact: xr.Dataset, number: int) -> xr.Dataset:
     """Return pressures by finite elements at x = 0 along s."""
-    at_middle = np.flatnonzero(one.x.values < 1e-9 * float(one.x.max()))
-    order = at_middle[np.argsort(one.s.values[at_middle])]
+    at_middle = np.flatnonzero(contact.x.values < 1e-9 * float(contact.x.max()))
+    order = at_middle[np.argsort(contact.s.values[at_middle])]
     s = f"s_fe_{number}"
     return xr.Dataset(
-        {f"p_fe_{number}": (s, one.p.values[order], {"units": "MPa"})},
-        coords={s: (s, one.s.values[order], {"units": "mm"})},
+        {f"p_fe_{number}": (s, contact.p.values[order], {"units": "MPa"})},
+        coords={s: (s, contact.s.values[order], {"units": "mm"})},
     )
 
 

@@ -9,6 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from compare.contact.dataset import ics_of
+from compare.contact.figures import loaded_part
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, relative_estimates
 from compare.report.panels import draw_band, draw_by_ics, figure_grid
@@ -63,25 +65,23 @@ def approach_note(dataset: xr.Dataset) -> str:
 
 def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
     """Return in which cases a number of the patch deviates by more than a share and the estimate."""
-    return xr.concat(
-        [
-            abs(deviations(dataset, name).sel(ics=ics)) > share + relative_estimates(dataset, name)
-            for name in OF_PATCH
-        ],
-        "quantity",
-    ).any("quantity")
+    exceeding = [
+        abs(deviations(dataset, name).sel(ics=ics)) > share + relative_estimates(dataset, name)
+        for name in OF_PATCH
+    ]
+    return xr.concat(exceeding, "quantity").any("quantity")
 
 
 def summary(dataset: xr.Dataset) -> str:
     """Return sentences computed from the numbers: deviations of ICs from finite elements, and their onset."""
-    solved = np.flatnonzero(dataset.angle.sel(ics=FE).notnull())
-    dataset, angle = dataset.isel(case=solved), dataset.angle.sel(ics=FE)
+    angle = dataset.angle.sel(ics=FE)
+    dataset = dataset.isel(case=angle.notnull().values)
     estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
     sentences = [
         f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Estimated error of the "
         f"patch by finite elements: {estimate:.1%}."
     ]
-    for name in (str(name) for name in dataset.ics.values if name != FE):
+    for name in _compared(dataset):
         worst = join_words(
             f"{extreme(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN
         )
@@ -90,6 +90,11 @@ def summary(dataset: xr.Dataset) -> str:
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
+
+
+def _compared(dataset: xr.Dataset) -> list[str]:
+    """Return the ICs that are compared with finite elements."""
+    return [name for name in ics_of(dataset) if name != FE]
 
 
 def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
@@ -103,9 +108,8 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     force, to = float(with_fe.F_y) / load, float(with_fe.estimate_F_y) / load
     by_ics = join_words(
         f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm with "
-        f"{symbol_of(str(name))}"
-        for name in dataset.ics.values
-        if name != FE
+        f"{symbol_of(name)}"
+        for name in _compared(dataset)
     )
     yield (
         f"Beside the crown, at {dataset.case.values[worst]}: by finite elements the lateral force on the "
@@ -157,7 +161,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
 
 def profiles(dataset: xr.Dataset) -> Figure:
     """Draw pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
-    with figure_grid(1, dataset.sizes["case"], (4.1, 2.9)) as (figure, grid):
+    with figure_grid(1, dataset.sizes["case"]) as (figure, grid):
         for number, axes in enumerate(grid[0]):
             _draw_profile(axes, dataset, number)
             axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
@@ -168,8 +172,7 @@ def profiles(dataset: xr.Dataset) -> Figure:
 def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
     p = dataset[f"p_{number}"]
     at = p[f"s_{number}"]
-    shown = np.flatnonzero((p > 0).any("ics"))
-    part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
+    part = loaded_part(p)
     draw_by_ics(axes, at[part], p.dropna("ics", how="all")[..., part], 0)
     if f"p_fe_{number}" not in dataset:
         return
@@ -184,7 +187,7 @@ def _table(dataset: xr.Dataset, number: int) -> Table:
     columns = columns_of(OF_FRICTIONLESS[name] for name in NUMBERS)
     rows = [
         Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
-        for name in map(str, case.ics.values)
+        for name in ics_of(case)
     ]
     return Table(str(case.case.values), columns, rows)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -36,7 +37,7 @@ LABELS: dict[str, Labels] = {
 
 
 def _labels_of(scene: Scene) -> Labels:
-    """The labels of a scene's motion; raises BadScene where none are registered."""
+    """Return the labels of a scene's motion; raises BadScene where none are registered."""
     motion = scene.contact.motion
     if motion not in LABELS:
         raise BadScene(
@@ -49,17 +50,14 @@ def _labels_of(scene: Scene) -> Labels:
 def compute_with_friction(
     scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_GIVEN
 ) -> xr.Dataset:
-    """Numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
+    """Return numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
 
     `given` are ICs of the caller by name. Raises BadScene for what cannot be solved, and Failure as
     `femic.contact`.
     """
     require_solvable(scene, given)
     start, labels = perf_counter(), _labels_of(scene)
-
-    def solve(pair: PairWithFriction) -> xr.Dataset:
-        return by_friction_and_ics(pair, labels.labelled)
-
+    solve = partial(by_friction_and_ics, labelled=labels.labelled)
     joined = solve_with_friction(scene.contact_problem, solve, options, given)
     attributes = {
         "title": f"{labels.title}: {scene.title}",

@@ -20,7 +20,7 @@ Drawer = Callable[[Axes, xr.Dataset], object]
 
 
 def stick_maps(dataset: xr.Dataset) -> Figure:
-    """Where the contact sticks and where it slides: a row per friction, a column per ICs."""
+    """Draw where the contact sticks and where it slides: a row per friction, a column per ICs."""
     figure = _by_friction_and_ics(dataset, _draw_stick)
     handles = [Patch(color=STICK, label="sticks"), Patch(color=SLIDE, label="slides")]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
@@ -28,38 +28,32 @@ def stick_maps(dataset: xr.Dataset) -> Figure:
 
 
 def work_maps(dataset: xr.Dataset) -> Figure:
-    """Work of friction per area, with the same colours for all ICs at a friction."""
-    last: dict[float, object] = {}
+    """Draw work of friction per area, with the same colours for all ICs at a friction."""
 
-    def draw(axes: Axes, one: xr.Dataset) -> None:
-        friction = float(one.friction)
-        work = np.ma.masked_array(one.work.values, ~_in_contact(one))
-        largest = float(dataset.work.sel(friction=friction).max())
-        last[friction] = axes.pcolormesh(
-            one.x, one.s, work.T, cmap="magma_r", vmin=0, vmax=largest, rasterized=True
-        )
+    def draw(axes: Axes, contact: xr.Dataset) -> None:
+        work = np.ma.masked_array(contact.work.values, ~_in_contact(contact))
+        largest = float(dataset.work.sel(friction=contact.friction.item()).max())
+        axes.pcolormesh(contact.x, contact.s, work.T, cmap="magma_r", vmin=0, vmax=largest, rasterized=True)
 
     figure = _by_friction_and_ics(dataset, draw)
-    columns = dataset.sizes["ics"]
-    for row, shades in enumerate(last.values()):
-        figure.colorbar(
-            shades,  # type: ignore[arg-type]
-            ax=figure.axes[row * columns : (row + 1) * columns],
-            label=f"work of friction [{dataset.work.attrs['units']}]",
-        )
+    label = f"work of friction [{dataset.work.attrs['units']}]"
+    panels, columns = figure.axes, dataset.sizes["ics"]
+    for row in (panels[first : first + columns] for first in range(0, len(panels), columns)):
+        figure.colorbar(row[0].collections[0], ax=row, label=label)
     return figure
 
 
 def _by_friction_and_ics(dataset: xr.Dataset, draw: Drawer) -> Figure:
-    """A map for each friction and ICs, as far as any contact goes."""
+    """Draw a map for each friction and ICs, as far as any contact goes."""
     sizes = dataset.sizes["friction"], dataset.sizes["ics"]
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(EACH * sizes[1] + 1, EACH * sizes[0] + 0.6), layout="constrained")
         grid = figure.subplots(*sizes, squeeze=False, sharex=True, sharey=True)
         for row, column in product(*map(range, sizes)):
-            axes, one = grid[row, column], dataset.isel(friction=row, ics=column)
-            draw(axes, one)
-            axes.set_title(f"{symbol_of(str(one.ics.values))}, friction {float(one.friction):g}", fontsize=9)
+            axes, contact = grid[row, column], dataset.isel(friction=row, ics=column)
+            draw(axes, contact)
+            title = f"{symbol_of(contact.ics.item())}, friction {contact.friction.item():g}"
+            axes.set_title(title, fontsize=9)
             if row == sizes[0] - 1:
                 axes.set_xlabel("x [mm]")
             if column == 0:
@@ -77,11 +71,11 @@ def _limit(axes: Axes, dataset: xr.Dataset) -> None:
         limit(places.min() - 1.5 * step, places.max() + 1.5 * step)
 
 
-def _draw_stick(axes: Axes, one: xr.Dataset) -> None:
-    slides = np.ma.masked_array(1.0 - one.stick.values, ~_in_contact(one))
+def _draw_stick(axes: Axes, contact: xr.Dataset) -> None:
+    slides = np.ma.masked_array(1.0 - contact.stick.values, ~_in_contact(contact))
     colours = ListedColormap([STICK, SLIDE])
-    axes.pcolormesh(one.x, one.s, slides.T, cmap=colours, vmin=0, vmax=1, rasterized=True)
+    axes.pcolormesh(contact.x, contact.s, slides.T, cmap=colours, vmin=0, vmax=1, rasterized=True)
 
 
-def _in_contact(one: xr.Dataset) -> np.ndarray:
-    return np.asarray(one.p.sel(direction="n").values > 0)
+def _in_contact(contact: xr.Dataset) -> np.ndarray:
+    return np.asarray(contact.p.sel(direction="n").values > 0)

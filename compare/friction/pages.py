@@ -1,34 +1,21 @@
-"""The pages and main figures of contact with friction, by motion."""
-
-from collections.abc import Callable
-from pathlib import Path
+"""The pages of contact with friction, by motion."""
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.friction.compression_page import sliding, write_compression
-from compare.friction.rolling_page import creep_force, write_rolling
-from compare.friction.transient_page import growth, write_transient
-from femic.contact.motions import MOTIONS
+from compare.friction.compression_page import COMPRESSION
+from compare.friction.page import MotionPage, motion_of
+from compare.friction.rolling_page import ROLLING
+from compare.friction.transient_page import TRANSIENT
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
-PAGES: dict[str, Callable[[xr.Dataset, Path], Path]] = {
-    "rolling": write_rolling,
-    "transient": write_transient,
-    "compression": write_compression,
-}
-FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "rolling": creep_force,
-    "transient": growth,
-    "compression": sliding,
-}
+PAGES: dict[str, MotionPage] = {"rolling": ROLLING, "transient": TRANSIENT, "compression": COMPRESSION}
 
 
 def main_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the main figure of the motion whose dimension labelled arrays have."""
-    motion = next(name for name in FIGURES if MOTIONS[name].dimension in dataset.dims)
-    return FIGURES[motion](dataset)
+    """Draw the main figure of the motion of labelled arrays."""
+    return PAGES[motion_of(dataset)].main_figure(dataset)
 
 
 def require_page(scene: Scene) -> None:

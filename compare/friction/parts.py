@@ -12,7 +12,7 @@ from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.reference.matrix.job import MatrixJob
 
-Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution of the motion as labelled arrays
+Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution, which has its `seconds`, as arrays
 
 
 def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Dataset:
@@ -38,7 +38,9 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
     key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
     part = store.get(key)
     if part is None:
-        part = labelled(pair, solve(pair, friction, name)).assign_attrs(_c_quality(pair, name))
+        solution = solve(pair, friction, name)
+        part = labelled(pair, solution).assign(seconds=((), solution.seconds, {"units": "s"}))
+        part = part.assign_attrs(_c_quality(pair, name))
         store.put(key, part)
     else:
         pair.options.watch.on_stage(f"  friction {friction:g}, {name}: stored by an earlier run")

@@ -1,12 +1,10 @@
 """Creep-force curves of a wheel with several ICs as labelled arrays."""
 
-from collections.abc import Callable, Mapping
-
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import reference_name
-from compare.friction.dataset import maps, scalars, tables
+from compare.contact.dataset import reference_of, variables
+from compare.friction.dataset import maps
 from femic.contact.pairs.displaced import OF_DISPLACED
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
@@ -15,39 +13,31 @@ from femic.scenes.scene import Scene
 
 DISPLACED = "displaced_"  # before the names of numbers with the distance of the displaced wheel
 UNKNOWN = dict.fromkeys(OF_ROLLING, np.nan)  # numbers where there is no contact
-Distance = Callable[[xr.DataArray], xr.DataArray]
-DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances of their points
-    "rms": (
-        lambda away: (away**2).mean("xi") ** 0.5,
-        "root mean square distance to the reference's curve over friction times load",
-    ),
-    "largest": (
-        lambda away: away.max("xi"),
-        "largest distance to the reference's curve over friction times load",
-    ),
+DISTANCES = {  # of curves
+    "rms": "root mean square distance to the reference's curve over friction times load",
+    "largest": "largest distance to the reference's curve over friction times load",
 }
 
 
 def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
-    """Numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
+    """Return numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
     `simplified` marks contacts with the less accurate solution only. `displaced_NAME` is a number at
     the creepage nearest 0 with the distance of the displaced wheel, which is linearised otherwise.
     """
     xis, curve = pair.specification.longitudinal, solved.curve
     points = [curve.points[xi].numbers if xi in curve.points else UNKNOWN for xi in xis]
-    variables = {
-        **tables(OF_ROLLING, "xi", {"": points, "estimate_": solved.point_errors}),
-        **scalars(OF_CURVE, {"": curve.free.numbers, "estimate_": solved.curve_errors}),
+    numbers = {
+        **variables(OF_ROLLING, "xi", {"": points, "estimate_": solved.point_errors}),
+        **variables(OF_CURVE, (), {"": curve.free.numbers, "estimate_": solved.curve_errors}),
+        **variables(OF_DISPLACED, (), {DISPLACED: solved.displaced}),
         "simplified": ("xi", [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis]),
     }
-    dataset = xr.Dataset(variables, coords={"xi": list(xis)}).merge(maps(pair, curve.equal.contact))
-    dataset = dataset.assign(seconds=((), solved.seconds, {"units": "s"}))
-    return dataset.assign(scalars(OF_DISPLACED, {DISPLACED: solved.displaced}))
+    return xr.Dataset(numbers, coords={"xi": list(xis)}).merge(maps(pair, curve.equal.contact))
 
 
 def with_distances(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
-    """The arrays of all ICs with distances of their curves to the reference's: `rms` and `largest`."""
+    """Return the arrays of all ICs with distances of their curves to the reference's: `rms` and `largest`."""
     friction = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
     dataset.attrs["equal_force"] = friction.equal_force if friction else 0.0
@@ -55,22 +45,25 @@ def with_distances(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
 
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
-    """The longitudinal force, or what goes with it, over friction times load."""
+    """Return the longitudinal force, or what goes with it, over friction times load."""
     return dataset[name].drop_attrs() / (dataset.friction * dataset.attrs["load"])
 
 
 def _distances(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Distances of curves to the reference's, over friction times load: `rms` and `largest`, with estimates.
+    """Return distances of curves to the reference's over friction times load, and their estimates.
 
     By the triangle inequality, the error of a distance is at most the same distance of the sum of the
     estimates of both curves; for the reference itself it is 0.
     """
     force, estimate = scaled_force(dataset), scaled_force(dataset, "estimate_F_x")
-    reference = reference_name([str(name) for name in dataset.ics.values])
+    reference = reference_of(dataset)
     away = abs(force - force.sel(ics=reference))
     both = (estimate + estimate.sel(ics=reference)).where(dataset.ics != reference, 0.0)
+    distances = {}
+    for prefix, values in (("", away), ("estimate_", both.where(away.notnull()))):
+        distances[f"{prefix}rms"] = (values**2).mean("xi") ** 0.5
+        distances[f"{prefix}largest"] = values.max("xi")
     return {
-        prefix + name: distance(values).assign_attrs(units="1", long_name=meaning)
-        for prefix, values in (("", away), ("estimate_", both.where(away.notnull())))
-        for name, (distance, meaning) in DISTANCES.items()
+        name: distance.assign_attrs(units="1", long_name=DISTANCES[name.removeprefix("estimate_")])
+        for name, distance in distances.items()
     }

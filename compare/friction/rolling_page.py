@@ -1,36 +1,29 @@
-"""Figures, sentences, tables and page of rolling with friction by several ICs."""
+"""Figures, sentences and tables of rolling with friction by several ICs."""
 
 from collections.abc import Iterator
-from pathlib import Path
+from itertools import product
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.contact.figures import reference_of
-from compare.friction import maps
-from compare.friction.page import band_of, names, others, write_contact_page
+from compare.contact.dataset import ics_of, others_of, reference_of
+from compare.friction.page import MotionPage, map_parts, number_cells, reference_symbol, tables_by_friction
 from compare.friction.rolling import DISPLACED, scaled_force
 from compare.report.panels import draw_band, draw_by_ics, figure_grid
 from compare.report.parts import Part, extreme, join_words, range_text
 from compare.report.styles import symbol_of
-from compare.report.tables import Cell, Column, Row, Table, cell, columns_of, numbers
-from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
+from compare.report.tables import Cell, Column, Row, Table, cell, numbers
+from femic.contact.pairs.quantities import OF_CURVE
 
-PANEL = 4.1, 2.9  # its width and height [inch]
 SIZES = "largest", "root mean square"  # of the differences of curves
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 
 
-def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
-    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    return write_contact_page(dataset, out, summary(dataset), _parts(dataset), _tables(dataset))
-
-
 def summary(dataset: xr.Dataset) -> str:
     """Return sentences computed from the numbers: which ICs suffice, and by which number."""
-    reference = reference_of(dataset)
-    symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
+    reference, symbol = reference_of(dataset), reference_symbol(dataset)
+    worst = dataset[["largest", "rms"]].max("friction")
     zero_creepage = dataset.zero_creepage.sel(ics=reference)
     slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
     sentences = [
@@ -38,7 +31,7 @@ def summary(dataset: xr.Dataset) -> str:
         f"without longitudinal force the wheel rolls at a creepage of {range_text(zero_creepage, '.3g')} "
         f"with {symbol}, where the force rises by {range_text(slope, '.3g')} of the load per creepage."
     ]
-    for name in others(dataset):
+    for name in others_of(dataset):
         zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
         shift = extreme(zero - dataset.zero_creepage.sel(ics=reference))
         steeper = extreme(slope / dataset.slope.sel(ics=reference) - 1)
@@ -48,60 +41,40 @@ def summary(dataset: xr.Dataset) -> str:
             f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
-    return " ".join([*sentences, _verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
+    return " ".join([*sentences, *_verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
 
 
-def _verdict(dataset: xr.Dataset) -> str:
-    """Return which ICs have curves close enough to the reference's at all creepages."""
-    compared, symbol = others(dataset), symbol_of(reference_of(dataset))
+def _verdict(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield which ICs have curves close enough to the reference's at all creepages."""
+    compared, symbol = others_of(dataset), reference_symbol(dataset)
     if not compared:
-        return f"No other ICs than {symbol} are compared."
-    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in compared}
-    estimates = {name: _distance_estimate(dataset, name) for name in compared}
-    best = min(compared, key=worst.__getitem__)
+        yield f"No other ICs than {symbol} are compared."
+        return
+    worst = dataset.largest.max("friction").to_series()
+    estimates = dataset.estimate_largest.max("friction").fillna(0.0).to_series()
+    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < estimates[name]]
+    enough = [name for name in compared if name not in unsure and worst[name] <= SUFFICES]
+    best = min(compared, key=worst.get)
+    if enough:
+        yield (
+            f"Within {SUFFICES:.0%} of friction times load from {symbol} at all creepages, "
+            f"{join_words(map(symbol_of, enough))} {'suffices' if len(enough) == 1 else 'suffice'}."
+        )
+    if unsure:
+        yield (
+            f"Whether {join_words(map(symbol_of, unsure))} {'is' if len(unsure) == 1 else 'are'} within "
+            f"{SUFFICES:.0%} from {symbol} at all creepages, estimates leave open."
+        )
+    if not enough and not unsure:
+        yield (
+            f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
+            f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."
+        )
     tie = [
         name for name in compared if abs(worst[name] - worst[best]) <= max(estimates[name], estimates[best])
     ]
-    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < estimates[name]]
-    enough = [name for name in compared if name not in unsure and worst[name] <= SUFFICES]
-    sentences = [*_sufficing(enough, symbol), *_undecided(unsure, symbol)] or [
-        f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
-        f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."
-    ]
     if len(tie) > 1:
-        sentences.append(f"{join_words(map(symbol_of, tie))} tie: they differ by less than their estimates.")
-    return " ".join(sentences)
-
-
-def _sufficing(enough: list[str], symbol: str) -> Iterator[str]:
-    if enough:
-        suffice = "suffices" if len(enough) == 1 else "suffice"
-        yield (
-            f"Within {SUFFICES:.0%} of friction times load from {symbol} at all creepages, "
-            f"{join_words(map(symbol_of, enough))} {suffice}."
-        )
-
-
-def _undecided(unsure: list[str], symbol: str) -> Iterator[str]:
-    if unsure:
-        are = "is" if len(unsure) == 1 else "are"
-        yield (
-            f"Whether {join_words(map(symbol_of, unsure))} {are} within {SUFFICES:.0%} from {symbol} at all "
-            "creepages, estimates leave open."
-        )
-
-
-def _distance_estimate(dataset: xr.Dataset, name: str) -> float:
-    """The estimated error of the largest distance of a curve over friction times load; 0 without one.
-
-    Without an own estimate it is the sum of the estimates of both curves.
-    """
-    if "estimate_largest" in dataset:
-        estimate = dataset.estimate_largest.sel(ics=name).max()
-    else:
-        of_curves = scaled_force(dataset, "estimate_F_x").max(["xi", "friction"])
-        estimate = of_curves.sel(ics=name) + of_curves.sel(ics=reference_of(dataset))
-    return float(estimate.fillna(0.0))
+        yield f"{join_words(map(symbol_of, tie))} tie: they differ by less than their estimates."
 
 
 def _displaced(dataset: xr.Dataset) -> Iterator[str]:
@@ -115,13 +88,13 @@ def _displaced(dataset: xr.Dataset) -> Iterator[str]:
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
             f"without force by {extreme(zero):+.1g} and change p_max by {extreme(p_max):+.1%}, with "
-            f"{symbol_of(reference_of(dataset))}."
+            f"{reference_symbol(dataset)}."
         )
 
 
 def _simplified(dataset: xr.Dataset) -> Iterator[str]:
     """Yield which contacts are less accurate than others."""
-    for name in names(dataset):
+    for name in ics_of(dataset):
         of_ics = dataset.simplified.sel(ics=name)
         if number := int(of_ics.sum()):
             yield (
@@ -130,8 +103,9 @@ def _simplified(dataset: xr.Dataset) -> Iterator[str]:
             )
 
 
-def _parts(dataset: xr.Dataset) -> Iterator[Part]:
-    symbol, share = symbol_of(reference_of(dataset)), dataset.attrs["equal_force"]
+def parts(dataset: xr.Dataset) -> Iterator[Part]:
+    """Yield the figures."""
+    symbol, share = reference_symbol(dataset), dataset.attrs["equal_force"]
     equal = f"All at the same force, F_x = {share:g} friction times load, each at a creepage of its own."
     yield Part(
         "Creep-force curves",
@@ -148,37 +122,31 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
         "centre_line",
         centre_line(dataset),
     )
-    yield Part("Where the contact sticks", equal, "stick", maps.stick_maps(dataset))
-    yield Part(
-        "Work of friction",
-        f"{equal} Minus traction times slip, per unit of rolled distance and area.",
-        "work",
-        maps.work_maps(dataset),
-    )
+    yield from map_parts(dataset, equal, "Minus traction times slip, per unit of rolled distance and area.")
 
 
 def creep_force(dataset: xr.Dataset) -> Figure:
-    """Creep-force curves by all ICs, a column per friction; below, their differences to the reference's."""
+    """Draw creep-force curves by all ICs, a column per friction; below, differences to the reference's."""
     reference, percent = reference_of(dataset), 100 * dataset.xi
     force, estimate = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
-    with figure_grid(2, dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
+    with figure_grid(2, dataset.sizes["friction"], sharex=True, sharey="row") as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
             of_friction, band = force.isel(friction=number), estimate.isel(friction=number)
             draw_by_ics(above, percent, of_friction, 3)
             draw_by_ics(below, percent, of_friction - of_friction.sel(ics=reference), 3)
-            draw_band(below, percent, -band, band, band_of(dataset))
+            draw_band(below, percent, -band, band, f"estimate of {reference_symbol(dataset)}")
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
-        rows[1, 0].set_ylabel(f"minus the one with {symbol_of(reference)} [-]")
+        rows[1, 0].set_ylabel(f"minus the one with {reference_symbol(dataset)} [-]")
     return figure
 
 
 def centre_line(dataset: xr.Dataset) -> Figure:
-    """Longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
+    """Draw longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
     reference, middle = reference_of(dataset), dataset.p.isel(s=dataset.sizes["s"] // 2)
     shown = (middle.sel(direction="n") > 0).any(["friction", "ics"])
-    with figure_grid(1, dataset.sizes["friction"], PANEL) as (figure, grid):
+    with figure_grid(1, dataset.sizes["friction"]) as (figure, grid):
         for number, axes in enumerate(grid[0]):
             of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
             bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
@@ -191,45 +159,31 @@ def centre_line(dataset: xr.Dataset) -> Figure:
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    return [_free(dataset), *(_points(dataset, number) for number in range(dataset.sizes["friction"]))]
+    return [_free(dataset), *tables_by_friction(dataset)]
 
 
 def _free(dataset: xr.Dataset) -> Table:
     """Return the table of free rolling by friction and ICs, with distances from the reference's curve."""
-    symbol = symbol_of(reference_of(dataset))
-    columns = [Column(one.meaning, one.unit if one.unit != "1" else "") for one in OF_CURVE.values()]
-    rows = [
-        Row(
-            f"friction {float(friction):g}, {symbol_of(name)}",
-            [
-                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_CURVE),
-                cell(one[f"{DISPLACED}zero_creepage"]),
-                *(Cell(float(one[key]), ".2%") for key in ("largest", "rms")),
-                cell(one.seconds, digits=3),
-            ],
-        )
-        for friction in dataset.friction.values
-        for name in names(dataset)
-        for one in [dataset.sel(friction=friction, ics=name)]
-    ]
-    further = [
+    columns = [
+        *(Column(number.meaning, number.unit if number.unit != "1" else "") for number in OF_CURVE.values()),
         *numbers("creepage without longitudinal force, distance of the displaced wheel"),
-        *numbers(*(f"curve minus the one with {symbol}, {size}" for size in SIZES), unit="friction load"),
+        *numbers(
+            *(f"curve minus the one with {reference_symbol(dataset)}, {size}" for size in SIZES),
+            unit="friction load",
+        ),
         *numbers("s"),
     ]
-    return Table("free rolling", [*columns, *further], rows)
+    rows = []
+    for friction, name in product(dataset.friction.values, ics_of(dataset)):
+        curve = dataset.sel(friction=friction, ics=name)
+        cells = [
+            *number_cells(curve, OF_CURVE),
+            cell(curve[f"{DISPLACED}zero_creepage"]),
+            *(Cell(float(curve[key]), ".2%") for key in ("largest", "rms")),
+            cell(curve.seconds, digits=3),
+        ]
+        rows.append(Row(f"friction {friction:g}, {symbol_of(name)}", cells))
+    return Table("free rolling", columns, rows)
 
 
-def _points(dataset: xr.Dataset, number: int) -> Table:
-    """Return the table of all numbers of the curves at a friction."""
-    of_friction = dataset.isel(friction=number)
-    rows = [
-        Row(
-            f"{symbol_of(name)}, {100 * float(xi):.3g} %",
-            [cell(one[key], one[f"estimate_{key}"]) for key in OF_ROLLING],
-        )
-        for xi in dataset.xi.values
-        for name in names(dataset)
-        for one in [of_friction.sel(ics=name, xi=xi)]
-    ]
-    return Table(f"friction {float(of_friction.friction):g}", columns_of(OF_ROLLING.values()), rows)
+ROLLING = MotionPage(summary, parts, _tables, creep_force)

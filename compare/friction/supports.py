@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from compare.friction.dataset import tables
+from compare.contact.dataset import variables
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -28,17 +28,16 @@ def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAU
     points = changed_supports_with_friction(pair, friction)
     if not points:
         return dataset
-    rows = {PREFIX: [numbers for _, numbers in points.values()]}
+    places, numbers = zip(*points.values(), strict=True)
     supported = xr.Dataset(
-        tables(pair.motion.quantities, "supports", rows), coords={"supports": list(points)}
+        variables(pair.motion.quantities, "supports", {PREFIX: numbers}), coords={"supports": list(points)}
     )
-    place = next(place for place, _ in points.values())
     return dataset.merge(supported).assign(
-        {f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: place}
+        {f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: places[0]}
     )
 
 
 def _grid(dataset: xr.Dataset) -> Grid:
-    """The grid of the arrays, to the last digit: C on it is in the store."""
+    """Return the grid of the arrays, to the last digit: C on it is in the store."""
     dx, ds, middle = (float(dataset.attrs[name]) for name in ("dx", "ds", "s_middle"))
     return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, middle)

@@ -9,6 +9,7 @@ from compare.frontier import ways
 from compare.frontier.compute import FrontierRequest, compute_frontier, engine_table, error_bounds
 from femic.reference.engines import ENGINES
 from femic.reference.run_options import DEFAULT, RunOptions
+from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 
 AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
@@ -39,10 +40,10 @@ class Advice:
 
 
 def advise(dataset: xr.Dataset, question: Question) -> Advice:
-    """Return the cheapest way of a frontier whose error bounds meet the tolerance.
+    """Return the cheapest way of a frontier whose error bounds meet the tolerance: see `cheapest`.
 
-    Among equally cheap ways (`AS_CHEAP`) the most accurate is chosen. Raises WrongInput for components or
-    bodies that the frontier does not have, Failure if no way meets the tolerance.
+    Raises WrongInput for components or bodies that the frontier does not have, Failure if no way meets the
+    tolerance.
     """
     body, components, tolerance = question.body, list(question.components), question.tolerance
     for dimension, names in (("component", components), ("body", [body])):
@@ -52,29 +53,37 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
                 f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
             )
     errors = error_bounds(dataset, body).sel(component=components)
-    worst = errors.max("component")
-    seconds = dataset.seconds.sel(body=body)
-    good_enough = worst.way.values[(worst <= tolerance).values]
-    if not good_enough.size:
+    worst, seconds = errors.max("component"), dataset.seconds.sel(body=body)
+    number = cheapest(worst.values, seconds.values, tolerance)
+    if number < 0:
         best = str(worst.way.values[int(np.nanargmin(worst.values))])
         raise Failure(
             f"no way meets {tolerance:g}: the best, {best}, has errors up to {float(worst.min()):.2g}: give "
             "a larger tolerance, or fewer components"
         )
-    fastest = float(seconds.sel(way=good_enough).min())
-    cheap = [name for name in good_enough if float(seconds.sel(way=name)) <= AS_CHEAP * fastest]
-    way = min(cheap, key=lambda name: float(worst.sel(way=name)))
-    way_errors = errors.sel(way=way)
+    way, way_errors = dataset.isel(way=number), errors.isel(way=number)
     component = str(way_errors.component.values[int(np.argmax(way_errors.values))])
     return Advice(
         question,
-        str(way),
-        str(dataset.label.sel(way=way).item()),
+        str(way.way.item()),
+        str(way.label.item()),
         float(way_errors.max()),
-        float(seconds.sel(way=way)),
+        float(seconds[number]),
         component,
         bool(dataset.vanishes.sel(body=body, component=component)),
     )
+
+
+def cheapest(bounds: Array, seconds: Array, tolerance: float) -> int:
+    """Return the number of the cheapest ICs whose error bound meets a tolerance, -1 if none does.
+
+    Among equally cheap ICs (`AS_CHEAP`) the most accurate are chosen.
+    """
+    good = np.flatnonzero(bounds <= tolerance)
+    if not good.size:
+        return -1
+    cheap = good[seconds[good] <= AS_CHEAP * np.min(seconds[good])]
+    return int(cheap[np.argmin(bounds[cheap])])
 
 
 def sentence(advice: Advice) -> str:
@@ -98,8 +107,8 @@ def frontier_for(
     while True:
         request = request_for(base, question)
         frontier = compute_frontier(base, request, options)
-        of_body = frontier.sel(body=question.body)
-        undecided = bool(np.any(of_body.vanishes & ~of_body.by_symmetry))
+        body = frontier.sel(body=question.body)
+        undecided = bool(np.any(body.vanishes & ~body.by_symmetry))
         if not undecided or question.tolerance / REFERENCE_FACTOR <= tightest:
             return request, frontier
         question = replace(question, tolerance=question.tolerance / RETRY_FACTOR)

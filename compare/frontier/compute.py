@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from compare.frontier import ways
 from compare.frontier.ways import Way
 from compare.ics.compute import Results, approximated, compute, reference_of, run_plans, scene_points
 from compare.ics.errors import measure_of, refinement_shares_of
 from femic.cache.digests import results_digest, versions
-from femic.reference.accuracy import NotConverged, component_of
+from femic.reference.accuracy import NotConverged
 from femic.reference.engines import ENGINES
 from femic.reference.estimate import EstimatedICs
 from femic.reference.plan import total_seconds
@@ -27,6 +26,7 @@ from femic.scenes.messages import in_keys
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
+from geometries.patches import places
 
 BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys that remain for an engine of the same kind
 VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
@@ -154,17 +154,12 @@ def _worst_estimate(results: Results) -> float:
         refinement_shares_of(results, body, reference_of(results, body).estimate)
         for body in results.scene.compared
     )
-    return float(np.max([_worst(results, of_body) for of_body in shares]))
+    return float(np.max([worst_shares(results.scene, shares_of_lines) for shares_of_lines in shares]))
 
 
-def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """Return the largest share over the lines, for the components of the scene, (n_components,) [-]."""
-    return _component_entries(results.scene, np.max(list(shares.values()), axis=0))
-
-
-def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
-    """Return the entries of (3, 3) values for the components of the scene, (n_components,)."""
-    return np.array([component_of(values, component) for component in scene.components])
+def worst_shares(scene: Scene, shares: Mapping[str, Array]) -> Array:
+    """Return the largest of shares (..., 3, 3) by line, for the components of the scene, (..., n) [-]."""
+    return np.max(list(shares.values()), axis=0)[..., *places(scene.components)]
 
 
 def _dataset(
@@ -173,20 +168,20 @@ def _dataset(
     """Return errors against the best C, seconds, unknowns and memory of all computed ways."""
     best_name, results = best
     return xr.Dataset(
-        _error_variables(scene, way_results, best)
+        _error_variables(way_results, best)
         | {
             "seconds": (
                 ("way", "body"),
-                [[one.seconds[body] for body in scene.compared] for one in way_results],
+                [[result.seconds[body] for body in scene.compared] for result in way_results],
                 {"units": "s"},
             ),
-            "unknowns": ("way", [one.unknowns for one in way_results]),
-            "memory": ("way", [one.memory for one in way_results], {"units": "MB"}),
+            "unknowns": ("way", [result.unknowns for result in way_results]),
+            "memory": ("way", [result.memory for result in way_results], {"units": "MB"}),
         },
         coords={
-            "way": [one.way.name for one in way_results],
-            "label": ("way", [one.way.label for one in way_results]),
-            "kind": ("way", [one.way.kind for one in way_results]),
+            "way": [result.way.name for result in way_results],
+            "label": ("way", [result.way.label for result in way_results]),
+            "kind": ("way", [result.way.kind for result in way_results]),
             "body": list(scene.compared),
             "component": list(scene.components),
         },
@@ -211,26 +206,27 @@ MEANINGS = {
 
 
 def _error_variables(
-    scene: Scene, way_results: Sequence[WayResult], best: tuple[str, Results]
+    way_results: Sequence[WayResult], best: tuple[str, Results]
 ) -> dict[str, tuple[Any, ...]]:
     """Return errors, weights and estimates of every way, and which components of C vanish, for all bodies."""
     best_name, results = best
-    values = np.empty((3, len(way_results), len(scene.compared), len(scene.components)))
-    vanishing, by_symmetry = np.empty((2, *values.shape[2:]), dtype=bool)
-    for b, body in enumerate(scene.compared):
+    scene, chosen = results.scene, places(results.scene.components)
+    number_of_best = [result.way.name for result in way_results].index(best_name)
+    values, vanishing, by_symmetry = [], [], []
+    for body in scene.compared:
         measure, c = measure_of(results, body), reference_of(results, body).ic
-        vanishing[b], by_symmetry[b] = (
-            _component_entries(scene, mask) for mask in (measure.vanishing, measure.zero_by_symmetry)
-        )
-        for w, one in enumerate(way_results):
-            estimate = one.ics[body].estimate
-            deviation = estimate if one.way.name == best_name else one.ics[body].ic - c
-            shares = measure.shares(deviation), measure.weights(deviation), measure.shares(estimate)
-            values[:, w, b] = [_worst(results, share) for share in shares]
+        estimates = np.stack([result.ics[body].estimate for result in way_results])
+        deviations = np.stack([result.ics[body].ic - c for result in way_results])
+        deviations[number_of_best] = estimates[number_of_best]
+        shares = measure.shares(deviations), measure.weights(deviations), measure.shares(estimates)
+        values.append(np.stack([worst_shares(scene, share) for share in shares]))
+        vanishing.append(measure.vanishing[chosen])
+        by_symmetry.append(measure.zero_by_symmetry[chosen])
     dims = ("way", "body", "component")
+    by_meaning = np.stack(values, axis=2)  # (meaning, way, body, component)
     return {
         name: (dims, way_values, {"units": "1", "meaning": meaning})
-        for (name, meaning), way_values in zip(MEANINGS.items(), values, strict=True)
+        for (name, meaning), way_values in zip(MEANINGS.items(), by_meaning, strict=True)
     } | {
         "vanishes": (dims[1:], vanishing, {"meaning": VANISHES}),
         "by_symmetry": (dims[1:], by_symmetry, {"meaning": "C vanishes by symmetry"}),
@@ -239,16 +235,17 @@ def _error_variables(
 
 def error_bounds(dataset: xr.Dataset, body: str) -> xr.DataArray:
     """Return upper bounds of a body's errors: measured, plus the best C's estimate; (way, component) [-]."""
-    of_body = dataset.sel(body=body)
-    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
-    return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
+    way_errors = dataset.error.sel(body=body)
+    return way_errors + _estimate_of_best(dataset, body).where(dataset.way != dataset.attrs["best"], 0.0)
 
 
 def resolved_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
     """Return a body's errors, at least the best C's estimate; (way, component) [-]."""
-    of_body = dataset.sel(body=body)
-    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
-    return xr.DataArray(np.maximum(of_body.error, floor))
+    return xr.DataArray(np.maximum(dataset.error.sel(body=body), _estimate_of_best(dataset, body)))
+
+
+def _estimate_of_best(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    return dataset.estimate.sel(body=body, way=dataset.attrs["best"], drop=True)
 
 
 def front(seconds: Array, errors: Array) -> Mask:

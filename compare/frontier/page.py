@@ -94,9 +94,9 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
 def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
     seconds, errors = dataset.seconds.values, np.maximum(errors_of_ways, LEAST_ERROR_DRAWN)
     for kind, (colour, marker) in styles().items():
-        of_kind = dataset.kind.values == kind
-        if np.any(of_kind):
-            axes.loglog(seconds[of_kind], errors[of_kind], marker, color=colour, mfc="none", label=kind)
+        has_kind = dataset.kind.values == kind
+        if np.any(has_kind):
+            axes.loglog(seconds[has_kind], errors[has_kind], marker, color=colour, mfc="none", label=kind)
     order = _along_front(seconds, errors)
     axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
     floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST_ERROR_DRAWN)
@@ -119,30 +119,27 @@ def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[flo
     for k in ways:
         point = float(dataset.seconds.values[k]), float(errors[k])
         labels.setdefault(point, []).append(str(dataset.label.values[k]).removeprefix("C, harmonic "))
-    return {point: ", ".join(of_point) for point, of_point in labels.items()}
+    return {point: ", ".join(names) for point, names in labels.items()}
 
 
 def _table(dataset: xr.Dataset, body: str) -> Table:
-    of_body, components = dataset.sel(body=body), [str(component) for component in dataset.component.values]
-    errors = resolved_errors(dataset, body)
-    fronts = {c: front(of_body.seconds.values, errors.sel(component=c).values) for c in components}
+    body_dataset, components = dataset.sel(body=body), [str(name) for name in dataset.component.values]
+    errors, seconds = resolved_errors(dataset, body), body_dataset.seconds.values
+    fronts = {c: front(seconds, errors.sel(component=c).values) for c in components}
     rows = []
     for k, way in enumerate(dataset.way.values):
-        best, unknowns, memory = (
-            str(way) == dataset.attrs["best"],
-            dataset.unknowns.values[k],
-            dataset.memory.values[k],
-        )
+        is_best, result = way == dataset.attrs["best"], body_dataset.isel(way=k)
         cells = [
-            cell_of(of_body.sel(way=way, component=c), is_estimate=best, mark=" *" if fronts[c][k] else "")
+            cell_of(result.sel(component=c), is_estimate=is_best, mark=" *" if fronts[c][k] else "")
             for c in components
         ]
+        unknowns, memory = int(result.unknowns), float(result.memory)
         cost = [
-            _time(float(of_body.seconds.values[k])),
-            Cell(int(unknowns), ",d") if unknowns else "",
-            Cell(float(memory), ".0f") if memory else "",
+            _time(seconds[k]),
+            Cell(unknowns, ",d") if unknowns else "",
+            Cell(memory, ".0f") if memory else "",
         ]
-        rows.append(Row(str(dataset.label.values[k]), [*cells, *cost]))
+        rows.append(Row(str(result.label.item()), [*cells, *cost]))
     return Table("ICs by", numbers(*components, "time", "unknowns", "memory [MB]"), rows)
 
 

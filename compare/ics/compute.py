@@ -1,6 +1,6 @@
 """Compute a scene: reference ICs, their check with the solid engine, approximations."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -123,9 +123,13 @@ def approximated(
 
     They are NaN where a variant needs effective properties and the body has none.
     """
-    keys = [(variant, name) for name, variant in product(scene.compared, scene.variants)]
-    ics = {(variant, name): approximation(scene, variant, name, points) for variant, name in keys}
-    return ics, {key: _least_seconds(partial(approximation, scene, *key, points)) for key in keys}
+    ics, seconds = {}, {}
+    for body, variant in product(scene.compared, scene.variants):
+        approximate = partial(approximation, scene, variant, body, points)
+        ics[variant, body] = approximate()
+        missing = np.all(np.isnan(ics[variant, body]))
+        seconds[variant, body] = np.nan if missing else min(repeat(approximate, number=1, repeat=REPETITIONS))
+    return ics, seconds
 
 
 def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
@@ -134,12 +138,6 @@ def approximation(scene: Scene, variant: str, body: str, points: Points) -> Arra
         return np.full((3, 3, len(points.x)), np.nan)
     ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
     return ics / scene.patch.area
-
-
-def _least_seconds(approximate: Callable[[], Array]) -> float:
-    """The least seconds of some repetitions; NaN where nothing is computed."""
-    computed = not np.all(np.isnan(approximate()))
-    return min(repeat(approximate, number=1, repeat=REPETITIONS)) if computed else np.nan
 
 
 def with_approximations(results: Results, scene: Scene) -> Results:

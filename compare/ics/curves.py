@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.ics.compute import Results
 from compare.report.panels import Panel, draw, panel_figure, show_zero, styles_of
 from compare.report.styles import SYMBOLS
 from femic.scenes.scene import Scene
@@ -16,44 +16,48 @@ from geometries.arrays import Array, Mask
 from geometries.patches import OffsetLine
 
 
-def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
-    """Return a figure of one component, dimensionless: a row per body, a column per line."""
-    panels = list(_panels(results, dataset, component))
-    return panel_figure(panels, len(results.scene.lines), (4.1, 2.7))
+def curves(scene: Scene, dataset: xr.Dataset, component: str) -> Figure:
+    """Return a figure of one component, dimensionless: a row per body, a column per line of the scene."""
+    panels = list(_panels(scene, dataset, component))
+    return panel_figure(panels, len(scene.lines), (4.1, 2.7))
 
 
-def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[Panel]:
+def _panels(scene: Scene, dataset: xr.Dataset, component: str) -> Iterator[Panel]:
     """Yield the panels row by row; only those at the edges of the grid have labels."""
-    scene = results.scene
     for body in scene.compared:
         for line in scene.lines:
-            on_line = dataset.isel(point=results.lines[line.name])
-            curve = on_line.sel(body=body, i=component[0], j=component[1])
-            shown, length = shown_half(scene, line), scene.reference_length
-            abscissas = line.running[shown] / length
+            panel = line_panel(dataset, line.name, body, component).part(shown_half(scene, line))
             first_row, last_row = body == scene.compared[0], body == scene.compared[-1]
             yield replace(
-                panel_of(curve.isel(point=shown), abscissas),
+                panel,
                 title=f"{component} on {line.name}" if first_row else "",
-                across=f"{line.along} / L  [-],  L = {length:g} mm" if last_row else "",
-                up=f"{body}\nIC · E · L  [-]" if line is scene.lines[0] else "",
-                marks=joints(scene, abscissas) if line.along == "s" else (),
+                across=f"{panel.across},  L = {scene.reference_length:g} mm" if last_row else "",
+                up=_ordinate(body) if line is scene.lines[0] else "",
+                marks=joints(scene, panel.at) if line.along == "s" else (),
             )
 
 
 def curves_in(dataset: xr.Dataset, component: str) -> Figure:
-    """Figure of one component of labelled ICs, dimensionless: a row per body, a column per line."""
-    bodies, lines = dataset.body.values, list(dict.fromkeys(dataset.line.values))
-    length, panels = dataset.reference_length, []
-    for body in bodies:
-        for line in lines:
-            curve = dataset.sel(body=body, i=component[0], j=component[1])
-            curve = curve.isel(point=np.flatnonzero(dataset.line.values == line))
-            along = "x" if np.ptp(curve.x.values) > np.ptp(curve.s.values) else "s"
-            panel = panel_of(curve, curve[along].values / length)
-            title, across = f"{component} on {line}", f"{along} / L  [-],  L = {length:g} mm"
-            panels.append(replace(panel, title=title, across=across, up=f"{body}\nIC · E · L  [-]"))
+    """Return a figure of one component of labelled ICs, dimensionless: a row per body, a column per line."""
+    lines, panels = list(dict.fromkeys(dataset.line.values)), []
+    for body, line in product(dataset.body.values, lines):
+        panel = line_panel(dataset, line, body, component)
+        title, across = f"{component} on {line}", f"{panel.across},  L = {dataset.reference_length:g} mm"
+        panels.append(replace(panel, title=title, across=across, up=_ordinate(body)))
     return panel_figure(panels, len(lines))
+
+
+def _ordinate(body: str) -> str:
+    return f"{body}\nIC · E · L  [-]"
+
+
+def line_panel(dataset: xr.Dataset, line: str, body: str, component: str) -> Panel:
+    """Return the curves of a component of a body along a line, dimensionless, with its abscissa."""
+    on_line = dataset.isel(point=np.flatnonzero(dataset.line.values == line))
+    along = "x" if np.ptp(on_line.s.values) == 0 else "s"
+    curve = on_line.sel(body=body, i=component[0], j=component[1])
+    abscissas = on_line[along].values / dataset.reference_length
+    return replace(panel_of(curve, abscissas), across=f"{along} / L  [-]")
 
 
 def panel_of(curve: xr.Dataset, at: Array) -> Panel:

@@ -56,7 +56,7 @@ def to_dataset(results: Results) -> xr.Dataset:
 
 
 def approximations_dataset(scene: Scene) -> xr.Dataset:
-    """The approximations of a scene per unit total load without C, labelled as by `to_dataset`."""
+    """Return the approximations of a scene per unit total load without C, labelled as by `to_dataset`."""
     points, _ = scene_points(scene)
     ic = [
         [approximation(scene, variant, body, points) for body in scene.compared] for variant in scene.variants
@@ -69,7 +69,7 @@ def approximations_dataset(scene: Scene) -> xr.Dataset:
 
 
 def _coordinates(scene: Scene, variants: Sequence[str]) -> dict[str, Any]:
-    """The coordinates of ICs at the points of a scene's lines."""
+    """Return the coordinates of ICs at the points of a scene's lines."""
     points, parts = scene_points(scene)
     lines = [np.full(part.stop - part.start, name) for name, part in parts.items()]
     return {
@@ -84,7 +84,7 @@ def _coordinates(scene: Scene, variants: Sequence[str]) -> dict[str, Any]:
 
 
 def _load(scene: Scene) -> dict[str, str | float]:
-    """The attributes that say what ICs belong to, and what makes them dimensionless."""
+    """Return attributes that describe the scene, its load and the factors that make ICs dimensionless."""
     return {
         "title": scene.title,
         "scene": scene.text,
@@ -99,7 +99,9 @@ def _load(scene: Scene) -> dict[str, str | float]:
 def _estimates(results: Results) -> dict[str, xr.Variable]:
     """Return the estimated error of C, its parts, and the estimate of the other engine's C."""
     c = [reference_of(results, body) for body in results.scene.compared]
-    values = {name: ([getattr(one, part) for one in c], meaning) for part, (name, meaning) in PARTS.items()}
+    values = {
+        name: ([getattr(body_c, part) for body_c in c], meaning) for part, (name, meaning) in PARTS.items()
+    }
     if results.checks:
         checks = [check_of(results, body).estimate for body in results.scene.compared]
         values["estimate_solid"] = checks, "estimated error of C_solid"
@@ -213,7 +215,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
 
 
 def errors_in(dataset: xr.Dataset) -> xr.Dataset:
-    """The same errors, but for those of refinement, from labelled ICs alone.
+    """Return errors as `errors` does from labelled ICs alone, without those on the scale of refinement.
 
     Raises WrongInput for a dataset that has no C, and neither C_nn nor A_nn.
     """
@@ -225,7 +227,7 @@ def errors_in(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _measure_in(dataset: xr.Dataset) -> Measure:
-    """The measure of errors of one body's labelled ICs."""
+    """Return the measure of errors of one body's labelled ICs."""
     c, estimate = dataset.ic.sel(variant="C").values, dataset.estimate.values
     nn = dataset.ic.sel(i="n", j="n")
     known = [name for name in ("C", "A") if name in nn.variant and not np.any(nn.sel(variant=name).isnull())]
@@ -237,10 +239,10 @@ def _measure_in(dataset: xr.Dataset) -> Measure:
 
 
 def _parts(dataset: xr.Dataset) -> dict[str, slice]:
-    """Which part of the points is each line."""
+    """Return the part of the points that belongs to each line."""
     lines = dataset.line.values
-    of_lines = {str(line): np.flatnonzero(lines == line) for line in dict.fromkeys(lines)}
-    return {line: slice(points[0], points[-1] + 1) for line, points in of_lines.items()}
+    indices = {str(line): np.flatnonzero(lines == line) for line in dict.fromkeys(lines)}
+    return {line: slice(points[0], points[-1] + 1) for line, points in indices.items()}
 
 
 def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Dataset:
@@ -251,7 +253,7 @@ def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Datase
 
 
 def _described(measured: xr.Dataset) -> xr.Dataset:
-    """The errors with their meanings."""
+    """Return errors with their meanings."""
     for name in measured:
         meaning = ERRORS[str(name)][1]
         measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
@@ -259,19 +261,18 @@ def _described(measured: xr.Dataset) -> xr.Dataset:
 
 
 def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
-    variants = body_dataset.variant.values
-    c, estimate = body_dataset.ic.sel(variant="C").values, body_dataset.estimate.values
-    deviations = [estimate if v == "C" else body_dataset.ic.sel(variant=v).values - c for v in variants]
+    ic, estimate = body_dataset.ic, body_dataset.estimate
+    deviations = (ic - ic.sel(variant="C", drop=True)).where(ic.variant != "C", estimate).values
     values = {
-        "error": [_stacked(measure.shares(deviation)) for deviation in deviations],
-        "rms": [_stacked(measure.rms(deviation)) for deviation in deviations],
-        "weight": [_stacked(measure.weights(deviation)) for deviation in deviations],
+        "error": _stacked(measure.shares(deviations)),
+        "rms": _stacked(measure.rms(deviations)),
+        "weight": _stacked(measure.weights(deviations)),
         "vanishes": measure.vanishing,
     }
     return xr.Dataset(
-        {name: (ERRORS[name][0], np.asarray(of_all)) for name, of_all in values.items()},
+        {name: (ERRORS[name][0], errors_of_lines) for name, errors_of_lines in values.items()},
         coords={
-            "variant": variants,
+            "variant": ic.variant.values,
             "line": list(measure.lines),
             "i": list(DIRECTIONS),
             "j": list(DIRECTIONS),
@@ -280,8 +281,8 @@ def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
 
 
 def _stacked(by_line: Mapping[str, Array]) -> Array:
-    """Return values of all lines, (3, 3) each, as one array (line, i, j)."""
-    return np.stack(list(by_line.values()))
+    """Return values of all lines, (..., 3, 3) each, as one array (..., line, i, j)."""
+    return np.stack(list(by_line.values()), axis=-3)
 
 
 def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path) -> None:
@@ -297,13 +298,11 @@ def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path)
                 columns[f"estimate_{component}_{body} [mm/N]"] = curve.estimate.values
                 if "estimate_solid" in curve:
                     columns[f"estimate_solid_{component}_{body} [mm/N]"] = curve.estimate_solid.values
-        name = str(line).replace(" ", "").replace("=", "")
-        with replacing(folder / f"curves_{name}.csv") as unfinished:
-            np.savetxt(
-                unfinished,
-                np.column_stack(list(columns.values())),
-                delimiter=",",
-                header=",".join(columns),
-                comments="",
-                fmt="%.10g",
-            )
+        table = xr.Dataset({name: ("point", values) for name, values in columns.items()}).to_pandas()
+        with replacing(folder / curves_file(str(line))) as unfinished:
+            table.to_csv(unfinished, index=False, float_format="%.10g", na_rep="nan")
+
+
+def curves_file(line: str) -> str:
+    """Return the name of the CSV file of a line's curves."""
+    return f"curves_{line.replace(' ', '').replace('=', '')}.csv"

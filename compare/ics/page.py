@@ -1,6 +1,6 @@
 """The page of a scene: errors of its ICs against C, figures, accuracy of C, cost, settings."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -9,9 +9,10 @@ from compare.ics.agreement import agreement
 from compare.ics.compute import Results, reference_of
 from compare.ics.dataset import settings
 from compare.ics.errors import measure_of, refinement_scales_of
+from compare.ics.figures import COST, CURVES, SCENE, RunOutput, pictures
 from compare.ics.summary import summary
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
-from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
+from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Cell, Row, Table, cell, numbers, texts
 from femic.cache.digests import versions
@@ -21,7 +22,6 @@ from femic.reference.level import factors
 from femic.reference.models import Cost
 from femic.reference.result import worst
 from femic.scenes.plausibility import warnings
-from femic.scenes.scene import Scene
 from geometries.bodies import Body
 
 ACCURACY = (
@@ -38,24 +38,21 @@ AGREEMENT = (
 )
 
 
-def page_of(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Picture]]) -> Page:
-    """The page of a scene; `figures` has pictures by "scene", "curves" and "cost"."""
-    scene = results.scene
-    sections = [
-        *_warnings(scene),
-        *_errors(results, errors),
-        Section("The scene", [_setup(results), *figures["scene"]]),
-        Section("Influence coefficients along the lines", [_curves_text(results), *figures["curves"]]),
-        Section("Accuracy of C", list(_accuracy(results))),
-        Section("Cost", [*figures["cost"], _cost_table(results), Note(_cost_text(results))]),
-        Section("Settings", list(_settings(results))),
-    ]
-    return Page(scene.title, summary(results, errors), sections)
+def page_of(output: RunOutput) -> Page:
+    """Return the page of a scene."""
+    return Page(output.results.scene.title, summary(output.results, output.errors), _sections(output))
 
 
-def _warnings(scene: Scene) -> Iterator[Section]:
-    if notes := warnings(scene):
+def _sections(output: RunOutput) -> Iterator[Section]:
+    results = output.results
+    if notes := warnings(results.scene):
         yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
+    yield from _errors(results, output.errors)
+    yield Section(SCENE, [_setup(results), *pictures(output, SCENE)])
+    yield Section(CURVES, [_curves_text(results), *pictures(output, CURVES)])
+    yield Section("Accuracy of C", list(_accuracy(results)))
+    yield Section(COST, [*pictures(output, COST), _cost_table(results), Note(_cost_text(results))])
+    yield Section("Settings", list(_settings(results)))
 
 
 def _errors(results: Results, errors: xr.Dataset) -> Iterator[Section]:
@@ -66,9 +63,9 @@ def _errors(results: Results, errors: xr.Dataset) -> Iterator[Section]:
         notes = [] if number else [Note(text)]
         yield Section(ERRORS_HEADING.format(body), [_error_table(results, errors, body), *notes])
     rms = errors.assign(error=errors.rms, weight=np.nan)
-    of_bodies = [Section(body, [_error_table(results, rms, body)]) for body in results.scene.compared]
+    tables = [Section(body, [_error_table(results, rms, body)]) for body in results.scene.compared]
     note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
-    yield Section("", [Folded("RMS errors along the lines", [note, *of_bodies])])
+    yield Section("", [Folded("RMS errors along the lines", [note, *tables])])
 
 
 def _error_table(results: Results, errors: xr.Dataset, body: str) -> Table:
@@ -172,8 +169,8 @@ def _largest_estimate(results: Results, body: str) -> str:
 def _agreement_table(results: Results) -> Table:
     heads = ("largest difference", "closest to the sum of the estimates", "within")
     rows = [
-        Row(one.body, [one.line, one.largest, one.closest, "yes" if one.within else "no"])
-        for one in agreement(results)
+        Row(row.body, [row.line, row.largest, row.closest, "yes" if row.within else "no"])
+        for row in agreement(results)
     ]
     return Table("body", ["line", *heads], rows, is_text=True)
 

@@ -16,7 +16,7 @@ HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of t
 
 
 def sections(scene: Scene) -> Figure:
-    """Figure of both sections, whole and near the contact, with the patch and the offset lines."""
+    """Draw both sections, whole and near the contact, with the patch and the offset lines."""
     with mpl.rc_context(RC):
         figure = Figure(figsize=(11, 4.6), layout="constrained")
         whole, near, plan = figure.subplots(1, 3)
@@ -47,12 +47,12 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
 
 
 def _closing(body: Body, right: Array, left: Array) -> Array:
-    """Points of far arc and hub from the contour's right end to its left end, (2, n) [mm]."""
+    """Return points of far arc and hub from the contour's right end to its left end, (2, n) [mm]."""
     return np.hstack([_to_hub(body, right), _to_hub(body, left)[:, ::-1]])
 
 
 def _to_hub(body: Body, end: Array) -> Array:
-    """Points of the far arc from an end of the contour to the hub or the pole, (2, n) [mm].
+    """Return points of the far arc from an end of the contour to the hub or the pole, (2, n) [mm].
 
     An end that lies on the hub is returned alone.
     """
@@ -94,7 +94,7 @@ def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
 
 
 def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figure:
-    """Figure of the contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
+    """Draw the contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
 
     `side` -1: the model is the mirror image of the side of the patch.
     """
@@ -117,7 +117,7 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figur
 
 
 def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -> Figure:
-    """Figure of the section's mesh, whole and near the patch; vertices (2, n) [mm], triangles (3, m)."""
+    """Draw the section's mesh, whole and near the patch; vertices (2, n) [mm], triangles (3, m)."""
     y, z = vertices
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(10, 4.8), layout="constrained")

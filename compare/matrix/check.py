@@ -1,6 +1,5 @@
 """Check some columns of the IC matrix with the solid engine, which has no strips, lags or wavenumbers."""
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,14 +41,14 @@ def checked_strips(scene: Scene) -> list[int]:
     return sorted({round(place) for place in places})
 
 
-def check(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
+def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
     """Solve columns with the solid engine and compare them with the matrix, strip by strip."""
     checks = []
     for strip in checked_strips(results.scene):
         options.watch.on_stage(f"  check with the {CHECK_ENGINE.name} engine: strip {strip}")
-        jobs = {name: _job(results, name, strip) for name in results.matrices}
+        jobs = {body: _job(results, body, strip) for body in results.matrices}
         solved = references(jobs, options)
-        checks += list(_compared(results, jobs, solved, strip))
+        checks += [_column_check(results, body, strip, job, solved[body]) for body, job in jobs.items()]
     return checks
 
 
@@ -80,25 +79,19 @@ def _job(results: MatrixResults, body: str, strip: int) -> Job:
     )
 
 
-def _compared(
-    results: MatrixResults, jobs: Mapping[str, Job], solved: Mapping[str, Reference], strip: int
-) -> Iterator[ColumnCheck]:
+def _column_check(results: MatrixResults, body: str, strip: int, job: Job, solved: Reference) -> ColumnCheck:
     observed_strips = _observed_strips(results, strip)
-    for name, job in jobs.items():
-        column, single = results.matrices[name].column(strip, SOURCE), solved[name].c
-        ic, estimate = (
-            part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
-        )
-        far = far_from(job.patch, job.points.x, job.points.s)
-        measure = Measure(ic, estimate, ic[N, N], job.lines, far)
-        difference, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
-        compared = [
-            (component_of(difference[line], component), component, component_of(allowed[line], component))
-            for line in job.lines
-            for component in COMPONENTS
-        ]
-        worst = max(
-            comparison for comparison in compared if not component_of(measure.vanishing, comparison[1])
-        )
-        closest = max(share / bound for share, _, bound in compared if bound > 0)
-        yield ColumnCheck(name, strip, *worst, closest, seconds_of(solved[name].models))
+    column = results.matrices[body].column(strip, SOURCE)
+    ic, estimate = (
+        part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
+    )
+    measure = Measure(ic, estimate, ic[N, N], job.lines, far_from(job.patch, job.points.x, job.points.s))
+    difference, allowed = measure.shares(solved.c.ic - ic), measure.shares(solved.c.estimate + estimate)
+    compared = [
+        (component_of(difference[line], component), component, component_of(allowed[line], component))
+        for line in job.lines
+        for component in COMPONENTS
+    ]
+    worst = max(comparison for comparison in compared if not component_of(measure.vanishing, comparison[1]))
+    closest = max(share / bound for share, _, bound in compared if bound > 0)
+    return ColumnCheck(body, strip, *worst, closest, seconds_of(solved.models))

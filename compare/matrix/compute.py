@@ -1,7 +1,7 @@
 """Compute the IC matrix of a scene and write it strip by strip."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -40,7 +40,6 @@ from geometries.patches import COMPONENTS, DIRECTIONS
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
-COMPARED = (SOURCE,)
 DISCOUNTS = {
     "approach": "The rigid part of the normal approach is subtracted from C; the rest is the response of the "
     "bodies with their supports.",
@@ -60,22 +59,16 @@ class MatrixResults:
     errors: Mapping[str, Shares]  # largest estimated error, by body compared
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
     eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
-    approximations: Mapping[tuple[str, str], Deviation]  # from C after the source's discount
-    c_deviations: Mapping[str, Deviation]  # estimated errors of C itself, by body
+    deviations: Mapping[str, Mapping[str, Deviation]]  # from C after the source's discount, by body, variant
     seconds: float
     memory: float  # peak of the process [MB]
 
-    def deviations(self, body: str) -> dict[str, Deviation]:
-        """Return the deviations of the approximations of a body, or of both, by variant."""
-        return {
-            variant: deviation for (variant, name), deviation in self.approximations.items() if name == body
-        }
 
-    def column(self, body: str, strip: int) -> EstimatedICs:
-        """Return C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-        if body in self.matrices:
-            return self.matrices[body].column(strip)
-        return pair_column(self.matrices, self.scene.bodies["lower"].contour, strip)
+def column_of(scene: Scene, solved: Mapping[str, MatrixReference], body: str, strip: int) -> EstimatedICs:
+    """Return C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
+    if body == "combined":
+        return pair_column(solved, scene.bodies["lower"].contour, strip)
+    return solved[body].column(strip)
 
 
 def matrix_jobs(
@@ -104,7 +97,7 @@ def matrix_jobs(
 
 def matrix_plans(scene: Scene, workers: int) -> list[ModelPlan]:
     """Return the plans of the models of the first round; raises BadScene as `matrix_jobs` does."""
-    return list(plans(matrix_jobs(scene, further=COMPARED), workers))
+    return list(plans(matrix_jobs(scene, further=(SOURCE,)), workers))
 
 
 def require_matrices(scene: Scene) -> None:
@@ -113,16 +106,11 @@ def require_matrices(scene: Scene) -> None:
 
 
 def discounted(scene: Scene) -> str:
-    """Return a sentence on the rigid part that is subtracted from C, and on the supports of the bodies."""
-    return f"{DISCOUNTS[scene.discount]} {_supports(scene)}"
-
-
-def _supports(scene: Scene) -> str:
-    """Return a sentence on the supports of the bodies of IC matrices and contact."""
+    """Return sentences on the rigid part that is subtracted from C, and on the supports of the bodies."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
     at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
     radius = far_radius(scene.contact_problem, scene.grid)
-    return f"The sections are clamped at a far arc of {radius:g} mm{at_hub}."
+    return f"{DISCOUNTS[scene.discount]} The sections are clamped at a far arc of {radius:g} mm{at_hub}."
 
 
 def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
@@ -131,63 +119,21 @@ def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> M
     Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.at_points.references`.
     """
     start = perf_counter()
-    jobs, combined = matrix_jobs(scene, further=COMPARED), "combined" in scene.compared
-    matrix_references = matrices(jobs, options, combined=combined)
+    jobs, combined = matrix_jobs(scene, further=(SOURCE,)), "combined" in scene.compared
+    accumulator = _Accumulator.of(scene, matrices(jobs, options, combined=combined))
     options.watch.on_stage("  writing, checking")
-    accumulator = _Accumulator.of(scene, jobs)
     with replacing(path) as unfinished:
-        _write_coordinates(scene, matrix_references, unfinished)
+        _write_coordinates(scene, accumulator.solved, unfinished)
         with h5netcdf.File(unfinished, "a") as file:
             _create_variables(file, scene)
             for strip in range(scene.grid.n_s):
-                _add_column(file, accumulator, strip, matrix_references)
-        results = MatrixResults(
-            scene,
-            matrix_references,
-            {name: worst_of(strip_errors) for name, strip_errors in accumulator.errors.items()},
-            {
-                name: reciprocity(ics, jobs[name].body.contour, scene.grid)
-                for name, ics in accumulator.raw.items()
-            },
-            accumulator.eigenvalues(),
-            accumulator.deviations,
-            accumulator.c_deviations,
-            perf_counter() - start,
-            peak_memory(),
-        )
-        with h5netcdf.File(unfinished, "a") as file:
+                for b, c in enumerate(accumulator.add(strip).values()):
+                    file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
+                    file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
+            results = accumulator.results(start)
             file.attrs.update(_attributes(results))
         _require_readable(unfinished)
     return results
-
-
-def _add_column(
-    file: h5netcdf.File,
-    accumulator: "_Accumulator",
-    strip: int,
-    matrix_references: Mapping[str, MatrixReference],
-) -> None:
-    """Write the column of a loaded strip, and accumulate the results that depend on it."""
-    scene = accumulator.scene
-    columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
-    contour = scene.bodies["lower"].contour
-    compared_columns = {
-        name: columns[name] if name in columns else pair_column(matrix_references, contour, strip)
-        for name in scene.compared
-    }
-    like_half_spaces = {
-        name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])
-        for name in scene.compared
-    }
-    for b, c in enumerate(compared_columns.values()):
-        file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
-        file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
-    accumulator.add(
-        strip,
-        compared_columns,
-        like_half_spaces,
-        {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
-    )
 
 
 def _require_readable(path: Path) -> None:
@@ -198,7 +144,7 @@ def _require_readable(path: Path) -> None:
                 file[name][:, :, :, strip]
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Accumulator:
     """Results that accumulate over the columns, loaded strip by loaded strip.
 
@@ -207,65 +153,76 @@ class _Accumulator:
     """
 
     scene: Scene
-    jobs: Mapping[str, MatrixJob]
+    solved: Mapping[str, MatrixReference]  # by solved body
     raw: dict[str, Array]  # matrices before the discount by solved body, (n_x, n_s, n_s, 3, 3) [mm/N]
     discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
     errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
-    deviations: dict[tuple[str, str], Deviation]  # by (variant, body)
-    c_deviations: dict[str, Deviation]  # estimated errors of C itself, by body
+    deviations: dict[str, dict[str, Deviation]]  # by body compared and variant; of "C": its estimated errors
 
     @classmethod
-    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Accumulator":
+    def of(cls, scene: Scene, solved: Mapping[str, MatrixReference]) -> "_Accumulator":
         """Return the state before the first strip."""
         shape = _shape(scene)
         held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
         return cls(
             scene,
-            jobs,
-            {name: np.empty(shape, np.float32) for name in jobs if held_whole},
-            {name: np.empty(shape, np.float32) for name in scene.compared if held_whole},
-            {name: [] for name in scene.compared},
+            solved,
+            {body: np.empty(shape, np.float32) for body in solved if held_whole},
+            {body: np.empty(shape, np.float32) for body in scene.compared if held_whole},
+            {body: [] for body in scene.compared},
             {
-                (variant, name): Deviation.none(scene.grid.n_s)
-                for variant in scene.variants
-                for name in scene.compared
-                if name in scene.fitted or not needs_effective(variant)
+                body: {name: Deviation.none(scene.grid.n_s) for name in (*_variants(scene, body), "C")}
+                for body in scene.compared
             },
-            {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )
 
-    def add(
-        self,
-        strip: int,
-        compared: Mapping[str, EstimatedICs],
-        like_half_spaces: Mapping[str, EstimatedICs],
-        raw: Mapping[str, Array],
-    ) -> None:
-        """Add the columns of one more loaded strip: C, C after the source's discount, and before any."""
-        grid = self.scene.grid
-        for name, matrix in self.raw.items():
-            matrix[:, :, strip] = _directions_last(raw[name])
-        for name, matrix in self.discounted.items():
-            matrix[:, :, strip] = _directions_last(compared[name].ic)
-        for name, c in compared.items():
-            jobs = [self.jobs[part] for part in parts_of(name)]
-            self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
-        for name, c in like_half_spaces.items():
-            jobs = [self.jobs[part] for part in parts_of(name)]
-            column = ReferenceColumn(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
-            self.c_deviations[name] = self.c_deviations[name].with_column(c.estimate, column)
-            variants = [variant for variant, compared_name in self.deviations if compared_name == name]
-            approximated = approximations(variants, solids(self.scene)[name], grid, strip)
-            for variant, ics in approximated.items():
-                self.deviations[variant, name] = self.deviations[variant, name].with_column(
-                    ics / grid.area - c.ic, column
-                )
+    def add(self, strip: int) -> dict[str, EstimatedICs]:
+        """Add the columns of one more loaded strip, and return C of each body compared."""
+        columns = {body: column_of(self.scene, self.solved, body, strip) for body in self.scene.compared}
+        for body, matrix in self.raw.items():
+            matrix[:, :, strip] = _directions_last(self.solved[body].raw_column(strip))
+        for body, matrix in self.discounted.items():
+            matrix[:, :, strip] = _directions_last(columns[body].ic)
+        for body, c in columns.items():
+            jobs = [self.solved[part].job for part in parts_of(body)]
+            self.errors[body].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
+            self._add_deviations(body, strip, jobs)
+        return columns
 
-    def eigenvalues(self) -> dict[str, float]:
-        """Return the smallest eigenvalue of each matrix over the ICs of an element on itself."""
-        matrices_by_name = {f"{name}, raw": ics for name, ics in self.raw.items()}
-        matrices_by_name |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
-        return {name: _relative_smallest_eigenvalue(ics) for name, ics in matrices_by_name.items()}
+    def _add_deviations(self, body: str, strip: int, jobs: Sequence[MatrixJob]) -> None:
+        """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
+        grid, deviations = self.scene.grid, self.deviations[body]
+        variants, solid = _variants(self.scene, body), solids(self.scene)[body]
+        c = total([self.solved[part].column(strip, SOURCE) for part in parts_of(body)])
+        column = ReferenceColumn(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
+        approximated = approximations(variants, solid, grid, strip)
+        differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
+        for name, difference in (differences | {"C": c.estimate}).items():
+            deviations[name] = deviations[name].with_column(difference, column)
+
+    def results(self, start: float) -> MatrixResults:
+        """Return the results after the last strip; `start` is when their computation began [s]."""
+        scene = self.scene
+        whole = {f"{body}, raw": ics for body, ics in self.raw.items()}
+        whole |= {f"{body}, discounted": ics for body, ics in self.discounted.items()}
+        return MatrixResults(
+            scene,
+            self.solved,
+            {body: worst_of(strip_errors) for body, strip_errors in self.errors.items()},
+            {
+                body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
+                for body, ics in self.raw.items()
+            },
+            {name: _relative_smallest_eigenvalue(ics) for name, ics in whole.items()},
+            self.deviations,
+            perf_counter() - start,
+            peak_memory(),
+        )
+
+
+def _variants(scene: Scene, body: str) -> list[str]:
+    """Return the variants that can be computed for a body, or for both."""
+    return [variant for variant in scene.variants if body in scene.fitted or not needs_effective(variant)]
 
 
 def file_size(scene: Scene) -> int:

@@ -7,8 +7,8 @@ import numpy as np
 
 from approx.matrix import column as approximated
 from compare.ics.compute import models_of, seconds_of, solids
-from compare.matrix.check import ColumnCheck, check
-from compare.matrix.compute import MatrixResults, compute_matrix, discounted, matrix_plans
+from compare.matrix.check import ColumnCheck, check_columns
+from compare.matrix.compute import MatrixResults, column_of, compute_matrix, discounted, matrix_plans
 from compare.matrix.figures import maps
 from compare.report.errors import error_cell
 from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
@@ -85,7 +85,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
         results = compute_matrix(scene, out / "matrix.nc", options)
-        sections = _sections(results, loaded_strip, model_plans, check(results, options))
+        sections = _sections(results, loaded_strip, model_plans, check_columns(results, options))
         write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
     return path
 
@@ -103,7 +103,7 @@ def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
     """Yield maps of C and of its differences from A and B-hat, of the first of the bodies compared."""
     scene, body = results.scene, results.scene.compared[0]
     unit, grid = scene.reference_E * scene.reference_length, scene.grid
-    c = results.column(body, strip).ic
+    c = column_of(scene, results.matrices, body, strip).ic
     drawn = {"C": ("C", c)} | {
         f"C-{variant}": (
             f"C − {SYMBOLS[variant]}",
@@ -144,12 +144,12 @@ def _accuracy_table(results: MatrixResults) -> Table:
         Row(
             name,
             [
-                Cell(one.total, ".3%"),
-                f"{one.component} {one.line}",
-                *(Cell(part, ".3%") for part in (one.mesh, one.truncation, one.waves)),
+                Cell(shares.total, ".3%"),
+                f"{shares.component} {shares.line}",
+                *(Cell(part, ".3%") for part in (shares.mesh, shares.truncation, shares.waves)),
             ],
         )
-        for name, one in results.errors.items()
+        for name, shares in results.errors.items()
     ]
     return Table("body", columns, rows)
 
@@ -178,7 +178,7 @@ def reciprocity_text(defect: Reciprocity, grid: Grid) -> str:
 
 
 def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
-    minutes = scene.grid.n_s * np.mean([one.seconds for one in checks]) / 60
+    minutes = scene.grid.n_s * np.mean([check.seconds for check in checks]) / 60
     return (
         f"{CHECKS} All {scene.grid.n_s} strips of a body would take {minutes:.0f} minutes (extrapolated from "
         "these)."
@@ -189,16 +189,16 @@ def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
     columns = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
     rows = [
         Row(
-            one.body,
+            check.body,
             [
-                str(one.strip),
-                f"{one.difference:.2%} ({one.component})",
-                Cell(one.allowed, ".2%"),
-                Cell(one.closest, ".2f"),
-                Cell(one.seconds, ".0f"),
+                str(check.strip),
+                f"{check.difference:.2%} ({check.component})",
+                Cell(check.allowed, ".2%"),
+                Cell(check.closest, ".2f"),
+                Cell(check.seconds, ".0f"),
             ],
         )
-        for one in checks
+        for check in checks
     ]
     return Table("body", columns, rows)
 
@@ -206,7 +206,7 @@ def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
 def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
     """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
     rows = []
-    for variant, deviation in (results.deviations(body) | {"C": results.c_deviations[body]}).items():
+    for variant, deviation in results.deviations[body].items():
         values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
         cells = [
             error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
@@ -227,24 +227,17 @@ def _maps_text(scene: Scene) -> str:
 def summary(results: MatrixResults, file: Path) -> str:
     """Return a computed paragraph: the file's content and accuracy, the best and the worst approximation."""
     scene, grid = results.scene, results.scene.grid
-    name = scene.compared[0]
-    at_worst = max(shares.total for shares in results.errors.values())
-    better, worse = _extremes(results, name)
+    body = scene.compared[0]
+    largest_estimate = max(shares.total for shares in results.errors.values())
+    deviations = results.deviations[body]
+    nn = {variant: deviations[variant].displacement_error[N, N] for variant in deviations if variant != "C"}
+    best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
     return (
         f"{file.name} ({file.stat().st_size / 1e6:.1f} MB): displacements at {grid.n_s} strips and "
         f"{grid.n_x} lags under unit tractions on {grid.n_s} strips, nine components, of "
-        f"{', '.join(scene.compared)}, with an estimated error of {at_worst:.2%}. Of the approximations of "
-        f"the {name} matrix {better} and {worse}."
-    )
-
-
-def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
-    """Return texts on the best and on the worst approximation of C_nn."""
-    nn = {variant: one.displacement_error[N, N] for variant, one in results.deviations(body).items()}
-    best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
-    return (
-        f"{SYMBOLS[best]} is best for pressures (displacements off by at most {nn[best]:.1%} of the largest)",
-        f"{SYMBOLS[worst]} worst ({nn[worst]:.1%})",
+        f"{', '.join(scene.compared)}, with an estimated error of {largest_estimate:.2%}. Of the "
+        f"approximations of the {body} matrix {SYMBOLS[best]} is best for pressures (displacements off by at "
+        f"most {nn[best]:.1%} of the largest) and {SYMBOLS[worst]} worst ({nn[worst]:.1%})."
     )
 
 

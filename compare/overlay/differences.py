@@ -9,7 +9,7 @@ from typing import Any
 
 from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import scene_of_text
-from femic.scenes.section import tables
+from femic.scenes.scene_table import tables
 
 ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None
 FILLED_IN = {  # settings of results that have computed defaults, and the scene file's keys for them
@@ -44,7 +44,7 @@ def differences(overlay: Overlay) -> Iterator[Difference]:
 
 
 def _settings(result: SceneResults) -> dict[str, Any]:
-    """Values of all keys of a scene by dotted name, and of "computed with ..." for its code and versions."""
+    """Return all keys of a scene by dotted name, and "computed with ..." for its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]
     file_names = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
@@ -73,7 +73,7 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _meanings() -> dict[str, str]:
-    """The descriptions of the scene file's keys, without keys whose description depends on the table."""
+    """Return descriptions of the scene file's keys, without keys whose description depends on the table."""
     descriptions: dict[str, set[str]] = {}
     for section in tables():
         for key, field in section.model_fields.items():

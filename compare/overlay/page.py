@@ -80,7 +80,9 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
 
 
 def _differences_table(overlay: Overlay) -> Table:
-    rows = [Row(one.key, [one.meaning, *one.values]) for one in differences(overlay)]
+    rows = [
+        Row(difference.key, [difference.meaning, *difference.values]) for difference in differences(overlay)
+    ]
     heads = ["meaning", *(result.name for result in overlay.results)]
     return Table("key" if rows else "key (nothing differs)", heads, rows, is_text=True)
 
@@ -106,11 +108,13 @@ def _ranking(overlay: Overlay, body: str, variant: str) -> str:
     ranks: dict[str, list[str]] = {}
     for component in overlay.common.components:
         errors = {result.name: worst(overlay, result, body, component) for result in overlay.results}
-        vanishing_in = [name for name, of_scene in errors.items() if of_scene.vanishes]
+        vanishing_in = [name for name, scene_errors in errors.items() if scene_errors.vanishes]
         if vanishing_in:  # the errors there are shares of 0.05 max |C_nn|, not of the component
             ranks.setdefault(f"vanishing in {', '.join(vanishing_in)}", []).append(component)
             continue
-        pairs = {name: of_scene.error.sel(variant=[variant, "C"]) for name, of_scene in errors.items()}
+        pairs = {
+            name: scene_errors.error.sel(variant=[variant, "C"]) for name, scene_errors in errors.items()
+        }
         scene, factor = _rank([(*pair.values.tolist(), name) for name, pair in pairs.items()])
         ranks.setdefault(f"{most} in {scene}" if scene else WITHIN_ACCURACY, []).append(component + factor)
     unranked = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}

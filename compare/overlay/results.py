@@ -16,11 +16,6 @@ class SceneResults:
     ics: xr.Dataset
     errors: xr.Dataset
 
-    @property
-    def reference_length(self) -> float:
-        """The reference length L of the scene [mm]."""
-        return float(self.ics.attrs["reference_length"])
-
 
 @dataclass(frozen=True)
 class Overlay:

@@ -36,11 +36,10 @@ class Source:
     folder: Path
     content: Content
     scene: Scene | None  # None: a folder of results, which is not computed again
-    text: str
 
 
 def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
-    """The sources that names, TOML files and folders of results stand for.
+    """Return the sources that names, TOML files and folders of results stand for.
 
     Raises WrongInput if there are fewer than 2 or more than `MOST_SCENES`, or if a name occurs twice.
     """
@@ -64,7 +63,7 @@ def _source(argument: str, results: Path) -> Source:
     scene = load_scene(argument)
     lines = tuple(line.name for line in scene.lines)
     content = Content(scene.compared, scene.components, scene.variants, lines)
-    return Source(scene.name, results / scene.name, content, scene, scene.text)
+    return Source(scene.name, results / scene.name, content, scene)
 
 
 def _folder_source(folder: Path) -> Source:
@@ -83,11 +82,11 @@ def _folder_source(folder: Path) -> Source:
         )
     parsed = scene_of_text(text, folder)
     content = Content(parsed.bodies, parsed.components, parsed.variants, lines)
-    return Source(folder.resolve().name, folder, content, None, text)
+    return Source(folder.resolve().name, folder, content, None)
 
 
 def scene_of_text(text: str, folder: Path) -> SceneFile:
-    """The scene that a text describes; its files of points need not exist."""
+    """Return the scene that a text describes; its files of points need not exist."""
     table = tomllib.loads(text)
     for body in ("lower", "upper"):
         if "file" in table[body]["contour"]:
@@ -96,7 +95,7 @@ def scene_of_text(text: str, folder: Path) -> SceneFile:
 
 
 def common(overlaid: Sequence[Source]) -> Content:
-    """The content that all scenes have in common, in the order of the first scene.
+    """Return the content that all scenes have in common, in the order of the first scene.
 
     Raises WrongInput if they have no body, no component or no line in common.
     """

@@ -31,6 +31,7 @@ from geometries.arrays import Array, Mask
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is shown as zero
 CHECK_MARKS = 24  # about how many marks a curve of the other engine has
 MOST_COLUMNS = 8  # of a legend
+PANEL = 4.1, 2.9  # width and height [inch]
 BAND = "C ± estimate"
 
 
@@ -130,7 +131,7 @@ def show_zero(axes: Axes) -> None:
 
 @contextmanager
 def figure_grid(
-    rows: int, columns: int, each: tuple[float, float], **shared: Any
+    rows: int, columns: int, each: tuple[float, float] = PANEL, **shared: Any
 ) -> Iterator[tuple[Figure, Any]]:
     """Yield a figure and its axes, (rows, columns), each of a size [inch]; all curves get one legend."""
     with mpl.rc_context(RC):
@@ -155,7 +156,7 @@ def draw_band(axes: Axes, at: ArrayLike, low: ArrayLike, high: ArrayLike, label:
     axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=label)
 
 
-def panel_figure(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
+def panel_figure(panels: Sequence[Panel], columns: int, size: tuple[float, float] = PANEL) -> Figure:
     """Return a figure of panels in a number of columns, each of a size [inch], with one legend."""
     rows, styles = -(-len(panels) // columns), styles_of(panels)
     with figure_grid(rows, columns, size) as (figure, grid):

@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -14,7 +13,9 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from compare.report.styles import save
+from compare.report import interactive, static
+from compare.report.charts import Chart
+from compare.report.files import save, save_all
 from compare.report.tables import Table
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
@@ -24,7 +25,6 @@ from femic.cache.files import write_dataset, write_text
 class Picture:
     """A figure and the name of its file, without ending; or the path of an existing picture."""
 
-    kind: ClassVar[str] = "picture"
     name: str
     figure: Figure | Path
 
@@ -33,7 +33,6 @@ class Picture:
 class Note:
     """A paragraph in small print."""
 
-    kind: ClassVar[str] = "note"
     text: str
 
 
@@ -41,7 +40,6 @@ class Note:
 class Items:
     """A list of sentences."""
 
-    kind: ClassVar[str] = "items"
     items: Sequence[str]
 
 
@@ -49,7 +47,6 @@ class Items:
 class Verbatim:
     """Text shown verbatim, such as a scene file."""
 
-    kind: ClassVar[str] = "verbatim"
     text: str
 
 
@@ -57,7 +54,6 @@ class Verbatim:
 class Folded:
     """Details shown on request."""
 
-    kind: ClassVar[str] = "folded"
     heading: str
     blocks: "Sequence[Block]"
 
@@ -66,7 +62,6 @@ class Folded:
 class Section:
     """A heading, or none, and its blocks, also sections. Links lead to the anchor."""
 
-    kind: ClassVar[str] = "section"
     heading: str
     blocks: "Sequence[Block]"
     colour: str = ""
@@ -89,16 +84,20 @@ class Part:
 
 
 INDICES = re.compile(r"\b([ABCJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
-Block = str | Table | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
+Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its title, sentences on the results, and sections, which may be made one by one."""
+    """A page: its title, the answer in at most three sentences and a table, and what is behind it.
+
+    Sections may be made one by one; folded ones are shown on request.
+    """
 
     title: str
     summary: str
-    sections: Iterable[Section | Part]
+    sections: Iterable[Section | Part | Folded]
+    answer: Table | None = None
 
 
 def final_sections(
@@ -118,15 +117,22 @@ def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | Non
 
 def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
-    figures = folders.make(path.parent / "figures")
+    figures = folders.make(path.parent) / "figures"
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters["embedded"] = lambda picture: _embedded(picture, figures, prefix)
+    environment.filters["kind"] = lambda block: type(block).__name__
+    environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
+    environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
     environment.filters["typeset"] = _typeset
-    sections = (one.section if isinstance(one, Part) else one for one in page.sections)
-    text = environment.get_template("page.html.j2").render(page=page, sections=sections)
+    sections = [one.section if isinstance(one, Part) else one for one in page.sections]
+    plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
+    text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
     return write_text(text, path)
+
+
+def _has_chart(block: Block) -> bool:
+    return isinstance(block, Chart) or any(map(_has_chart, getattr(block, "blocks", ())))
 
 
 def _typeset(text: str) -> Markup:
@@ -134,18 +140,23 @@ def _typeset(text: str) -> Markup:
     return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
-    """Return the content of a picture's file, which is written first unless it exists."""
-    path = picture.figure
-    if isinstance(path, Figure):
-        name = f"{prefix}_{picture.name}" if prefix else picture.name
-        path = save(path, folder / f"{name}.png")
-    return base64.b64encode(path.read_bytes()).decode()
+def _embedded(block: Picture | Chart, folder: Path, prefix: str) -> str:
+    """Return the file of a picture, or of a chart on paper, as a data URL; it is written unless it exists."""
+    name = f"{prefix}_{block.name}" if prefix else block.name
+    folders.make(folder)
+    if isinstance(block, Chart):
+        path = save_all(static.picture(block), folder / name)
+    else:
+        path = (
+            save(block.figure, folder / f"{name}.png") if isinstance(block.figure, Figure) else block.figure
+        )
+    kind = "svg+xml" if path.suffix == ".svg" else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
 def join_words(words: Iterable[str]) -> str:
-    """Return words with commas and "and" between them."""
-    *first, last = words
+    """Return words with commas and "and" between them; an empty text without words."""
+    *first, last = [*words] or [""]
     return f"{', '.join(first)} and {last}" if first else last
 
 

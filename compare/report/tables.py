@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,7 @@ ROUNDING = 1e-9  # share below which a difference is rounding
 class Cell:
     """A cell of a table: a number and its format, or a text; below it a smaller text. NaN is a dash.
 
-    `link` is the anchor of a section.
+    `link` leads to a page, or with # to the anchor of a section.
     """
 
     value: float | str
@@ -74,7 +73,6 @@ class Row:
 class Table:
     """A table; its caption is the head of the column of the rows' names. `is_text` holds for all columns."""
 
-    kind: ClassVar[str] = "table"
     caption: str
     columns: Sequence[Column | str]
     rows: Sequence[Row]
@@ -83,7 +81,7 @@ class Table:
     @property
     def heads(self) -> list[Column]:
         """The columns, also of plain heads."""
-        return [Column(one, "", self.is_text) if isinstance(one, str) else one for one in self.columns]
+        return [Column(head, "", self.is_text) if isinstance(head, str) else head for head in self.columns]
 
     @property
     def is_grouped(self) -> bool:
@@ -93,7 +91,7 @@ class Table:
 
 def columns_of(quantities: Iterable[Quantity]) -> list[Column]:
     """Return the columns of quantities."""
-    return [Column(one.symbol, one.unit) for one in quantities]
+    return [Column(quantity.symbol, quantity.unit) for quantity in quantities]
 
 
 def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:

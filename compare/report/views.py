@@ -3,7 +3,8 @@
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,12 @@ from typing import Any
 import numpy as np
 
 from femic.cache.files import replacing
+from femic.late import lazy_imports
 from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
+
+with lazy_imports():
+    import pyvista
 
 Dataset = Any  # of PyVista, which has no types
 Plotter = Any
@@ -54,32 +59,32 @@ def can_render() -> bool:
     return True
 
 
-def _save(plotter: Plotter, path: Path) -> None:
-    """Write the picture as PNG."""
+@contextmanager
+def _picture(path: Path, **named: Any) -> Iterator[Plotter]:
+    """Yield a plotter without a screen; afterwards write its picture as PNG."""
+    plotter = pyvista.Plotter(off_screen=True, **named)
+    yield plotter
     with replacing(path) as unfinished:
         plotter.screenshot(str(unfinished))
+    plotter.close()
 
 
 def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title: str) -> None:
     """Write a PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the patch."""
-    import pyvista
-
     os.environ.update(OFF_SCREEN)
     grid = pyvista.UnstructuredGrid({TETRAHEDRON: cells.T}, points.T)
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(1400, 620))
     size = np.ptp(points[0])
     lower = points[2].min() < -points[2].max()
     camera_direction = np.array([-0.8, -1.0, 0.75 if lower else -0.75])
-    for column, (focus, caption) in enumerate(((points.mean(axis=1), title), (patch, "near the patch"))):
-        plotter.subplot(0, column)
-        plotter.add_mesh(grid, **CELLS, **SHADE)
-        plotter.add_text(caption, font_size=10)
-        plotter.camera_position = [focus + 0.06 * size * camera_direction, focus, (0, 0, 1)]
-        if column == 0:
-            plotter.reset_camera()
-        plotter.show_axes()
-    _save(plotter, path)
-    plotter.close()
+    with _picture(path, shape=(1, 2), window_size=(1400, 620)) as plotter:
+        for column, (focus, caption) in enumerate(((points.mean(axis=1), title), (patch, "near the patch"))):
+            plotter.subplot(0, column)
+            plotter.add_mesh(grid, **CELLS, **SHADE)
+            plotter.add_text(caption, font_size=10)
+            plotter.camera_position = [focus + 0.06 * size * camera_direction, focus, (0, 0, 1)]
+            if column == 0:
+                plotter.reset_camera()
+            plotter.show_axes()
 
 
 def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, title: str) -> None:
@@ -88,29 +93,20 @@ def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, t
     `rail` are points of the whole surface, `patch` of the part of the elements, (3, n, m) [mm] each;
     `pressures` (n, m) are NaN where there is no contact.
     """
-    import pyvista
-
     os.environ.update(OFF_SCREEN)
-    plotter = pyvista.Plotter(off_screen=True, window_size=(900, 620), lighting="light kit")
-    plotter.add_mesh(pyvista.StructuredGrid(*rail), color="lightgrey", smooth_shading=True)
     loaded = pyvista.StructuredGrid(*patch)
     loaded["pressure"] = pressures.ravel(order="F")
     pressed = loaded.threshold(scalars="pressure", all_scalars=True)
     if pressed.n_cells == 0:  # a single row of elements has no quadrangle of its own
         pressed = loaded.threshold(scalars="pressure", all_scalars=False)
-    plotter.add_mesh(
-        pressed,
-        scalars="pressure",
-        cmap="viridis",
-        scalar_bar_args=COLOUR_BAR | {"title": "pressure\n[MPa]\n"},
-        lighting=False,
-    )
-    plotter.add_text(title, position=(0.02, 0.93), viewport=True, font_size=11, color="black")
     focus, size = loaded.points.mean(axis=0), loaded.length
-    plotter.camera_position = [focus + size * np.array([-0.9, -0.9, 0.9]), focus, (0, 0, 1)]
-    plotter.show_axes()
-    _save(plotter, path)
-    plotter.close()
+    bar = COLOUR_BAR | {"title": "pressure\n[MPa]\n"}
+    with _picture(path, window_size=(900, 620), lighting="light kit") as plotter:
+        plotter.add_mesh(pyvista.StructuredGrid(*rail), color="lightgrey", smooth_shading=True)
+        plotter.add_mesh(pressed, scalars="pressure", cmap="viridis", scalar_bar_args=bar, lighting=False)
+        plotter.add_text(title, position=(0.02, 0.93), viewport=True, font_size=11, color="black")
+        plotter.camera_position = [focus + size * np.array([-0.9, -0.9, 0.9]), focus, (0, 0, 1)]
+        plotter.show_axes()
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +126,6 @@ class LoadedBody:
 
 def read_loaded_body(path: Path) -> LoadedBody:
     """Read a .vtu file with displacements and stresses as femic writes it; raises WrongInput for others."""
-    import pyvista
-
     if not path.is_file():
         raise WrongInput(f"{path}: no such file")
     grid = pyvista.read(path)
@@ -142,7 +136,7 @@ def read_loaded_body(path: Path) -> LoadedBody:
 
 
 def loaded_body(grid: Dataset) -> LoadedBody:
-    """The loaded body of a grid with fields.
+    """Return the loaded body of a grid with fields.
 
     Its block is centred where the displacement is largest and reaches as far as stresses are high.
     """
@@ -165,25 +159,21 @@ def draw_fields(loaded: LoadedBody, path: Path, *, title: str, window: bool = Fa
     """
     if not window:
         os.environ.update(OFF_SCREEN)
-    import pyvista
-
-    for off_screen in (True, False) if window else (True,):
-        plotter = pyvista.Plotter(
-            off_screen=off_screen, shape=(2, 2), window_size=(1600, 1200), border=False, lighting="none"
-        )
-        plotter.add_light(pyvista.Light(light_type="headlight", intensity=0.8))
-        side = (-0.3, loaded.seen_from[2], 0.5)
-        plotter.add_light(pyvista.Light(light_type="camera light", position=side, intensity=0.4))
-        plotter.enable_anti_aliasing("ssaa")
-        _four_panels(plotter, loaded, title)
-        if off_screen:
-            _save(plotter, path)
-        else:
-            plotter.show(title=title)
+    look = {"shape": (2, 2), "window_size": (1600, 1200), "border": False, "lighting": "none"}
+    with _picture(path, **look) as plotter:
+        _draw_four_panels(plotter, loaded, title)
+    if window:
+        plotter = pyvista.Plotter(off_screen=False, **look)
+        _draw_four_panels(plotter, loaded, title)
+        plotter.show(title=title)
         plotter.close()
 
 
-def _four_panels(plotter: Plotter, loaded: LoadedBody, title: str) -> None:
+def _draw_four_panels(plotter: Plotter, loaded: LoadedBody, title: str) -> None:
+    plotter.add_light(pyvista.Light(light_type="headlight", intensity=0.8))
+    side = (-0.3, loaded.seen_from[2], 0.5)
+    plotter.add_light(pyvista.Light(light_type="camera light", position=side, intensity=0.4))
+    plotter.enable_anti_aliasing("ssaa")
     grid, skin, rim = loaded.grid, *block(loaded)
     plotter.subplot(0, 0)
     plotter.add_mesh(surface(grid, 0), **CELLS, **SHADE)
@@ -253,21 +243,19 @@ def _add_ruler(plotter: Plotter, axis: int, start: Sequence[float], end: Sequenc
 
 
 def near_cells(loaded: LoadedBody, reach: float) -> Dataset:
-    """Whole cells of the half x >= 0 whose centres are within `reach` of the load along each axis."""
+    """Return the cells of the half x >= 0 whose centres are within `reach` of the load along each axis."""
     centres = loaded.grid.cell_centers().points
     near = np.abs(centres - loaded.centre).max(axis=1) < reach
     return loaded.grid.extract_cells(near & (centres[:, 0] > 0))
 
 
 def surface(grid: Dataset, subdivision: int) -> Dataset:
-    """Surface of quadratic cells as triangles: one per facet, or four with `subdivision` 1."""
+    """Return the surface of quadratic cells as triangles: one per facet, or four with `subdivision` 1."""
     return grid.extract_surface(nonlinear_subdivision=subdivision, algorithm="dataset_surface")
 
 
 def block(loaded: LoadedBody) -> tuple[Dataset, Dataset]:
-    """Surface of the block around the load with its fields, and the rim of its contact surface."""
-    import pyvista
-
+    """Return the surface of the block around the load with its fields, and the rim of its contact surface."""
     normals = np.array([(1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
     cells = near_cells(loaded, 3 * loaded.reach)
     skin = _clipped(surface(cells, 1), loaded, normals)
@@ -284,7 +272,7 @@ def block(loaded: LoadedBody) -> tuple[Dataset, Dataset]:
 
 
 def _clipped(shape: Dataset, loaded: LoadedBody, normals: Array) -> Dataset:
-    """The part of a shape inside of planes with some normals, at `reach` from the centre."""
+    """Return the part of a shape inside of planes with some normals, at `reach` from the centre."""
     for normal in normals:
         shape = shape.clip(normal, origin=loaded.centre + loaded.reach * normal)
     return shape

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import DEFAULT_WORK, Work
+from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
@@ -30,15 +30,15 @@ def calibrate(
     for loaded in scenes:
         compute.require_calibration(loaded)
     joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
-    of_each = work.folders_of(scenes, joint)
+    scene_folders = work.folders_of(scenes, joint)
     console, calibrated = Console(markup=False, highlight=False), []
-    for loaded, folder in zip(scenes, of_each, strict=True):
+    for loaded, folder in zip(scenes, scene_folders, strict=True):
         with work.options(folder, console) as options:
             console.print(f"{loaded.name}:")
             calibrated.append(compute.calibrate(loaded, options))
             fit = page.write_fit(calibrated[-1], folder)
         console.print(f"Scene with the fit: {fit}", soft_wrap=True)
-    folder_of_report = (*joint, *of_each)[0]
-    with folders.locked(folder_of_report):
-        report = page.write_report(calibrated, folder_of_report)
-    console.print(f"Report: {report}", soft_wrap=True)
+    report_folder = (*joint, *scene_folders)[0]
+    with folders.locked(report_folder):
+        report = page.write_report(calibrated, report_folder)
+    announce(report, console)

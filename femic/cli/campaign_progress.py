@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from time import monotonic
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bars
+from rich.progress import TextColumn
 
 from femic.campaigns.running.run import Progress
-from femic.cli.progress import EVERY, Write
+from femic.cli.progress import EVERY, Write, bars
 
 
 @contextmanager
@@ -19,12 +18,11 @@ def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
     if not console.is_terminal:
         yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
         return
-    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[time_left]}"), console=console) as bars:
-        scenes = bars.add_task("scenes", total=None, time_left="")
+    with bars(console, TextColumn("{task.fields[time_left]}")) as shown:
+        scenes = shown.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:
-            bars.update(
+            shown.update(
                 scenes,
                 total=progress.scenes,
                 completed=progress.finished,

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import DEFAULT_WORK, Work, print_warnings
+from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions
 from femic.scenes.ic_names import MAP, is_map
@@ -48,10 +48,10 @@ def contact(
         compute.require_solvable(loaded)  # raises before any work starts
         pages.require_page(loaded)
     mapped = [loaded.name for loaded in scenes if sensitivity.is_mapped(loaded)]
-    of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
-    of_each = work.folders_of(scenes, of_maps)
+    map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
+    scene_folders = work.folders_of(scenes, map_folders)
     console, contacts = Console(markup=False, highlight=False), {}
-    for loaded, folder in zip(scenes, of_each, strict=True):
+    for loaded, folder in zip(scenes, scene_folders, strict=True):
         print_warnings(loaded, console)
         with work.options(folder, console) as options:
             if loaded.contact.friction is None:
@@ -60,11 +60,11 @@ def contact(
                 report = _write_frictionless(results, folder, options)
             else:
                 report = _write_with_friction(loaded, folder, options)
-        console.print(f"Report: {report}", soft_wrap=True)
-    for folder in of_maps:
+        announce(report, console)
+    for folder in map_folders:
         with folders.locked(folder):
             report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
-        console.print(f"Report: {report}", soft_wrap=True)
+        announce(report, console)
 
 
 def _from_here(name: str) -> str:
@@ -82,4 +82,4 @@ def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Pat
     """Solve a contact with friction and write its page; return its path."""
     dataset = friction_compute.compute_with_friction(scene, options)
     dataset = friction_supports.with_supports(scene, dataset, options)
-    return pages.PAGES[scene.contact.motion](dataset, folder)
+    return pages.PAGES[scene.contact.motion].write(dataset, folder)

@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import SceneName, Work
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
@@ -24,14 +24,14 @@ def fe_contact(
     cells: Annotated[
         float, Parameter(help="of the finest mesh, along the patch's shorter half-length")
     ] = CELLS,
-    work: Work | None = None,
+    work: Work = DEFAULT_WORK,
 ) -> None:
     """Solve the contact of a scene by finite elements, without ICs, and compare contact with its ICs to it.
 
     Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
     finished loads are stored.
     """
-    loaded, work, console = load_scene(scene), work or Work(), Console()
+    loaded, console = load_scene(scene), Console()
     fe_compute.require_suitable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)
@@ -42,4 +42,5 @@ def fe_contact(
         with_both = page.write_contact(
             with_ics, folder, further=beside.stored_solution(with_ics, options.store)
         )
-    console.print(f"Report: {report}, and with ICs {with_both}", soft_wrap=True)
+    for path in (report, with_both):
+        announce(path, console)

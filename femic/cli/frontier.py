@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
+from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
@@ -28,8 +28,9 @@ def frontier(
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:
         computed = compute.compute_frontier(scene, compute.FrontierRequest.all(budget), options)
+        report = page.write_frontier(computed, folder)
     console.print(page.summary(computed), markup=False, highlight=False)
-    console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
+    announce(report, console)
 
 
 def advise(
@@ -45,8 +46,8 @@ def advise(
 ) -> None:
     """Name the cheapest ICs that are good enough, with reasons."""
     loaded = load_scene(scene)
-    of_components = tuple(components.split(",")) if components else loaded.components
-    question = advice.Question(body or loaded.compared[0], of_components, tolerance)
+    named = tuple(components.split(",")) if components else loaded.components
+    question = advice.Question(body or loaded.compared[0], named, tolerance)
     folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.options(folder, console) as options:

@@ -15,6 +15,7 @@ from femic.late import Late
 from geometries.errors import Failure, WrongInput
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+own_names = Late("femic.installation:NAMES")
 in_keys = Late("femic.scenes.messages:in_keys")
 
 app = App(
@@ -43,6 +44,7 @@ COMMANDS = {  # by name: module and function, and the help text
     "plan": ("scenes:plan", "Estimate the cost of a scene, before anything is solved."),
     "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
+    "doctor": ("doctor:doctor", "Check this installation: libraries, names, results with known values."),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
 }
 for command, (location, help_text) in COMMANDS.items():
@@ -69,6 +71,11 @@ def exit_code(arguments: list[str]) -> int:
         return WRONG_INPUT
     except (Failure, OSError) as error:
         _say(console, error)
+        return FAILED
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] not in own_names.resolved:
+            raise
+        console.print(f"femic: {error}: another package may have overwritten a part of femic: femic doctor")
         return FAILED
     except KeyboardInterrupt:
         console.print("femic: interrupted; finished parts are stored: run the same command to continue")

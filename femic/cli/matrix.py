@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, SceneName, Work
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.reference.matrix.job import Discount
 from femic.scenes.ic_names import AUTO, ICName
@@ -33,7 +33,7 @@ def matrix(
     with work.options(folder, console) as options:
         report = page.write_matrix(loaded, folder, strip, options)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
 
 
 def export(

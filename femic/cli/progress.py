@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
+    ProgressColumn,
     SpinnerColumn,
     TextColumn,
     TimeElapsedColumn,
@@ -36,17 +37,16 @@ def show_progress(console: Console) -> Iterator[Watch]:
         yield watch
 
 
+def bars(console: Console, *further: ProgressColumn) -> Bars:
+    """Return progress bars with a description, the count, the time elapsed, and further columns."""
+    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    return Bars(*columns, TimeElapsedColumn(), *further, console=console)
+
+
 @contextmanager
 def _bar(console: Console, write: Write) -> Iterator[Watch]:
     """Yield a watch that shows a progress bar over the models; refinement adds models."""
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Bars(*columns, console=console) as progress:
+    with bars(console) as progress:
         models = progress.add_task("models", total=0)
 
         def on_round(todo: Sequence[Task]) -> None:

@@ -8,7 +8,17 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import AT, DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers, print_warnings
+from femic.cli.work import (
+    AT,
+    DEFAULT_WORK,
+    TABLE_WIDTH,
+    SceneName,
+    StoreAt,
+    Work,
+    Workers,
+    announce,
+    print_warnings,
+)
 from femic.late import lazy_imports
 from femic.reference.run_options import cores
 from femic.scenes.ic_names import AUTO
@@ -35,7 +45,7 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     loaded = load_scene(scene)
     console = Console()
     report = _computed(loaded, work.folder(loaded), work, console)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
     if loaded.ics == AUTO:
         with work.options(work.folder(loaded), console) as options:
             chosen = choice.choose(scene, choice.question_of(loaded), options)
@@ -83,7 +93,7 @@ def compare(
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
         report = page.write(overlay_results.load(scene_sources), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
 
 
 def _require_scenes(arguments: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ from femic.cache import folders
 from femic.cache.store import Store
 from femic.campaigns.files.campaign import Campaign
 from femic.campaigns.files.load import load_campaign
-from femic.cli.work import DEFAULT_WORK, Work, store_at
+from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
 from femic.late import lazy_imports
 from geometries.errors import Failure, WrongInput
 
@@ -116,19 +116,14 @@ def _undamaged(folder: Path) -> xr.Dataset:
     path = reading.file_in(folder)
     if not path.exists():
         raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
-    try:
-        dataset = reading.open_sweep(path)
-    except Exception as error:  # whatever zarr and xarray make of it
-        raise Failure(f"{path}: damaged ({error}): {integrity.REMEDY}") from error
-    integrity.require_undamaged(path, dataset)
-    return dataset
+    return integrity.open_undamaged(path)
 
 
 def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:
     """Write the page of a dataset; a run may go on meanwhile, which locks the folder itself."""
     with folders.locked(folder / "figures"):
         report = page.write_sweep(dataset, folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
 
 
 @contextmanager

@@ -6,16 +6,19 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cli.work import DEFAULT_WORK, Work
+from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.validation.extremes.cases import available as extremes_available
-from femic.validation.statements import page as validation
-from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
 
-with lazy_imports():  # they need the extra femic[extremes]
+with lazy_imports():  # those of `extremes` need the extra femic[extremes]
     from femic.validation.extremes import engines
     from femic.validation.extremes import page as extremes_page
+    from femic.validation.statements import page as validation
+    from femic.validation.statements import runs, verdicts
+
+TOLERANCE = 1e-3  # of C, by default
+TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
 
 
 def validate(
@@ -23,18 +26,18 @@ def validate(
     only: Annotated[
         tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
     ] = None,
-    tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
+    tolerance: Annotated[float, Parameter(help="of C")] = TOLERANCE,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
+    if not TIGHTEST <= tolerance <= LOOSEST:
+        raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
     numbers = verdicts.selection(only)
-    if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
-        raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
     folder = work.out or Path("out") / "validation"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
         report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)
 
 
 def extremes(
@@ -52,4 +55,4 @@ def extremes(
     console = Console(highlight=False)
     with work.options(folder, console) as options:
         report = extremes_page.write_extremes(of, engines.Engines(options), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+    announce(report, console)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
@@ -18,6 +18,7 @@ from femic.scenes import plausibility
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
+OUT = Path("out")  # the folder of all results, unless another is given
 AT = "@"  # between a campaign and the name of its points
 TABLE_WIDTH = 130  # characters
 
@@ -29,6 +30,8 @@ StoreAt = Annotated[
 ]
 
 url_to_fs = Late("fsspec.core:url_to_fs")
+figures_as = Late("compare.report.files:figures_as")
+write_index = Late("compare.report.index:write_index")
 
 
 @Parameter(name="*")
@@ -42,10 +45,14 @@ class Work:
     ] = None
     workers: Workers = None
     store: StoreAt = None
+    figures: Annotated[
+        tuple[Literal["pdf", "png"], ...],
+        Parameter(help="formats of each figure, beside SVG", consume_multiple=True),
+    ] = ()
 
     def folder(self, scene: Scene) -> Path:
         """Return the folder of the results of a scene."""
-        return self.out or Path("out") / scene.name
+        return self.out or OUT / scene.name
 
     def folders_of(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
         """Return the folders of the results of scenes, OUT/SCENE each where there are several.
@@ -55,15 +62,15 @@ class Work:
         names = [scene.name for scene in scenes]
         if len(set(names)) < len(names):
             raise WrongInput(f"SCENE: {', '.join(names)}: two have the same name; rename a file")
-        several = [(self.out or Path("out")) / name for name in names]
-        of_each = several if len(names) > 1 else [self.folder(scenes[0])]
-        for folder in (*of_each, *others):
+        several = [(self.out or OUT) / name for name in names]
+        scene_folders = several if len(names) > 1 else [self.folder(scenes[0])]
+        for folder in (*scene_folders, *others):
             folders.require_usable(folder)
-        return of_each
+        return scene_folders
 
     def joint_folder(self, names: Sequence[str]) -> Path:
         """Return the folder of the results that several scenes have in common."""
-        return self.out or Path("out") / "_".join(names)
+        return self.out or OUT / "_".join(names)
 
     @property
     def threads(self) -> int:
@@ -76,8 +83,15 @@ class Work:
 
         The store is in this folder unless another is named. Raises as `folders.locked` does.
         """
-        with folders.locked(folder), progress.show_progress(console) as watch:
+        with folders.locked(folder), figures_as(self.figures), progress.show_progress(console) as watch:
             yield RunOptions(self.threads, store_at(self.store, folder), watch)
+
+
+def announce(report: Path, console: Console) -> None:
+    """Print where a page is, and list it in `out/index.html`, if it is in there."""
+    console.print(f"Report: {report}", soft_wrap=True)
+    if report.resolve().parent.parent == OUT.resolve():
+        write_index(OUT)
 
 
 def print_warnings(scene: Scene, console: Console) -> None:

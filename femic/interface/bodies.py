@@ -14,7 +14,7 @@ from femic.scenes.bodies import BodyTable
 from femic.scenes.effective import effective_properties
 from femic.scenes.load import parse, read_scene, scene_path
 from femic.scenes.messages import messages
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries import bodies
 from geometries.errors import WrongInput
 from geometries.materials import Material

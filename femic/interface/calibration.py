@@ -35,7 +35,7 @@ def fit_bhat_prime(
     curvature_apart: bool = False,
     options: Options = DEFAULT,
 ) -> FittedPair:
-    """Fit B-hat-prime to C under a load on a patch, at points of lines along x (docs/calibration.md).
+    """Fit B-hat-prime to C under a load on a patch, at points of lines along x (docs/how-to/calibration.md).
 
     Of the `bodies` "combined", both together, "lower" or "upper", the `properties` "mismatch_k", "G" or "nu"
     become functions of the distance from the load, such that `components` are as close to C as possible. With

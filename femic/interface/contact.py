@@ -18,7 +18,7 @@ from femic.interface.bodies import Pair, checked, given
 from femic.interface.matrices import grid_of, name_of
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
-from femic.scenes.checks import misfits
+from femic.scenes.build import misfits
 from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene

@@ -13,7 +13,7 @@ from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
 from femic.interface.bodies import Pair, checked
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
-from femic.scenes.checks import misfits
+from femic.scenes.build import misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.scene import Scene

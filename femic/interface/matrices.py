@@ -99,7 +99,7 @@ def grid_of(labelled: xr.Dataset) -> Grid:
 def write_for_contact(pair: Pair, ics: xr.Dataset, path: str | Path) -> None:
     """Write an IC matrix, labelled as by `compute_matrix`, to a file for the program CONTACT.
 
-    docs/contact-export.md says what has to be set there.
+    docs/how-to/contact-file.md says what has to be set there.
     """
     name_of(ics)
     scene = _scene(pair, grid_of(ics), DEFAULT)

@@ -35,26 +35,26 @@ class Batch:
 def assess(batches: Iterable[Batch], *, combined: bool) -> Assessment:
     """Return the worst errors over batches: of each body and, with `combined`, of the sum of all bodies."""
     own: defaultdict[str, list[Shares]] = defaultdict(list)
-    in_sum: defaultdict[str, list[Shares]] = defaultdict(list)
-    of_sum: list[Shares] = []
+    body_in_sum: defaultdict[str, list[Shares]] = defaultdict(list)
+    combined_shares: list[Shares] = []
     for batch in batches:
         for body, ics in batch.ics.items():
             own[body].append(batch.measure([body], ics.ic)(body, ics))
         if combined:
             bodies, c = list(batch.ics), total(list(batch.ics.values()))
             measure = batch.measure(bodies, c.ic)
-            of_sum.append(measure(bodies[0], c))
+            combined_shares.append(measure(bodies[0], c))
             for body, ics in batch.ics.items():
-                in_sum[body].append(measure(body, ics))
+                body_in_sum[body].append(measure(body, ics))
     return Assessment(
         {body: worst_of(shares) for body, shares in own.items()},
-        worst_of(of_sum) if combined else None,
-        {body: worst_of(shares) for body, shares in in_sum.items()},
+        worst_of(combined_shares) if combined else None,
+        {body: worst_of(shares) for body, shares in body_in_sum.items()},
     )
 
 
 def worst_of(shares: Sequence[Shares]) -> Shares:
     """Return the worst of several shares, with the largest of each part."""
-    worst = max(shares, key=lambda one: one.total)
-    parts = {part: max(getattr(one, part) for one in shares) for part in ("mesh", "truncation", "waves")}
+    worst = max(shares, key=lambda row: row.total)
+    parts = {part: max(getattr(row, part) for row in shares) for part in ("mesh", "truncation", "waves")}
     return replace(worst, **parts)

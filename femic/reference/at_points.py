@@ -1,11 +1,10 @@
 """C at points: the ICs of one loaded patch, refined until they meet the tolerance."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 
 from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.job import Job
-from femic.reference.level import Level
 from femic.reference.models import RawICs
 from femic.reference.refinement import converged
 from femic.reference.result import Reference, combine, scales, shares
@@ -22,30 +21,23 @@ def references(
     next run of the same code. Raises WrongInput for points outside a model, NotConverged where the tolerance
     would need a larger model than the job allows.
     """
-    return converged(AtPoints(jobs, combined), options)
+    assess_all = partial(assess_references, jobs, combined=combined)
+    return converged(jobs, options, read=_displacements, combine=combine, assess=assess_all)
 
 
-@dataclass(frozen=True)
-class AtPoints:
-    """The ICs of bodies at points, as a problem of `femic.reference.refinement`."""
+def _displacements(job: Job, solved: Solved) -> RawICs:
+    """Return the displacements of a solved model at the points."""
+    return job.settings.engine.models.displacements(solved.task.request, solved.model)
 
-    jobs: Mapping[str, Job]
-    combined: bool
 
-    def read(self, name: str, solved: Solved) -> RawICs:
-        """Return the displacements of a solved model at the points."""
-        return self.jobs[name].settings.engine.models.displacements(solved.task.request, solved.model)
+def assess_references(
+    jobs: Mapping[str, Job], references: Mapping[str, Reference], *, combined: bool
+) -> Assessment:
+    """Return the estimated errors of the references and, with `combined`, of their sum."""
 
-    def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
-        """Return C of a body at a level from the displacements of its models."""
-        return combine(self.jobs[name], level, models)
+    def measure(bodies: Sequence[str], ic: Array) -> Measure:
+        scale = scales([jobs[body] for body in bodies], ic)
+        return lambda body, c: shares(jobs[body], c, scale)
 
-    def assess(self, references: Mapping[str, Reference]) -> Assessment:
-        """Return the estimated errors of the references and, with `combined`, of their sum."""
-
-        def measure(bodies: Sequence[str], ic: Array) -> Measure:
-            scale = scales([self.jobs[body] for body in bodies], ic)
-            return lambda body, c: shares(self.jobs[body], c, scale)
-
-        ics = {body: reference.c for body, reference in references.items()}
-        return assess([Batch(ics, measure)], combined=self.combined)
+    ics = {body: reference.c for body, reference in references.items()}
+    return assess([Batch(ics, measure)], combined=combined)

@@ -36,8 +36,13 @@ class EstimatedICs:
     waves_error: Array  # from the wavenumbers; 0 for the solid engine
 
     @property
+    def errors(self) -> tuple[Array, Array, Array]:
+        """The parts of the estimated error of `ic` [mm/N], (3, 3, n) each: mesh, truncation, wavenumbers."""
+        return self.mesh_error, self.truncation_error, self.waves_error
+
+    @property
     def estimate(self) -> Array:
-        """Return the estimated error of `ic` [mm/N], shape (3, 3, n)."""
+        """The estimated error of `ic` [mm/N], shape (3, 3, n)."""
         return self.mesh_error + self.truncation_error + self.waves_error
 
 

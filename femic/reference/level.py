@@ -1,7 +1,7 @@
 """Steps of refinement, and the orders at which errors fall with them.
 
 Errors of both engines are assumed to fall like h^3 and L^-2. Measured rates are h^3 for the solid engine, h^4
-for the harmonic engine, and L^-2 for both (docs/solid-engine.md, docs/harmonic-engine.md).
+for the harmonic engine, and L^-2 for both (docs/evidence/solid-engine.md, docs/evidence/harmonic-engine.md).
 """
 
 from collections.abc import Iterable

@@ -1,13 +1,13 @@
 """Solve and refine models until the estimated error of C meets the tolerance.
 
-One driver serves C at points and on grids (`Problem`). Each body is refined until its own estimate meets the
-tolerance. Where the sum of both bodies is compared, refinement goes on until the sum meets it as well: the
+One driver serves C at points and on grids. Each body is refined until its own estimate meets the tolerance.
+Where the sum of both bodies is compared, refinement goes on until the sum meets it as well: the
 errors add up, while a component of the sum, and with it the scale, may be smaller than its parts. Each part
 of the error that is too large is reduced by as many steps as its order of convergence predicts: the mesh part
 with smaller cells, the truncation part with a larger domain, the wave part with more and larger wavenumbers.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
@@ -59,33 +59,24 @@ class RefinableJob(Protocol):
         """Return the engine's request for the model at a level."""
 
 
+AnyJob = TypeVar("AnyJob", bound=RefinableJob)
 Result = TypeVar("Result", bound=RefinableResult)
 
 
-class Problem(Protocol[Result]):
-    """Jobs that are solved together, and how their solved models are read, combined and assessed."""
+def converged(
+    jobs: Mapping[str, AnyJob],
+    options: RunOptions,
+    *,
+    read: Callable[[AnyJob, Solved], Any],
+    combine: Callable[[AnyJob, Level, Mapping[Level, Any]], Result],
+    assess: Callable[[Mapping[str, Result]], Assessment],
+) -> dict[str, Result]:
+    """Solve and refine jobs, by the names of their bodies, until their estimates meet their tolerances.
 
-    @property
-    def jobs(self) -> Mapping[str, RefinableJob]:
-        """The jobs by the names of their bodies."""
-
-    def read(self, name: str, solved: Solved) -> Any:
-        """Return the data that a solved model contributes to the result."""
-
-    def combine(self, name: str, level: Level, models: Mapping[Level, Any]) -> Result:
-        """Return the result of a job at a level, with its estimate, from the data of its models."""
-
-    def assess(self, results: Mapping[str, Result]) -> Assessment:
-        """Return the estimated errors of the results."""
-
-
-def converged(problem: Problem[Result], options: RunOptions) -> dict[str, Result]:
-    """Solve and refine all jobs of a problem until their estimates meet their tolerances.
-
-    Raises WrongInput for points outside a model, NotConverged where a tolerance would need a larger model
-    than its job allows.
+    `read` returns what a solved model contributes, `combine` the result of a job at a level from that of its
+    models, `assess` the estimated errors of the results. Raises WrongInput for points outside a model,
+    NotConverged where a tolerance would need a larger model than its job allows.
     """
-    jobs = problem.jobs
     for name, job in jobs.items():
         require_inside(name, job.request(Level(domain=-1)))
     levels = dict.fromkeys(jobs, Level())
@@ -100,10 +91,10 @@ def converged(problem: Problem[Result], options: RunOptions) -> dict[str, Result
         ]
         options.watch.on_round([task for _, task in unsolved])
         for solved in solve_models(unsolved, options):
-            models[solved.task.job][solved.task.level] = problem.read(solved.task.job, solved)
+            models[solved.task.job][solved.task.level] = read(jobs[solved.task.job], solved)
             options.watch.on_model(solved)
-        results = {name: problem.combine(name, levels[name], models[name]) for name in jobs}
-        refinements = refine(jobs, results, problem.assess(results))
+        results = {name: combine(job, levels[name], models[name]) for name, job in jobs.items()}
+        refinements = refine(jobs, results, assess(results))
         if not refinements:
             return results
         options.watch.on_stage(f"  {' and '.join(refinements)} body: not yet within the tolerance: refining")

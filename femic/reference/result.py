@@ -114,7 +114,5 @@ def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, st
 
 def shares(job: Job, c: EstimatedICs, scale: Mapping[str, Array]) -> Shares:
     """Return the largest estimate of a job's ICs, and of each part, on the scale of refinement."""
-    mesh, truncation, waves = (
-        worst(job, part, scale)[0] for part in (c.mesh_error, c.truncation_error, c.waves_error)
-    )
+    mesh, truncation, waves = (worst(job, part, scale)[0] for part in c.errors)
     return Shares(mesh, truncation, waves, *worst(job, c.estimate, scale))

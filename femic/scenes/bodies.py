@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 from femic.key_types import LARGEST_LENGTH, Amount, Length
 from femic.scenes.contours import AnyContour
 from femic.scenes.errors import BadScene
-from femic.scenes.section import LIMIT_SLACK, SceneTable
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
 from geometries.bodies import Body, Domain
 from geometries.errors import WrongInput
 from geometries.materials import Material

@@ -8,17 +8,26 @@ import numpy as np
 from femic.contact.specification import APPROACH_SHARE
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
-from femic.scenes.bodies import body_of
+from femic.scenes.bodies import body_misfits, body_of
 from femic.scenes.calibration import calibration_misfits, calibration_of
-from femic.scenes.checks import misfits
-from femic.scenes.contact import contact_of
-from femic.scenes.effective import effective_properties
+from femic.scenes.contact import contact_misfits, contact_of
+from femic.scenes.effective import effective_misfits, effective_properties
+from femic.scenes.engine import engine_misfits, ratio_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
 from femic.scenes.grid import figure_grid, grid_misfits
-from femic.scenes.lines import default_lines, line_of, patch_of
+from femic.scenes.lines import (
+    default_lines,
+    half_sides,
+    line_misfits,
+    line_of,
+    patch_misfits,
+    patch_of,
+    reach_of,
+    room_of,
+)
 from femic.scenes.scene import Scene
-from femic.scenes.section import shared
+from femic.scenes.scene_table import shared
 from geometries.bodies import Body, common_extent
 from geometries.contours import Contour
 from geometries.surfaces import LOWER, UPPER
@@ -72,6 +81,21 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
 def check_scene(name: str, text: str, file: SceneFile) -> Scene:
     """Return the scene with the engine that checks others."""
     return build_scene(name, text, file.model_copy(update={"engine": file.engine.check_engine}))
+
+
+def misfits(scene: Scene) -> Iterator[str]:
+    """Yield what does not fit between the tables of a scene that each scene has."""
+    room = room_of(scene)
+    yield from patch_misfits(scene, room)
+    yield from line_misfits(scene, room)
+    reaches = [(f"lines.{k} ({line.name})", reach_of(line, scene)) for k, line in enumerate(scene.lines)]
+    reaches.append(("rotation_reach", scene.settings.rotation_reach))
+    yield from ratio_misfits(half_sides(scene), reaches, scene)
+    for name, body in scene.bodies.items():
+        yield from body_misfits(name, body, scene.settings.engine.limits.inclination)
+    yield from engine_misfits(scene)
+    yield from contact_misfits(scene)
+    yield from effective_misfits(scene)
 
 
 def _table_misfits(scene: Scene, given: set[str]) -> Iterator[str]:

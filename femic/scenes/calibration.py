@@ -12,7 +12,7 @@ from femic.scenes.effective import Curvature
 from femic.scenes.engine import ratio_misfits
 from femic.scenes.lines import half_sides, misfits_of_line, reach_of
 from femic.scenes.scene import Calibration, Scene
-from femic.scenes.section import SceneTable, shared
+from femic.scenes.scene_table import SceneTable, shared
 from geometries.patches import OffsetLine, Patch, line_along_s
 
 BodyName = Literal["combined", "lower", "upper"]

@@ -16,7 +16,7 @@ from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, SceneTable, keys_of, shared
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput
 
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
@@ -26,26 +26,17 @@ class ContactKeys(SceneTable):
     """Contact of both bodies (femic contact): rules for the keys of `ContactTable`."""
 
     @model_validator(mode="after")
-    def _loads_or_approaches(self) -> "ContactKeys":
-        given = dict(self)
-        if given["loads"] and given["approaches"]:
+    def _consistent(self) -> "ContactKeys":
+        keys = dict(self)
+        name, motion = keys["motion"], MOTIONS[keys["motion"]]
+        if keys["loads"] and keys["approaches"]:
             raise ValueError("give either loads or approaches")
-        return self
-
-    @model_validator(mode="after")
-    def _keys_of_motion(self) -> "ContactKeys":
-        name = dict(self)["motion"]
-        for key in dict.fromkeys(key for motion in MOTIONS.values() for key in motion.keys):
-            if key in self.model_fields_set and key not in MOTIONS[name].keys:
-                of = " or ".join(repr(other) for other, motion in MOTIONS.items() if key in motion.keys)
-                raise ValueError(f"{key} is only of motion = {of}, not {name!r}: leave it out")
-        return self
-
-    @model_validator(mode="after")
-    def _growing(self) -> "ContactKeys":
-        given = dict(self)
-        for key in MOTIONS[given["motion"]].growing:
-            if any(after <= before for before, after in pairwise(given[key])):
+        for key in dict.fromkeys(key for other in MOTIONS.values() for key in other.keys):
+            if key in self.model_fields_set and key not in motion.keys:
+                others = " or ".join(repr(other) for other in MOTIONS if key in MOTIONS[other].keys)
+                raise ValueError(f"{key} is only of motion = {others}, not {name!r}: leave it out")
+        for key in motion.growing:
+            if any(after <= before for before, after in pairwise(keys[key])):
                 raise ValueError(f"{key} must grow: sort them, each once")
         return self
 
@@ -66,11 +57,11 @@ AnyContact = Annotated[SerializeAsAny[ContactKeys], PlainValidator(ContactTable.
 
 def contact_of(table: ContactKeys) -> ContactSpecification:
     """Return the specification of a table; raise BadScene for a file that has no extra gap."""
-    given = dict(table)
-    friction = FrictionSpecification(given["friction"], **shared(table, FrictionSpecification))
+    keys = dict(table)
+    friction = FrictionSpecification(keys["friction"], **shared(table, FrictionSpecification))
     resolved = {
-        "extra_gap": _extra_gap(given["extra_gap"]),
-        "friction": friction if MOTIONS[given["motion"]].has_friction else None,
+        "extra_gap": _extra_gap(keys["extra_gap"]),
+        "friction": friction if MOTIONS[keys["motion"]].has_friction else None,
     }
     return ContactSpecification(**shared(table, ContactSpecification) | resolved)
 
@@ -114,7 +105,7 @@ def _friction_misfits(scene: Scene) -> Iterator[str]:
             "others"
         )
     if motion.wheel_rolls and np.isinf(scene.bodies["upper"].rolling_radius):
-        others = [repr(other) for other, of in MOTIONS.items() if of.has_friction and not of.wheel_rolls]
+        others = [repr(key) for key, other in MOTIONS.items() if other.has_friction and not other.wheel_rolls]
         yield (
             f"upper.rolling_radius = inf: motion = {name!r} needs a wheel: give upper.rolling_radius in mm, "
             f"or motion = {' or '.join(others)}"

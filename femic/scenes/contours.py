@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, Field, FilePath, PlainValidator,
 
 from femic.key_types import LARGEST_LENGTH, LEAST_LENGTH, Length, NameOf, Place, Several, TwoOf
 from femic.scenes.columns import columns
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries import contours
 from geometries.contours import Contour
 from geometries.errors import WrongInput

@@ -10,7 +10,7 @@ from approx.variants import VARIANTS, needs_effective
 from femic.key_types import Length, Signed
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 
 Exponent = Annotated[float, Field(gt=0, le=1000)]
@@ -58,16 +58,16 @@ class EffectiveTable(SceneTable):
 
 def effective_properties(table: EffectiveTable) -> dict[str, EffectiveProperties]:
     """Return effective properties by "combined", "lower", "upper", where given; raise BadScene."""
-    return {name: _properties(name, given) for name, given in table if given is not None}
+    return {name: _properties(name, properties) for name, properties in table if properties is not None}
 
 
 def _properties(name: str, table: PropertiesTable) -> EffectiveProperties:
     """Return the properties of a table by its name; raise BadScene."""
-    given = {key: getattr(table, key) for key in PropertiesTable.model_fields}
-    transitions = {key: Transition(**dict(value)) for key, value in given.items() if value is not None}
+    values = {key: getattr(table, key) for key in PropertiesTable.model_fields}
+    transitions = {key: Transition(**dict(value)) for key, value in values.items() if value is not None}
     if not transitions:
         raise BadScene(
-            f"effective.{name}: names no property; give one of {', '.join(given)}, or leave it out"
+            f"effective.{name}: names no property; give one of {', '.join(values)}, or leave it out"
         )
     try:
         return EffectiveProperties(**transitions)

@@ -14,7 +14,7 @@ from femic.reference.models import SolverChoice
 from femic.reference.solid.pardiso import available as direct_available
 from femic.reference.solid.record import SOLID
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, SceneTable
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
 from geometries.bodies import Domain
 from geometries.patches import Patch
 

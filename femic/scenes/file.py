@@ -14,7 +14,7 @@ from femic.scenes.engine import EngineTable
 from femic.scenes.grid import GridTable
 from femic.scenes.ic_names import ICName, VariantName
 from femic.scenes.lines import Line, PatchTable
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 
 
 class SceneFile(SceneTable):

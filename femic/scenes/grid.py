@@ -8,7 +8,7 @@ from pydantic import Field
 from femic.key_types import Length, Place, Whole
 from femic.scenes.engine import ratio_misfits
 from femic.scenes.scene import Scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries.grids import Grid
 from geometries.patches import Patch
 

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from femic.key_types import Length, Place, Whole
 from femic.scenes.scene import Scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries.bodies import Body
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 

@@ -30,7 +30,7 @@ def listing(name_or_path: str) -> str:
         field = SceneFile.model_fields[name]
         left_out = name not in table and field.default is None
         lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
-        lines += _entries(_table_of(field), table.get(name, {}))
+        lines += _entries(table_in(field), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
@@ -42,7 +42,7 @@ def listing(name_or_path: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table_of(field: FieldInfo) -> type[BaseModel]:
+def table_in(field: FieldInfo) -> type[BaseModel]:
     """Return the table that a key holds, or may hold."""
     if isinstance(field.default, BaseModel):
         return type(field.default)
@@ -77,28 +77,28 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
         if only is not None and key not in only:
             continue
         if key in table:
-            yield f"{key} = {_toml(table[key])}  # {field.description}"
+            yield f"{key} = {as_toml(table[key])}  # {field.description}"
         else:
             default = None if field.is_required() else field.get_default()
-            shown = "..." if default is None else _toml(default)
+            shown = "..." if default is None else as_toml(default)
             yield f"# {key} = {shown}  # {field.description}"
-        if choices := [*_choices(field.annotation), *_choices(*field.metadata)]:
+        if allowed := [*choices(field.annotation), *choices(*field.metadata)]:
             number = "one or more" if "tuple" in str(field.annotation) else "one"
-            yield f"#   {number} of: {', '.join(choices)}"
+            yield f"#   {number} of: {', '.join(allowed)}"
 
 
-def _choices(*annotations: Any) -> Iterator[str]:
+def choices(*annotations: Any) -> Iterator[str]:
     """Yield the names that a key may take, in quotes."""
     for annotation in annotations:
         if get_origin(annotation) in (tuple, types.UnionType, Annotated):
-            yield from _choices(*get_args(annotation))
+            yield from choices(*get_args(annotation))
         elif isinstance(annotation, AfterValidator) and isinstance(annotation.func, NameOf):
             yield from (f'"{name}"' for name in annotation.func.names())
         elif get_origin(annotation) is Literal and len(get_args(annotation)) > 1:
             yield from (f'"{value}"' for value in get_args(annotation))
 
 
-def _toml(value: Any) -> str:
+def as_toml(value: Any) -> str:
     """Return a value as TOML; a table in a single line."""
     if not isinstance(value, dict):
         return tomlkit.item(value).as_string()

@@ -1,5 +1,6 @@
 """Scenes from a built-in name, a TOML file or a table; errors of a scene are raised together."""
 
+import tomllib
 from collections.abc import Mapping
 from copy import deepcopy
 from difflib import get_close_matches
@@ -14,11 +15,11 @@ from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.file import SceneFile
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.messages import messages
-from femic.scenes.names import name_of
 from femic.scenes.scene import Scene
-from femic.scenes.toml import NotToml, table_of
 
 BUILTIN = Path(__file__).parent / "builtin"
+DEEPEST = 30  # tables and lists within each other; a scene has 5
+SHORTENED = 200  # characters of a reason that are shown
 
 
 def builtin_names() -> list[str]:
@@ -27,7 +28,7 @@ def builtin_names() -> list[str]:
 
 
 def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a built-in name or a TOML file, with some keys changed; raise BadScene.
+    """Return the scene of a built-in name or a TOML file, with some keys changed; raise WrongInput.
 
     `changes` has the keys of a scene file. A table in it replaces only those keys that it names; one that
     names a `kind` replaces the whole table.
@@ -76,9 +77,27 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text and the table of a TOML file; raise BadScene for other files."""
     try:
         text = path.read_text(encoding="utf-8")
-        return text, table_of(text)
-    except (NotToml, UnicodeDecodeError) as error:
-        raise BadScene(f"{path}: not TOML: {error}. Compare with `femic scenes --show flat`") from error
+        table = tomllib.loads(text)
+        if _depth(table) > DEEPEST:
+            raise RecursionError
+    except RecursionError as error:
+        reason = f"tables and lists within each other more than {DEEPEST} deep"
+        raise _not_toml(path, reason) from error
+    except ValueError as error:  # neither UTF-8 nor TOML, or an integer of thousands of digits
+        raise _not_toml(path, str(error)[:SHORTENED]) from error
+    return text, table
+
+
+def _depth(value: Any) -> int:
+    """Return how deep tables and lists lie within each other."""
+    if not isinstance(value, dict | list):
+        return 0
+    entries = value.values() if isinstance(value, dict) else value
+    return 1 + max((_depth(entry) for entry in entries), default=0)
+
+
+def _not_toml(path: Path, reason: str) -> BadScene:
+    return BadScene(f"{path}: not TOML: {reason}. Compare with `femic scenes --show flat`")
 
 
 def scene_path(name_or_path: str) -> Path:
@@ -95,6 +114,17 @@ def scene_path(name_or_path: str) -> Path:
     return path
 
 
+def name_of(path: Path) -> str:
+    """Return the name of a scene or campaign file; raise BadScene for one that no folder can have."""
+    name = path.stem
+    if not name.strip(" .") or not name.isprintable():
+        raise BadScene(
+            f"{str(path)!r}: its name without .toml names the folder of results, and no "
+            f"folder can be called {name!r}: rename it"
+        )
+    return name
+
+
 def parse(table: dict[str, Any], path: Path) -> SceneFile:
     """Validate the keys and values of a scene table; raise BadScene.
 
@@ -109,15 +139,19 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:
     """Make names of files in a scene table relative to a folder instead of the working directory."""
-    places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
-    for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
-        inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
-        if isinstance(inner, dict) and isinstance(inner.get(keys[1]), str):
-            inner[keys[1]] = str(folder / inner[keys[1]])
-    contact = table.get("contact", {})
-    ics = contact.get("ics") if isinstance(contact, dict) else None
-    if isinstance(ics, list):
-        contact["ics"] = [_with_folder(name, folder) for name in ics]
+    places = [(_table_in(_table_in(table, body), "contour"), "file") for body in ("lower", "upper")]
+    contact = _table_in(table, "contact")
+    for inner, key in (*places, (contact, "extra_gap")):
+        if isinstance(inner.get(key), str):
+            inner[key] = str(folder / inner[key])
+    if isinstance(contact.get("ics"), list):
+        contact["ics"] = [_with_folder(name, folder) for name in contact["ics"]]
+
+
+def _table_in(table: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return the table at a key; an empty one where there is none."""
+    inner = table.get(key)
+    return inner if isinstance(inner, dict) else {}
 
 
 def _with_folder(ics: Any, folder: Path) -> Any:

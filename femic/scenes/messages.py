@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
-from femic.scenes.section import SceneTable, tables
+from femic.scenes.scene_table import SceneTable, tables
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",

@@ -11,10 +11,12 @@ from femic.cache.files import write_text
 
 
 def write(
-    folder: Path, study: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
+    folder: Path, study: str, module: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
 ) -> Path:
-    """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
-    module = f"femic.validation.{study}.page"
+    """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page.
+
+    `module` computes the numbers, with all that it imports.
+    """
     content = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(text, folder / f"{study}.json")

@@ -46,39 +46,39 @@ def logarithmic(low, high):
     n=logarithmic(*EXPONENTS["n"]),
     apart=st.booleans(),
 )
-def test_any_parameters_within_bounds_come_back(far, r_inf, m, n, apart):
+def test_parameters_within_bounds_are_recovered(far, r_inf, m, n, apart):
     """Or few points lie in the transition, or do not determine all of it: then the curve comes back."""
     true = Transition(far, r_inf, m, n)
     solid = Pair(WHEEL, RAIL, curvature_apart=apart)
-    found = fit(target(EffectiveProperties(mismatch_k=true), solid))
-    assert found.worst[0] < 1e-6
+    result = fit(target(EffectiveProperties(mismatch_k=true), solid))
+    assert result.worst[0] < 1e-6
     in_transition = np.sum(np.hypot(X, S) < r_inf)
-    if in_transition >= FEWEST and all(parameter.deviation is not None for parameter in found.parameters):
-        got = found.effective.mismatch_k
+    if in_transition >= FEWEST and all(parameter.deviation is not None for parameter in result.parameters):
+        got = result.effective.mismatch_k
         np.testing.assert_allclose([got.far, got.r_inf, got.m, got.n], [far, r_inf, m, n], rtol=2e-3)
 
 
-def test_what_the_data_determine_is_not_fixed():
+def test_determined_parameters_are_not_fixed():
     """A transition in the middle of the points, not linear: all four parameters are fitted."""
-    found = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
-    assert all(parameter.deviation is not None for parameter in found.parameters)
-    assert found.effective.mismatch_k.r_inf == pytest.approx(14.0, rel=1e-5)
+    result = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
+    assert all(parameter.deviation is not None for parameter in result.parameters)
+    assert result.effective.mismatch_k.r_inf == pytest.approx(14.0, rel=1e-5)
 
 
 @pytest.mark.parametrize("solid", [RAIL, WHEEL])
-def test_g_and_nu_of_one_body_come_back(solid):
+def test_g_and_nu_of_one_body_are_recovered(solid):
     true = EffectiveProperties(
         G=Transition(1.6 * solid.constants.G, 18.0, 1.4, 2.2), nu=Transition(0.11, 12.0, 0.8, 3.0)
     )
-    found = fit(target(true, solid, ("nn", "xx", "ss", "xs")), ("G", "nu"))
+    result = fit(target(true, solid, ("nn", "xx", "ss", "xs")), ("G", "nu"))
     for name in ("G", "nu"):
-        got, expected = getattr(found.effective, name), getattr(true, name)
+        got, expected = getattr(result.effective, name), getattr(true, name)
         np.testing.assert_allclose(
             [got.far, got.r_inf, got.m, got.n],
             [expected.far, expected.r_inf, expected.m, expected.n],
             rtol=1e-4,
         )
-    assert found.covariance.shape == (8, 8)
+    assert result.covariance.shape == (8, 8)
 
 
 TRUE = Transition(-0.21, 17.0, 0.9, 3.1)
@@ -141,7 +141,7 @@ def test_units_do_not_matter(fitted):
     )
 
 
-def test_weights_choose_what_counts():
+def test_points_of_weight_0_do_not_count():
     """Points of weight 0 might as well not be there."""
     data = disturbed()
     wrong = np.arange(len(X)) % 5 == 2
@@ -151,30 +151,30 @@ def test_weights_choose_what_counts():
 
 
 @pytest.mark.slow
-def test_deviations_are_those_of_fits_to_noise():
+def test_deviations_match_the_scatter_of_fits_to_noise():
     """Noise drawn again and again: parameters scatter as the covariance says."""
-    found = [fit(disturbed(0.003, seed)) for seed in range(40)]
-    values = np.array([[p.value for p in one.parameters] for one in found])
-    told = np.array([[p.deviation for p in one.parameters] for one in found], dtype=float)
+    result = [fit(disturbed(0.003, seed)) for seed in range(40)]
+    values = np.array([[p.value for p in one.parameters] for one in result])
+    told = np.array([[p.deviation for p in one.parameters] for one in result], dtype=float)
     ratio = np.std(values, axis=0) / np.median(told, axis=0)
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
-def test_what_does_not_vary_is_fixed_parameter_by_parameter():
+def test_parameters_of_a_constant_property_are_fixed():
     half_space = Pair(WHEEL, RAIL).constants.mismatch_k
-    found = fit(target(EffectiveProperties(mismatch_k=Transition(half_space, 9.0, 2.0, 3.0))))
-    assert [parameter.note for parameter in found.parameters] == ["not determined by the data"] * 4
-    assert found.effective.mismatch_k == Transition(half_space, float(np.max(np.hypot(X, S))), 1.0, 1.0)
-    assert found.covariance.shape == (0, 0)
-    assert found.worst[0] < 1e-12
+    result = fit(target(EffectiveProperties(mismatch_k=Transition(half_space, 9.0, 2.0, 3.0))))
+    assert [parameter.note for parameter in result.parameters] == ["not determined by the data"] * 4
+    assert result.effective.mismatch_k == Transition(half_space, float(np.max(np.hypot(X, S))), 1.0, 1.0)
+    assert result.covariance.shape == (0, 0)
+    assert result.worst[0] < 1e-12
 
 
 def test_data_beyond_the_transition_determine_the_far_value_only():
     x = np.linspace(20.0, 60.0, 30)
-    found = fit(target(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=10.0)), x=x, s=0 * x))
-    assert found.parameters[0].value == pytest.approx(-0.21, rel=1e-6)
-    assert found.worst[0] < 1e-6
-    assert sum(parameter.deviation is None for parameter in found.parameters) >= 2
+    result = fit(target(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=10.0)), x=x, s=0 * x))
+    assert result.parameters[0].value == pytest.approx(-0.21, rel=1e-6)
+    assert result.worst[0] < 1e-6
+    assert sum(parameter.deviation is None for parameter in result.parameters) >= 2
 
 
 def test_errors_of_the_target_widen_the_deviations():

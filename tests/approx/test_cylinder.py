@@ -80,19 +80,19 @@ def test_every_harmonic_is_that_of_the_series(ics, side, m, nu):
     """m >= 2: self-balanced, no rigid motion."""
     material = Material(2 * (1 + nu), nu)  # G = 1
     compliance = mode(m, nu, side) / np.pi  # rows n, s; loads cos n, sin s
-    found = {
+    result = {
         (i, j): coefficient(lambda t, i=i, j=j: ics(material, t)[i, j], m, +1 if i == j else -1)
         for i in (0, 1)
         for j in (0, 1)
     }
     # a line load along s is a sum of cos(m theta) s, a quarter of a turn from sin(m theta) s
-    assert found[1, 1] == pytest.approx(compliance[0, 0], rel=1e-8, abs=1e-11)
-    assert found[0, 1] == pytest.approx(compliance[1, 0], rel=1e-8, abs=1e-11)
-    assert found[0, 0] == pytest.approx(compliance[1, 1], rel=1e-8, abs=1e-11)
-    assert found[1, 0] == pytest.approx(-compliance[0, 1], rel=1e-8, abs=1e-11)
+    assert result[1, 1] == pytest.approx(compliance[0, 0], rel=1e-8, abs=1e-11)
+    assert result[0, 1] == pytest.approx(compliance[1, 0], rel=1e-8, abs=1e-11)
+    assert result[0, 0] == pytest.approx(compliance[1, 1], rel=1e-8, abs=1e-11)
+    assert result[1, 0] == pytest.approx(-compliance[0, 1], rel=1e-8, abs=1e-11)
 
 
-def test_uniform_pressure_widens_the_cavity_and_the_cylinder_as_lame_says():
+def test_uniform_pressure_widens_cavity_and_cylinder_by_lame_s_formula():
     for nu in (0.0, 0.28, 0.45):
         material = Material(2 * (1 + nu), nu)
         for (ics, _), expected in zip(CIRCLES.values(), (1 / 2, (1 - 2 * nu) / 2), strict=True):
@@ -224,7 +224,7 @@ def test_close_to_the_load_a_circle_is_a_half_plane(ics, side, material):
 
 @each_circle
 @each_material
-def test_circles_are_b_of_the_half_plane_at_the_chord_with_sn_fading_to_the_far_side(ics, side, material):
+def test_circles_equal_b_of_the_half_plane_at_the_chord_with_sn_fading(ics, side, material):
     """B = A R(alpha) in (s, n); A_sn, A_ns times (pi - |alpha|) / pi."""
     chord = 2 * np.sin(ALPHA / 2)
     a = half_plane_ics(material, side, chord, 1.0)
@@ -258,6 +258,6 @@ def test_tiny_angles_keep_their_digits():
 
 
 @pytest.mark.parametrize("alpha", [0.0, np.nan, [0.3, np.inf]])
-def test_the_loaded_line_itself_and_what_is_no_angle_are_refused(alpha):
+def test_loaded_line_and_infinite_angles_are_refused(alpha):
     with pytest.raises(WrongInput, match="alpha: must be finite and not 0"):
         cavity_ics(STEEL, alpha)

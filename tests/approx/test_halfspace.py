@@ -120,7 +120,7 @@ def test_centre_of_the_patch_moves_as_love_says():
     assert ics(0.0, 0.0)[2, 2] == pytest.approx(love, rel=1e-14)
 
 
-def test_pressed_surface_gives_way_and_flows_towards_the_load_on_either_body():
+def test_pressed_surface_moves_into_the_body_and_towards_the_load():
     for side in (+1, -1):
         pressing = side * ics(0.9, 0.6, side=side)[:, 2]  # +n presses the upper body, -n the lower
         assert side * pressing[2] > 0
@@ -185,7 +185,7 @@ def test_reciprocity_signs_are_exact():
     np.testing.assert_array_equal(a[2, :2], -a[:2, 2])
 
 
-def test_other_side_only_turns_the_normal_coupling_round():
+def test_other_side_changes_only_the_sign_of_the_normal_coupling():
     upper, lower = (ics(*np.array(EVERYWHERE).T, side=side) for side in (+1, -1))
     turned = np.array([[1, 1, -1], [1, 1, -1], [-1, -1, 1]])[..., None]
     np.testing.assert_array_equal(lower, turned * upper)
@@ -359,7 +359,7 @@ def test_a_grid_may_be_a_single_strip_or_a_single_lag():
 
 
 @pytest.mark.parametrize("along", ["x", "s"])
-def test_a_grid_whose_end_lies_beyond_what_can_be_computed_is_refused(along):
+def test_grid_beyond_the_range_of_lengths_is_refused(along):
     """Lengths to 1e70 mm: no element is larger, the fourth one ends beyond."""
     long = 0.2e70
     patch = Patch(long, 0.2) if along == "x" else Patch(0.5, long)

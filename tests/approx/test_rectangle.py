@@ -96,7 +96,7 @@ def test_closed_forms_are_the_integrals_of_the_kernels(x, s):
     assert error(patch, x, s, [v if abs(v) > 1e-30 else mpmath.mpf(0) for v in quadrature]) <= TOLERANCE
 
 
-def test_corners_and_edges_are_no_singular_points():
+def test_corners_and_edges_are_not_singular():
     patch = Patch(0.5, 0.2)
     lines = np.array(
         [-np.nextafter(0.5, 1), -0.5, -0.2, -5e-324, 0.0, 1e-300, 0.2, np.nextafter(0.5, 0), 0.5, 9.0]

@@ -158,7 +158,7 @@ def test_b_bar_is_b_with_load_and_observer_exchanged(solid):
 
 @each_variant
 @pytest.mark.parametrize("flat", [plane(), arc(10.0, 0.45, 1.1)], ids=["plane", "flank"])
-def test_where_nothing_rotates_every_variant_is_its_half_space_exactly(name, flat):
+def test_variants_equal_the_half_space_exactly_without_rotation(name, flat):
     solid, patch = SOLIDS["both"], replace(PATCH, s=14.0)
     x, s = -0.4, np.linspace(11.5, 30.0, 9)
     a, a_prime = solid.ics(patch, x, s - 14.0), solid.effective_ics(patch, x, s - 14.0)
@@ -204,7 +204,7 @@ def test_an_exchange_takes_the_component_and_by_reciprocity_its_transpose(contou
 
 @each_solid
 @pytest.mark.parametrize("name", ["Bhat+sn:B", "Bhat+xs:A", "Bhat+ss:Bhat_prime", "mix+xn:Bbar"])
-def test_what_reciprocal_ics_become_by_an_exchange_is_reciprocal(name, solid):
+def test_exchange_keeps_reciprocity(name, solid):
     assert reciprocity_defect(name, solid, Surface(+1, CONTOURS["ellipse"], 90.0)) <= ROUNDING
 
 

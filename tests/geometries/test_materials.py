@@ -78,7 +78,7 @@ def test_one_body_has_the_mismatch_of_its_side():
     assert one_body(Material(9.0, 0.5), +1).mismatch_k == 0.0  # incompressible: uncoupled
 
 
-def test_exchanging_the_bodies_turns_the_mismatch_round():
+def test_exchanging_the_bodies_changes_the_sign_of_the_mismatch():
     there, back = both_bodies(STEEL, BRASS), both_bodies(BRASS, STEEL)
     np.testing.assert_allclose(strength(back), strength(there) * [1, 1, -1], rtol=1e-14)
     assert there.mismatch_k < 0  # the softer body is below: it moves more

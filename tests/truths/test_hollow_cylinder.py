@@ -62,7 +62,7 @@ def test_traction_at_the_cavity_is_the_load(m, load, nu):
 
 
 @ORDERS
-def test_outer_surface_rests_and_the_inner_one_has_the_compliance(m):
+def test_outer_surface_is_fixed_and_inner_surface_has_the_compliance(m):
     for load in (0, 1):
         np.testing.assert_allclose(field(m, 0.28, load, np.array([1.7 * 0.6, 1.7 * 0.8])), 0, atol=1e-14)
         u = field(m, 0.28, load, np.array([1.0, 0.0]))
@@ -88,8 +88,8 @@ def test_thin_wall_is_a_layer_in_uniform_strain():
     h, nu = 1e-5, STEEL.nu
     layer = np.array([h * (1 - 2 * nu) / (1 - nu) / 2 / STEEL.G, h / STEEL.G])
     assert [pressure(STEEL, 1.0, 1 + h), twist(STEEL, 1.0, 1 + h)] == pytest.approx(layer, rel=1e-4)
-    found = np.diag(compliance(3, kappa_of(nu), 1 + h)) / (2 * STEEL.G)
-    assert found == pytest.approx(layer, rel=1e-4)
+    result = np.diag(compliance(3, kappa_of(nu), 1 + h)) / (2 * STEEL.G)
+    assert result == pytest.approx(layer, rel=1e-4)
 
 
 # --- uniform tractions -----------------------------------------------------------------------------
@@ -109,12 +109,12 @@ def test_order_0_of_the_line_load_is_the_uniform_traction():
     np.testing.assert_allclose(mean, np.diag(uniform), rtol=0, atol=1e-6 * uniform[1])
 
 
-def test_pressure_is_that_of_lame():
+def test_pressure_matches_lame():
     """u = A r + B / r at rest at r_o, radial stress E A / ((1 + nu)(1 - 2 nu)) - 2 G B / r^2 = -1 at r_i."""
     E, nu, G = STEEL.E, STEEL.nu, STEEL.G
     equations = [[R_O, 1 / R_O], [E / (1 + nu) / (1 - 2 * nu), -2 * G / R_I**2]]
-    found = np.array([R_I, 1 / R_I]) @ np.linalg.solve(equations, [0, -1])
-    assert pressure(STEEL, R_I, R_O) == pytest.approx(found, rel=1e-13)
+    result = np.array([R_I, 1 / R_I]) @ np.linalg.solve(equations, [0, -1])
+    assert pressure(STEEL, R_I, R_O) == pytest.approx(result, rel=1e-13)
     assert pressure(Material(9.0, 0.5), R_I, R_O) == 0
 
 
@@ -131,9 +131,9 @@ def test_strip_is_the_sum_of_its_orders(r_o):
     cos, sin = (np.einsum("m,mij,mp->ijp", loads, C, f(angles)) for f in (np.cos, np.sin))
     uniform = np.array([twist(STEEL, R_I, r_o), pressure(STEEL, R_I, r_o)]) / (2 * np.pi * R_I)
     expected = [[cos[1, 1] + uniform[0], sin[1, 0]], [-sin[0, 1], cos[0, 0] + uniform[1]]]
-    found = line_load_ics(STEEL, R_I, r_o, B, EVERYWHERE)
+    result = line_load_ics(STEEL, R_I, r_o, B, EVERYWHERE)
     # the next orders: 1 / (beta m^2) over the distance of 0.06 to the edge
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.max(found))
+    np.testing.assert_allclose(result, expected, rtol=0, atol=1e-6 * np.max(result))
 
 
 def test_exchanging_load_and_observer_mirrors_s():
@@ -143,7 +143,7 @@ def test_exchanging_load_and_observer_mirrors_s():
     np.testing.assert_allclose(ics[0, 1], -ics[1, 0], **atol)
 
 
-def test_once_more_round_is_the_same_place():
+def test_full_turn_returns_to_the_same_place():
     ics, again = (line_load_ics(STEEL, R_I, R_O, B, EVERYWHERE + turn) for turn in (0, 2 * np.pi * R_I))
     np.testing.assert_allclose(again, ics, rtol=0, atol=1e-13 * np.max(ics))
 

@@ -57,7 +57,7 @@ def test_regular_solutions_obey_navier(n, which, nu):
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.4])
 @pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("n", [2, 3, 7])
-def test_tractions_are_those_of_the_displacements(n, which, nu):
+def test_tractions_follow_from_displacements(n, which, nu):
     x = np.array([0.64, -0.48, 0.6])
     strain = gradient(lambda y: field(n, nu, which, y), x)
     stress = strain + strain.T + 2 * nu / (1 - 2 * nu) * np.trace(strain) * np.eye(3)
@@ -80,7 +80,7 @@ def test_constant_deviator_of_stress_is_of_degree_2(nu):
 
 
 @NUS
-def test_compliance_of_large_degree_is_that_of_the_half_space(nu):
+def test_compliance_of_large_degree_approaches_the_half_space(nu):
     """Sinusoidal tractions of wave number n; what pulls upwards pushes the surface aside."""
     n = 1e6
     C = compliance(n, nu) * [[n, 1], [n**2, n]]  # T_t and V of the unit vector grad Y / n
@@ -125,7 +125,7 @@ def test_no_rigid_motion_is_left():
     np.testing.assert_allclose(np.einsum("tp,tpji->ij", weights, moments), 0, atol=1e-9)
 
 
-def test_work_of_a_constant_stress_is_that_of_the_force():
+def test_work_of_a_constant_stress_equals_work_of_the_force():
     stress = np.array([[1.3, -0.4, 0.8], [-0.4, 0.5, 0.2], [0.8, 0.2, -0.6]])
     strain = ((1 + SOFT.nu) * stress - SOFT.nu * np.trace(stress) * np.eye(3)) / SOFT.E
     r, weights, u = over_sphere(LOAD)
@@ -133,7 +133,7 @@ def test_work_of_a_constant_stress_is_that_of_the_force():
     np.testing.assert_allclose(work, strain @ LOAD[2], rtol=0, atol=1e-8)
 
 
-def test_work_of_a_twist_is_that_of_the_force():
+def test_work_of_a_twist_equals_work_of_the_force():
     """(M x) x x has degree 2 and on the unit sphere with G = 1 the traction of its displacement."""
     M = np.array([[1.0, 0.3, -0.5], [0.3, -0.2, 0.7], [-0.5, 0.7, -0.8]])
     r, weights, u = over_sphere(LOAD)
@@ -158,7 +158,7 @@ def test_more_degrees_and_more_terms_change_nothing(nu):
         assert np.all(change * ANGLES < 1e-10)  # of 1 / (4 pi angle)
 
 
-def test_derivatives_of_the_closed_sums_are_their_derivatives():
+def test_derivatives_of_the_closed_sums():
     mu = np.array([-1.0, -0.4, 0.7, 0.999])
     complex_step = closed_sums(np.sqrt(2 - 2 * (mu + 1e-30j)), TERMS)
     value, first, second = np.real(complex_step)
@@ -183,10 +183,10 @@ def cut_off(mu, nu, degrees):
 
 
 @NUS
-def test_sums_are_those_of_the_plain_series(nu):
+def test_closed_sums_equal_the_plain_series(nu):
     theta = np.array([0.05, 0.1, 0.5, 1.0, 2.0, 3.0])
-    found, plain = sums(2 * np.sin(theta / 2), nu, DEGREES, TERMS), cut_off(np.cos(theta), nu, 4000)
-    error = np.abs(found - plain) * theta
+    closed, plain = sums(2 * np.sin(theta / 2), nu, DEGREES, TERMS), cut_off(np.cos(theta), nu, 4000)
+    error = np.abs(closed - plain) * theta
     assert np.max(error[0, 0]) < 1e-10
     assert np.max(error[1, 1] * np.sin(theta)) < 1e-10
     assert np.max(error[1, 2:]) < 1e-10
@@ -212,8 +212,8 @@ def test_a_large_sphere_is_a_half_space_to_1_over_radius(side):
     a = HalfSpace(one_body(STEEL, side)).ics(PATCH, X, S) / PATCH.area
     radii = np.array([1e3, 1e4, 1e5])
     for j in range(3):
-        found = [without_rigid_motion((sphere_ics(STEEL, R, side, PATCH, X, S) - a)[:, j]) for R in radii]
-        norms = np.linalg.norm(found, axis=1)
+        rest = [without_rigid_motion((sphere_ics(STEEL, R, side, PATCH, X, S) - a)[:, j]) for R in radii]
+        norms = np.linalg.norm(rest, axis=1)
         np.testing.assert_allclose(np.diff(np.log10(norms)), -1, rtol=0, atol=0.02)
         assert norms[0] < 0.02 * np.linalg.norm(a[:, j])
 
@@ -231,7 +231,7 @@ def test_mirrored_observers_mirror_the_matrix():
         np.testing.assert_allclose(sphere_ics(STEEL, 9.0, -1, PATCH, *at), mirrored, atol=1e-12 * ics.max())
 
 
-def test_round_the_pole_and_along_the_parallel_circle_is_the_same_place():
+def test_paths_over_the_pole_and_along_the_parallel_meet():
     s, R = np.array([3.0, 0.5, 12.0]), 9.0
     half_round = np.pi * R * (1 + np.cos(s / R)) / 2
     along = sphere_ics(STEEL, R, -1, PATCH, half_round, s)
@@ -240,7 +240,7 @@ def test_round_the_pole_and_along_the_parallel_circle_is_the_same_place():
     np.testing.assert_allclose(along, turned * over, atol=1e-10 * np.max(np.abs(over)))
 
 
-def test_equator_and_meridian_are_alike_to_a_square_patch():
+def test_square_patch_is_symmetric_in_equator_and_meridian():
     patch, r, swap = Patch(0.2, 0.2), np.array([1.0, 7.0, 20.0]), [1, 0, 2]
     north = sphere_ics(STEEL, 9.0, -1, patch, 0 * r, r)
     east = sphere_ics(STEEL, 9.0, -1, patch, r, 0 * r)

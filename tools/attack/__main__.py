@@ -1,11 +1,11 @@
-"""Attack femic, and tell what gives way: `make attack`.
+"""Attack femic, and report what gives way: `make attack`.
 
     python tools/attack [--only KIND ...] [--share 1.0] [--seed N] [--page]
 
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
 scenes, campaigns, tables of points and gap files are changed at random, strange legal contacts are solved.
 Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
-docs/numbers/attacks.json, of which docs/extremes.md shows a table (tools/write_docs.py).
+docs/numbers/attacks.json, of which docs/evidence/extremes.md shows a table (tools/write_docs.py).
 """
 
 import argparse
@@ -23,7 +23,7 @@ from commands import Place
 from contacts import contacts
 from damages import damages
 from kills import kills
-from outcomes import Outcome, row, text_of_rows
+from outcomes import Outcome, row_of, text_of_row
 from races import races
 
 from femic.cache.digests import results_digest, versions
@@ -44,9 +44,7 @@ class Kind:
     attack: Attack
 
 
-def of_files(
-    change: Callable[[Path, int, int], Iterator[Outcome]],
-) -> Callable[[Place, int, int], Iterator[Outcome]]:
+def of_files(change: Callable[[Path, int, int], Iterator[Outcome]]) -> Attack:
     """Return attacks by files in a folder of their own."""
 
     def attack(_: Place, count: int, seed: int) -> Iterator[Outcome]:
@@ -73,14 +71,14 @@ KINDS = {
 def main() -> int:
     """Attack, print the table, and return 1 if anything falls short."""
     options = arguments()
-    rows = []
+    rows = {}
     with Place() as place:
         for name in options.only or KINDS:
-            rows.append(attacked(name, place, options.share, options.seed))
-            sys.stdout.write(f"{text_of_rows(rows[-1:])}\n")
+            rows[name] = attacked(name, place, options.share, options.seed)
+            sys.stdout.write(f"{text_of_row(rows[name])}\n")
     if options.page:
-        keep({one["kind"]: one | provenance(options.seed) for one in rows})
-    return 1 if any(one["short"] for one in rows) else 0
+        keep({name: row | provenance(options.seed) for name, row in rows.items()})
+    return int(any(row["short"] for row in rows.values()))
 
 
 def arguments() -> argparse.Namespace:
@@ -91,7 +89,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--only", nargs="*", choices=KINDS, help="default: all kinds")
     parser.add_argument("--share", type=float, default=1.0, help="of the number of attacks")
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--page", action="store_true", help="write the numbers for docs/extremes.md")
+    parser.add_argument("--page", action="store_true", help="write the numbers for docs/evidence/extremes.md")
     return parser.parse_args()
 
 
@@ -104,7 +102,7 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
         if outcome.short:
             sys.stderr.write(f"{name}: {outcome.attack}: {outcome.short}\n")
             place.copy_logs(LOGS / f"{name}-{len(outcomes)}")
-    return row(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
+    return row_of(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 
 def provenance(seed: int) -> dict[str, Any]:

@@ -184,11 +184,11 @@ class Place:
                 to.mkdir(parents=True, exist_ok=True)
                 shutil.copy(log, to)
 
-    def copy(self, of: Path, name: str) -> Path:
+    def copy(self, folder: Path, name: str) -> Path:
         """Return a copy of a folder under a name, in the place of an earlier one."""
         target = self.path / name
         shutil.rmtree(target, ignore_errors=True)
-        shutil.copytree(of, target)
+        shutil.copytree(folder, target)
         return target
 
 

@@ -12,7 +12,7 @@ FOREIGN = b"no file of femic\n"
 
 
 def flipped(path: Path, chance: random.Random) -> None:
-    """One bit is another."""
+    """Flip one bit."""
     content = bytearray(path.read_bytes())
     if content:
         content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
@@ -20,28 +20,28 @@ def flipped(path: Path, chance: random.Random) -> None:
 
 
 def cut(path: Path, chance: random.Random) -> None:
-    """The end is missing."""
+    """Cut off the end."""
     content = path.read_bytes()
     path.write_bytes(content[: chance.randrange(len(content) + 1)])
 
 
 def emptied(path: Path, _: random.Random) -> None:
-    """Nothing is left in it."""
+    """Leave an empty file."""
     path.write_bytes(b"")
 
 
 def deleted(path: Path, _: random.Random) -> None:
-    """It is gone."""
+    """Delete the file."""
     path.unlink()
 
 
 def foreign(path: Path, _: random.Random) -> None:
-    """It has been written by another program."""
+    """Replace the content as another program would."""
     path.write_bytes(FOREIGN)
 
 
 def exchanged(path: Path, chance: random.Random) -> None:
-    """It has the content of another of its kind."""
+    """Copy the content of another file of its kind."""
     others = [other for other in path.parent.glob(f"*{path.suffix}") if other != path and other.is_file()]
     if others:
         shutil.copyfile(chance.choice(others), path)
@@ -50,7 +50,7 @@ def exchanged(path: Path, chance: random.Random) -> None:
 
 
 def of_another_time(path: Path, _: random.Random) -> None:
-    """Its middle has been written twice: a file of the right length with other content."""
+    """Write the first half twice: the length is right, the content is not."""
     content = bytearray(path.read_bytes())
     half = len(content) // 2
     content[half : 2 * half] = content[:half]

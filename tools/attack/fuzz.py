@@ -135,7 +135,7 @@ def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes,
             meant = never
         case 2:
             table[0].append(chance.choice(names))
-            table[1:] = [[*one, "1"] for one in table[1:]]
+            table[1:] = [[*cells, "1"] for cells in table[1:]]
             meant = never
         case 3:
             table[row][chance.randrange(2)] = chance.choice(
@@ -143,21 +143,21 @@ def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes,
             )
             meant = never
         case 4:
-            table = [[*reversed(one)] for one in table]
+            table = [[*reversed(cells)] for cells in table]
         case 5:
-            table = [["note", *one] if number == 0 else ["x y", *one] for number, one in enumerate(table)]
+            table = [["x y" if number else "note", *cells] for number, cells in enumerate(table)]
         case 6:
             table[row][0] = "a" * 200_000
             meant = never
         case 7:
-            table = [[f'"{cell}"' for cell in one] for one in table]
+            table = [[f'"{cell}"' for cell in cells] for cells in table]
         case 8:
             table[row][1] = chance.choice(("1e400", "-5", "0"))
             meant = None
         case 9:
             table.insert(row, [])
             meant = None
-    text = end.join(mark.join(cell for cell in one) for one in table) + end
+    text = end.join(map(mark.join, table)) + end
     encoding = chance.choice(("utf-8", "utf-8", "utf-8", "utf-8-sig", "utf-16"))
     content = text.encode(encoding)
     if chance.random() < 0.2:
@@ -202,11 +202,11 @@ def _gap_file(chance: np.random.Generator) -> str:
         case 1:
             s[:] = 0.0
         case 2:
-            x, s, gap = (np.concatenate([one, one[:1]]) for one in (x, s, gap))
+            x, s, gap = (np.append(values, values[0]) for values in (x, s, gap))
         case 3:
             s = 0.5 * x + chance.choice([0.0, 1e-13]) * chance.standard_normal(n)
         case 4:
-            x, s = (one.ravel() for one in np.meshgrid(np.linspace(-4, 4, 7), np.linspace(-4, 4, 5)))
+            x, s = (values.ravel() for values in np.meshgrid(np.linspace(-4, 4, 7), np.linspace(-4, 4, 5)))
             gap = 0.03 * chance.choice([-1, 1]) * np.exp(-(x**2))
         case 5:
             x, s = 10.0 ** chance.integers(-12, 9) * x, 10.0 ** chance.integers(-12, 9) * s
@@ -235,7 +235,7 @@ def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
         if isinstance(value, str):
             points.setdefault(key, set()).add(value)
         elif isinstance(value, dict | list):
-            for inner, entry in value.items() if isinstance(value, dict) else ((key, one) for one in value):
+            for inner, entry in value.items() if isinstance(value, dict) else ((key, part) for part in value):
                 collect(inner, entry)
 
     for text in texts:
@@ -292,7 +292,7 @@ def _gently(value: Any, words: Sequence[str], chance: random.Random) -> Any:
 
 
 def _roughly(value: Any, chance: random.Random) -> Any:
-    """Anything."""
+    """Return a value of any type."""
     return chance.choice(
         (
             chance.choice(ODD_NUMBERS),
@@ -333,7 +333,7 @@ def _by_code(code: int) -> str:
 
 @contextmanager
 def limited() -> Iterator[None]:
-    """A context of so many seconds."""
+    """Raise RuntimeError in what takes longer than `LONGEST` seconds."""
 
     def late(*_: object) -> None:
         raise RuntimeError(f"does not end in {LONGEST} s")

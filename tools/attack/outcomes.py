@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-HELD = ""  # what falls short: nothing
 SHOWN = 5  # of what falls short, of each kind
 
 
@@ -15,29 +14,25 @@ class Outcome:
 
     attack: str
     answer: str
-    short: str = HELD
+    short: str = ""
 
 
-def row(kind: str, meaning: str, outcomes: Iterable[Outcome]) -> dict[str, Any]:
+def row_of(kind: str, meaning: str, outcomes: Iterable[Outcome]) -> dict[str, Any]:
     """Return the row of a kind of attacks: how many, the answers, and what falls short."""
     outcomes = list(outcomes)
-    short = [one for one in outcomes if one.short]
+    short = [outcome for outcome in outcomes if outcome.short]
     return {
         "kind": kind,
         "meaning": meaning,
         "attacks": len(outcomes),
-        "answers": dict(Counter(one.answer for one in outcomes).most_common()),
+        "answers": dict(Counter(outcome.answer for outcome in outcomes).most_common()),
         "short": len(short),
-        "shown": [f"{one.attack}: {one.short}" for one in short[:SHOWN]],
+        "shown": [f"{outcome.attack}: {outcome.short}" for outcome in short[:SHOWN]],
     }
 
 
-def text_of_rows(rows: Iterable[dict[str, Any]]) -> str:
-    """Return the table as text."""
-    lines = []
-    for one in rows:
-        answers = ", ".join(f"{count} {answer}" for answer, count in one["answers"].items())
-        counted = f"{one['kind']:10} {one['attacks']:6} attacks in {one['seconds']} s: {answers}"
-        lines.append(f"{counted}; {one['short']} fall short")
-        lines += [f"    {text}" for text in one["shown"]]
-    return "\n".join(lines)
+def text_of_row(row: dict[str, Any]) -> str:
+    """Return a row as text."""
+    answers = ", ".join(f"{count} {answer}" for answer, count in row["answers"].items())
+    counted = f"{row['kind']:10} {row['attacks']:6} attacks in {row['seconds']} s: {answers}"
+    return "\n    ".join([f"{counted}; {row['short']} fall short", *row["shown"]])

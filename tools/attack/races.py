@@ -24,8 +24,10 @@ def races(place: Place, count: int, seed: int, commands: Sequence[Command] = COM
         sleep(chance.choice((0.0, 0.0, 0.5, 2.0)))
         processes.append(second.again.begin(at))
         assessed = [
-            _assessed(place.reference(command)[0], at, command, one.ended(process, at))
-            for command, one, process in zip((first, second), (first, second.again), processes, strict=True)
+            _assessed(place.reference(command)[0], at, command, running.ended(process, at))
+            for command, running, process in zip(
+                (first, second), (first, second.again), processes, strict=True
+            )
         ]
         short = "; ".join(text for _, text in assessed if text)
         answers = sorted(answer for answer, _ in assessed)

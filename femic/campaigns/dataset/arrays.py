@@ -87,9 +87,9 @@ class SceneArrays:
         places = np.column_stack(np.unravel_index(numbers, self.shape))  # (n_scenes, n_dims)
         for name, values in self.values.items():
             chunk = values.chunks[: len(self.shape)]
-            corners, of_corner = np.unique(places // chunk, axis=0, return_inverse=True)
+            corners, corner_of = np.unique(places // chunk, axis=0, return_inverse=True)
             for k, corner in enumerate(corners * chunk):
-                box, inside = tuple(map(slice, corner, corner + chunk)), of_corner == k
+                box, inside = tuple(map(slice, corner, corner + chunk)), corner_of == k
                 part = np.array(values[box])
                 for number, place in zip(numbers[inside], places[inside] - corner, strict=True):
                     dataset = self._buffer[number]

@@ -8,7 +8,7 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (for
   the scene, without models that other scenes have solved; NaN: not computed yet) and coordinates: `digest`
   (of all inputs of the results; 0: not computed yet, or to be computed again), `checksum` (of the
-  results: `femic.campaigns.dataset.checksums`).
+  results: `femic.campaigns.dataset.integrity`).
 - over these dims and its own: every variable of `femic.campaigns.results`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
@@ -28,22 +28,18 @@ import xarray as xr
 
 from femic.cache.files import write_dataset
 from femic.campaigns.dataset.arrays import DIGEST, SceneArrays
-from femic.campaigns.dataset.checksums import (
+from femic.campaigns.dataset.frame import attributes_of, continues, swept_coords, swept_dims, with_free_text
+from femic.campaigns.dataset.integrity import (
     CHECKSUM,
     LAYOUT,
     SCENE_VARIABLES,
+    StoreCondition,
     layout_of,
     outcome_checksums,
+    require_layout,
+    store_condition,
     value_checksums,
 )
-from femic.campaigns.dataset.frame import (
-    attributes_of,
-    continues,
-    swept_coords,
-    swept_dims,
-    with_free_text,
-)
-from femic.campaigns.dataset.integrity import Verified, require_layout, verified
 from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import FILE, ZARR, open_sweep
 from femic.campaigns.files.campaign import Campaign
@@ -100,7 +96,7 @@ class Collected:
             if LAYOUT not in earlier.attrs:  # nothing was finished, or by other code
                 return ""
             require_layout(earlier)
-            condition = verified(path, earlier) if continues(self.campaign, code, earlier) else None
+            condition = store_condition(path, earlier) if continues(self.campaign, code, earlier) else None
         except Exception as error:  # whatever zarr and xarray raise
             return f"{path}: damaged ({error or type(error).__name__}): all its scenes are computed again"
         if condition is None:
@@ -165,7 +161,7 @@ class Collected:
         }
         return frame.assign_attrs(attributes | {LAYOUT: layout_of(frame, self.template, attributes)})
 
-    def _take(self, path: Path, earlier: xr.Dataset, condition: Verified) -> int:
+    def _take(self, path: Path, earlier: xr.Dataset, condition: StoreCondition) -> int:
         """Take the undamaged scenes of an earlier zarr store; returns the number of damaged ones."""
         shape, swept = self.campaign.shape, swept_dims(self.campaign)
         there = tuple(slice(earlier.sizes[dim]) for dim in swept)
@@ -235,11 +231,11 @@ class Collected:
         failure = np.full(campaign.size, "", dtype=object)
         failure[list(self.failures)] = list(self.failures.values())
         columns = (failure, self.seconds, self.digests, self.checksums)
-        of_scenes = {
+        outcomes = {
             name: (swept, values.reshape(campaign.shape), ABOUT[name])
             for name, values in zip(SCENE_VARIABLES, columns, strict=True)
         }
-        frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
+        frame = xr.Dataset(outcomes, coords=swept_coords(campaign) | self._labels())
         return frame.set_coords([DIGEST, CHECKSUM])
 
     def _labels(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import tomlkit
 import xarray as xr
 
 from femic.cache.digests import versions
-from femic.campaigns.dataset.checksums import SCENE_VARIABLES
+from femic.campaigns.dataset.integrity import SCENE_VARIABLES
 from femic.campaigns.files.campaign import Campaign, SweptAxis
 from femic.campaigns.files.keys import is_number
 from femic.scenes.errors import BadScene

@@ -1,30 +1,37 @@
-"""Damaged scenes of a campaign's dataset: scenes whose values do not match their checksum."""
+"""Integrity of a campaign's dataset: checksums reveal damage.
 
+The checksum of a scene is the sum of 64-bit numbers of its variables, message, seconds and digest. Missing
+variables (all NaN) have the number 0, so that it does not matter which variables other scenes have.
+"""
+
+import json
 import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from hashlib import blake2b, sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 import zarr
 
-from femic.campaigns.dataset.checksums import (
-    CHECKSUM,
-    LAYOUT,
-    SCENE_VARIABLES,
-    Checksums,
-    layout_of,
-    outcome_checksums,
-    value_checksums,
-)
-from geometries.arrays import Mask
+from femic.campaigns.dataset.reading import open_sweep
+from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
+CHECKSUM = "checksum"  # the variable of checksums
+LAYOUT = "layout"  # the attribute with the digest of everything that is not of a scene
+SCENE_VARIABLES = ("failure", "seconds", "digest", CHECKSUM)  # variables over the swept dims only
+SIZE = 8  # bytes
 REMEDY = "run the campaign again to replace them"
+
+Checksums = np.ndarray[Any, np.dtype[np.uint64]]
 
 
 @dataclass(frozen=True, eq=False)
-class Verified:
+class StoreCondition:
     """The condition of a zarr store: damaged scenes over the swept dims, and unreadable chunks."""
 
     damaged: Mask
@@ -39,6 +46,54 @@ class Verified:
                 path.unlink(missing_ok=True)
 
 
+def value_checksums(name: str, values: np.ndarray[Any, Any], dims: int = 0) -> Checksums:
+    """Return numbers for the values of a variable, over its first `dims` dims (those of the campaign)."""
+    shape = values.shape[:dims]
+    rows = np.ascontiguousarray(values).reshape(int(np.prod(shape)), -1)
+    missing = np.isnan(rows)
+    plain = np.where(missing, np.nan, rows) if np.any(missing) else rows  # all NaN have the same bits
+    numbers = np.zeros(len(rows), dtype=np.uint64)
+    named = blake2b(f"{name}\0".encode(), digest_size=SIZE)
+    for k in np.flatnonzero(~np.all(missing, axis=1)):
+        row_digest = named.copy()
+        row_digest.update(plain[k])
+        numbers[k] = int.from_bytes(row_digest.digest())
+    return numbers.reshape(shape)
+
+
+def outcome_checksums(failures: Iterable[str], seconds: Array, digests: Checksums) -> Checksums:
+    """Return numbers for messages, seconds and digests of scenes, (n_scenes,); 0: not computed."""
+    outcomes = zip(failures, seconds.tolist(), digests.tolist(), strict=True)
+    return np.array(
+        [
+            0 if not failure and np.isnan(took) else _number(failure, took, digest)
+            for failure, took, digest in outcomes
+        ],
+        dtype=np.uint64,
+    )
+
+
+def layout_of(dataset: xr.Dataset, template: xr.Dataset, attributes: Mapping[str, Any]) -> str:
+    """Return the digest of coordinates, attributes, and names, dims and types of variables.
+
+    The variables are those of `template`, with or without the swept dims.
+    """
+    swept = dataset[CHECKSUM].dims
+    coords = {
+        str(name): [labels.dims, labels.values.tolist(), labels.attrs]
+        for name, labels in dataset.coords.items()
+        if name not in SCENE_VARIABLES
+    }
+    variables = {
+        str(name): [[dim for dim in variable.dims if dim not in swept], variable.dtype.str, variable.attrs]
+        for name, variable in template.data_vars.items()
+        if name not in SCENE_VARIABLES
+    }
+    others = {name: value for name, value in attributes.items() if name != LAYOUT}
+    text = json.dumps([coords, variables, others], sort_keys=True, default=lambda value: value.tolist())
+    return sha256(text.encode()).hexdigest()
+
+
 def require_layout(dataset: xr.Dataset) -> None:
     """Raise Failure where variables, axes, labels or attributes are damaged."""
     missing = {*SCENE_VARIABLES} - {*dataset.variables}
@@ -48,15 +103,24 @@ def require_layout(dataset: xr.Dataset) -> None:
         raise Failure("axes, labels or attributes are not those that were written")
 
 
-def require_undamaged(path: Path, dataset: xr.Dataset) -> None:
-    """Raise Failure where anything in the dataset of a campaign's file is damaged."""
+@contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """Raise Failure for whatever zarr and xarray raise within the context, which reads a file."""
     try:
-        require_layout(dataset)
-        damaged = verified(path, dataset).damaged if path.is_dir() else damaged_in_memory(dataset)
-    except Exception as error:  # whatever zarr and xarray raise
+        yield
+    except Exception as error:
         raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error
+
+
+def open_undamaged(path: Path) -> xr.Dataset:
+    """Open the dataset of a campaign's file; raise Failure where anything in it is damaged."""
+    with damage_reported(path):
+        dataset = open_sweep(path)
+        require_layout(dataset)
+        damaged = store_condition(path, dataset).damaged if path.is_dir() else damaged_in_memory(dataset)
     if np.any(damaged):
         raise Failure(f"{path}: {np.sum(damaged)} scenes are damaged: {REMEDY}")
+    return dataset
 
 
 def damaged_in_memory(dataset: xr.Dataset) -> Mask:
@@ -69,7 +133,7 @@ def damaged_in_memory(dataset: xr.Dataset) -> Mask:
     return _differing(dataset, sums)
 
 
-def verified(path: Path, dataset: xr.Dataset) -> Verified:
+def store_condition(path: Path, dataset: xr.Dataset) -> StoreCondition:
     """Return the condition of the zarr store of a dataset, read chunk by chunk."""
     group, dims = zarr.open_group(path, mode="r"), dataset[CHECKSUM].ndim
     sums = np.zeros(dataset[CHECKSUM].shape, dtype=np.uint64)
@@ -91,7 +155,7 @@ def verified(path: Path, dataset: xr.Dataset) -> Verified:
                 chunks.append(chunk)
             else:
                 sums[box] += value_checksums(str(name), part, dims)
-    return Verified(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
+    return StoreCondition(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
 
 
 def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:
@@ -104,3 +168,7 @@ def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:
 def _finished(dataset: xr.Dataset) -> Mask:
     """Return which scenes have a checksum or a digest."""
     return np.asarray((dataset.digest.values != 0) | (dataset[CHECKSUM].values != 0))
+
+
+def _number(*of: object) -> int:
+    return int.from_bytes(blake2b(repr(of).encode(), digest_size=SIZE).digest())

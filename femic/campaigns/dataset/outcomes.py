@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from femic.cache.store import Arrays, Store
+from femic.cache.store import Store
 
 FOLDER = "sweep"  # the key of all outcomes
 LAYOUT = "layout"
@@ -48,10 +48,8 @@ def put(store: Store, key: str, outcome: SceneOutcome) -> None:
 def get(store: Store, key: str) -> SceneOutcome | None:
     """Return the outcome under a key, None where there is no undamaged one."""
     arrays = store.part(FOLDER, key)
-    return None if arrays is None else _unpacked(arrays)
-
-
-def _unpacked(arrays: Arrays) -> SceneOutcome:
+    if arrays is None:
+        return None
     layout = json.loads(str(arrays[LAYOUT]))
     dataset = xr.Dataset(
         {name: (dims, arrays[name], attrs) for name, (dims, attrs) in layout["variables"].items()},

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeGuard
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
 from femic.key_types import Finite, Several, Whole
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 
 DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
 LARGEST = 1e30  # finite number of a scene

@@ -33,9 +33,8 @@ from femic.campaigns.files.keys import DIGITS, AxisTable, CampaignFile
 from femic.campaigns.files.point_order import Point
 from femic.campaigns.files.points_table import points_in
 from femic.scenes.errors import BadScene, bad_scene
-from femic.scenes.load import merged, read_scene, resolve_files, scene_path
+from femic.scenes.load import merged, name_of, read_scene, resolve_files, scene_path
 from femic.scenes.messages import message
-from femic.scenes.names import name_of
 
 MOST_SCENES = 10_000_000
 MOST_AXES = 32  # of a grid
@@ -47,7 +46,9 @@ def load_campaign(path: Path) -> Campaign:
     Scenes at the first point and at the ends of each axis are built, to see whether keys and values fit.
     """
     if not path.is_file():
-        raise BadScene(f"campaign {str(path)!r}: no such file; docs/campaigns.md has one to begin with")
+        raise BadScene(
+            f"campaign {str(path)!r}: no such file; docs/how-to/campaigns.md has one to begin with"
+        )
     text, given = read_scene(path)
     parsed = _parsed(given, path)
     local = path.parent / parsed.scene

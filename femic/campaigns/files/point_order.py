@@ -33,17 +33,17 @@ def coarse_first(values: Point) -> Point:
 def grid_order(shape: Sequence[int]) -> list[int]:
     """Return the numbers (C order) of the points of a grid, coarse over all ranges first."""
     latest = np.zeros(tuple(shape), dtype=int)
-    for along, of_axis in enumerate(map(stages, shape)):
-        latest = np.maximum(latest, np.expand_dims(of_axis, [k for k in range(len(shape)) if k != along]))
+    for along, stage in enumerate(map(stages, shape)):
+        latest = np.maximum(latest, np.expand_dims(stage, [k for k in range(len(shape)) if k != along]))
     return [int(number) for number in np.argsort(latest, axis=None, kind="stable")]
 
 
 def one_at_a_time(first: Point, values: Sequence[Sequence[Value]]) -> Iterator[Point]:
     """Yield `first` with one value replaced by each value of its axis; the axes take turns."""
     for place in range(max(map(len, values))):
-        for k, of_axis in enumerate(values):
-            if place < len(of_axis):
-                yield *first[:k], of_axis[place], *first[k + 1 :]
+        for k, axis_values in enumerate(values):
+            if place < len(axis_values):
+                yield *first[:k], axis_values[place], *first[k + 1 :]
 
 
 def informative(points: Sequence[Point], count: int) -> Iterator[Point]:

@@ -18,6 +18,7 @@ from typing import Any
 import joblib
 import numpy as np
 
+from femic.campaigns.files.keys import is_number
 from femic.campaigns.maps.interpolation import KINK, AxisNodes, Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.approximations import approximate_matrix
@@ -87,8 +88,8 @@ class CMap:
         """Raise BadScene where C of the scene differs from C of the map's scene at the same point."""
         scene = self.scene
         for name in ("lower", "upper"):
-            mine, others = (_inputs_of_c(one, name) for one in (scene, own))
-            different = [what for what, value in mine.items() if value != others[what]]
+            inputs, own_inputs = _inputs_of_c(scene, name), _inputs_of_c(own, name)
+            different = [what for what, value in inputs.items() if value != own_inputs[what]]
             if different:
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
@@ -120,8 +121,8 @@ class CMap:
 
     def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
         """Return the difference of corrections from other nodes and those at the node itself [-]."""
-        predicted, known = (interpolate(self._corrections(of), of) for of in (others, itself))
-        return np.abs(predicted - known)
+        predicted = interpolate(self._corrections(others), others)
+        return np.abs(predicted - interpolate(self._corrections(itself), itself))
 
 
 def open_map(name: str, scene: Scene) -> CMap:
@@ -158,7 +159,7 @@ def _rounded(axis: AxisNodes, value: float) -> float:
 
 def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
     value = key_of(table, key, axis)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if not is_number(value):
         raise BadScene(f"{key} = {value!r}: a map of C over {axis} needs a number there")
     return float(value)
 

@@ -67,9 +67,12 @@ def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -
     others = [*itself[:along], fits.axes[along].without(node[along]), *itself[along + 1 :]]
     properties = fits.scene(point).calibration.properties
     target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
-    by_map, own = (fit(of, properties).effective for of in (predicted, target))
-    ics = target.bhat_prime(by_map), target.bhat_prime(own), target.approximate("Bhat")
-    return [_measured(target, one) for one in ics]
+    approximations = [
+        target.bhat_prime(fit(predicted, properties).effective),
+        target.bhat_prime(fit(target, properties).effective),
+        target.approximate("Bhat"),
+    ]
+    return [_rms_and_worst(target, ics) for ics in approximations]
 
 
 def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
@@ -77,7 +80,7 @@ def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
     return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
 
 
-def _measured(target: Target, ics: Array) -> tuple[float, float]:
+def _rms_and_worst(target: Target, ics: Array) -> tuple[float, float]:
     deviation = np.abs(ics - target.ics) / target.scales
     return float(np.sqrt(np.mean(deviation**2))), float(np.max(deviation))
 

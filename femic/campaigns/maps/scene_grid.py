@@ -12,8 +12,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from femic.campaigns.dataset.checksums import CHECKSUM, LAYOUT
-from femic.campaigns.dataset.integrity import REMEDY, damaged_in_memory, require_layout
+from femic.campaigns.dataset.integrity import (
+    CHECKSUM,
+    LAYOUT,
+    REMEDY,
+    damage_reported,
+    damaged_in_memory,
+    require_layout,
+)
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.maps.interpolation import AxisNodes, Stencil
 from femic.scenes.errors import BadScene
@@ -84,9 +90,9 @@ class SceneGrid:
         others = [dim for dim in chosen[name].dims if dim not in nodes]
         known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)
         at = np.argwhere(~known.transpose(*nodes).values)[0]
-        one = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
-        where = ", ".join(f"{axis} = {float(one[axis]):g}" for axis in nodes)
-        why = str(one.values) or "not computed yet"
+        failure = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
+        where = ", ".join(f"{axis} = {float(failure[axis]):g}" for axis in nodes)
+        why = str(failure.values) or "not computed yet"
         return f"{self.path}: nothing at {where}: {why}; run the campaign again"
 
 
@@ -131,7 +137,5 @@ def _require_layout(path: Path, dataset: xr.Dataset) -> None:
     """Raise BadScene for files of older versions, Failure for damaged ones."""
     if LAYOUT not in dataset.attrs:
         raise BadScene(f"{path}: written by an older version; make it again by `femic sweep`")
-    try:
+    with damage_reported(path):
         require_layout(dataset)
-    except Exception as error:  # whatever zarr and xarray raise
-        raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error

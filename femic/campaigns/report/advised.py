@@ -12,10 +12,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from compare.report.styles import RC, with_further
+from compare.report.styles import RC, symbol_of, with_further
 from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.clouds import MOST_POINTS
-from femic.campaigns.report.fields import body_of, label_of
+from femic.campaigns.report.fields import body_of
 from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
 from femic.campaigns.report.scales import ColourScale
 from geometries.arrays import Array
@@ -35,7 +35,7 @@ class AdvisedICs:
     @property
     def labels(self) -> list[str]:
         """The names as on the page."""
-        return [name if name == NONE else label_of(name) for name in self.names]
+        return [symbol_of(name) for name in self.names]
 
     @property
     def colours(self) -> Array:
@@ -83,7 +83,7 @@ def advised_over(panels: Sequence[tuple[str, AdvisedICs, Plane]]) -> Figure:
         width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
         size = (7.5, 1.6) if is_strip else (max(width * len(panels) + 0.6, 4.4), height + 0.9)
         figure = Figure(figsize=size, layout="constrained")
-        shown = [on.over(one.numbers) for _, one, on in panels]
+        shown = [on.over(panel_advice.numbers) for _, panel_advice, on in panels]
         drawn = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
         for axes, values, (title, _, on) in zip(drawn, shown, panels, strict=True):
             draw_cells(axes, values, on, advice.scale)
@@ -103,8 +103,8 @@ def advised_points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Figure:
         figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
         panel: Axes = figure.subplots()
         for k, colour in enumerate(advice.colours):
-            of_name = advice.numbers.values[chosen] == k
-            places = across.at[chosen][of_name], heights[of_name]
+            drawn = advice.numbers.values[chosen] == k
+            places = across.at[chosen][drawn], heights[drawn]
             panel.scatter(*places, s=22, color=[colour], edgecolors="0.4", linewidths=0.4)
         across.scale(panel, "x")
         up.scale(panel, "y")
@@ -114,9 +114,7 @@ def advised_points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Figure:
 
 
 def _legend(figure: Figure, advice: AdvisedICs, gaps: Sequence[Artist] = ()) -> None:
-    handles: list[Artist] = [
-        Patch(facecolor=colour, edgecolor="0.4", label=label)
-        for label, colour in zip(advice.labels, advice.colours, strict=True)
-    ]
-    handles += gaps
+    named = zip(advice.labels, advice.colours, strict=True)
+    patches = [Patch(facecolor=colour, edgecolor="0.4", label=label) for label, colour in named]
+    handles = [*patches, *gaps]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))

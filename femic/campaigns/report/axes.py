@@ -1,7 +1,7 @@
 """The swept axes of a campaign as its page names and draws them."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from textwrap import fill
@@ -88,9 +88,8 @@ class ShownAxis:
         if not self.is_number:
             places = np.arange(len(self.categories))
             upwards = which == "x" and max(map(len, self.categories)) >= WORD
-            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0)
-            for label in ruler.get_ticklabels():
-                label.set_horizontalalignment("right" if upwards or which == "y" else "center")
+            aligned = "right" if upwards or which == "y" else "center"
+            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0, ha=aligned)
             return
         if self.is_logarithmic:
             set_scale("log")
@@ -177,13 +176,11 @@ def evenly_spaced(count: int, most: int) -> list[int]:
     return sorted({int(k) for k in np.round(np.linspace(0, count - 1, min(count, most)))})
 
 
-def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
-    """Return the name of the scene at a place of the swept dims."""
-    dims = dataset["seconds"].dims
-    at = dict(zip(dims, place, strict=True))
-    return values_text(
-        {axis.name: dataset[axis.name].isel(at, missing_dims="ignore").item() for axis in axes_of(dataset)}
-    )
+def point_of(dataset: xr.Dataset, place: Iterable[Any]) -> str:
+    """Return the name of the scene at a place, one number for each swept dim."""
+    seconds = dataset["seconds"]
+    scene = seconds.isel(dict(zip(seconds.dims, place, strict=True)))
+    return values_text({axis.name: scene[axis.name].item() for axis in axes_of(dataset)})
 
 
 def _axis(values: xr.DataArray, spacing: str) -> ShownAxis:

@@ -11,9 +11,9 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from scipy.stats import spearmanr
 
-from compare.report.styles import RC
+from compare.report.styles import RC, symbol_of
 from femic.campaigns.report.axes import ShownAxis, evenly_spaced
-from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of
+from femic.campaigns.report.fields import COLUMN, ROW, Field
 from femic.campaigns.report.scales import draw_levels
 from geometries.arrays import Array
 
@@ -71,7 +71,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
             draw_levels(line, field.kind, values)
-            line[0].set_ylabel(label_of(name) if field.rates_ics else f"{field.columns[0]}, {name}")
+            line[0].set_ylabel(symbol_of(name) if field.rates_ics else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
             axes_.set_xlabel(axis.wrapped)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from compare.contact.compute import reference_name
 from compare.report.parts import join_words
+from compare.report.styles import symbol_of
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -17,7 +18,6 @@ from femic.campaigns.report.fields import (
     Field,
     body_of,
     furthest_along,
-    label_of,
     swept_dims,
 )
 from femic.campaigns.results.contact import CURVES_LARGEST
@@ -32,12 +32,7 @@ MEANINGS = {
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
-DIMS = {
-    "case": "load",
-    "load": "load",
-    "friction": "friction",
-    "xi": "creepage",
-}  # dims in words
+DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 ANY = "any component"
 VANISHING = (
@@ -64,13 +59,14 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
     body, columns = body_of(dataset), {}
-    of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
+    dataset_of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
     for component in SHOWN_ORDER:
-        one = of_body.sel(i=component[0], j=component[1], drop=True)
-        worst = one.error.max("line").load()
+        component_errors = dataset_of_body.sel(i=component[0], j=component[1], drop=True)
+        worst = component_errors.error.max("line").load()
         if worst.max() > ROUNDING:
-            mark = VANISHES if (one.vanishes == 1).any() else ""
-            columns[component + mark] = worst.where((worst.variant != C) | (one.vanishes != 1))
+            vanishes = component_errors.vanishes == 1
+            mark = VANISHES if vanishes.any() else ""
+            columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
     if not columns:
         return
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
@@ -117,9 +113,9 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact with {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        f"Numbers of the contact with {symbol_of(reference)}{f', at the last {several}' if several else ''}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
-        reference=label_of(reference),
+        reference=symbol_of(reference),
     )
 
 
@@ -128,7 +124,7 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
     deviations, estimates = zip(
         *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
     )
-    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), symbol_of(reference)
     values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
@@ -175,11 +171,11 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
     )
     kinds = {"Bhat": dataset.Bhat_worst, "Bhat_prime": dataset.fit_worst}
     for number, body in enumerate(map(str, dataset.fitted_body.values)):
-        of_body = [one.sel(fitted_body=body, drop=True).drop_attrs() for one in kinds.values()]
+        errors = [values.sel(fitted_body=body, drop=True).drop_attrs() for values in kinds.values()]
         yield Field(
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
             f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
-            xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
+            xr.concat(errors, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )

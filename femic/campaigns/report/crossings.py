@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -25,7 +24,7 @@ class Range:
 
     def text(self, span: float) -> str:
         """Return the range as text; ends have the digits that are significant in a `span` of values."""
-        start, end = (None if one is None else _rounded(one, span) for one in (self.start, self.end))
+        start, end = (None if place is None else _rounded(place, span) for place in (self.start, self.end))
         if start is None:
             return EVERYWHERE if end is None else f"up to {end}"
         return f"from {start} on" if end is None else f"from {start} to {end}"
@@ -99,8 +98,8 @@ class Line:
             if len(over) in (0, np.sum(known)):
                 return Crossing(EVERYWHERE if len(over) else NOWHERE, place)
             return Crossing(f"at {join_words(map(text_of, over))}", place)
-        ranges = exceeded(self.axis.values, self.sizes, level)
-        texts = [one.text(float(np.ptp(self.axis.values))) for one in ranges] or [NOWHERE]
+        span = float(np.ptp(self.axis.values))
+        texts = [part.text(span) for part in exceeded(self.axis.values, self.sizes, level)] or [NOWHERE]
         again = [f"again {texts[1]}"] if len(texts) > 1 else []
         further = [f"and {len(texts) - 2} times more"] if len(texts) > 2 else []
         return Crossing(texts[0], place, ", ".join([*again, *further]))
@@ -112,45 +111,31 @@ class Line:
         if not self.axis.is_number or np.ptp(at) == 0:
             return float(np.mean(self.sizes[known] > level))
         covered = 0.0
-        for one in exceeded(self.axis.at, self.sizes, level):
-            covered += at[-1] if one.end is None else one.end
-            covered -= at[0] if one.start is None else one.start
+        for part in exceeded(self.axis.at, self.sizes, level):
+            covered += at[-1] if part.end is None else part.end
+            covered -= at[0] if part.start is None else part.start
         return covered / float(np.ptp(at))
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """Sizes of numbers along the axis of a grid with the most values, at all places of the others."""
+def lines_of(sizes: xr.DataArray, axes: Sequence[ShownAxis]) -> list[Line]:
+    """Return sizes over the swept dims as lines along the main axis, at all places of the others."""
+    axis = main_axis(axes)
+    names = [other.name for other in swept(axes) if other is not axis]
+    rows = sizes.transpose(*names, axis.name).values.reshape(-1, len(axis.values))
+    places = product(*(other.values for other in swept(axes) if other is not axis))
+    return [
+        Line(axis, dict(zip(names, place, strict=True)), row) for place, row in zip(places, rows, strict=True)
+    ]
 
-    axis: ShownAxis
-    all: Sequence[Line]
-    known_count: str  # "15 of 21 scenes", "" where all are known
 
-    @classmethod
-    def of(cls, sizes: xr.DataArray, axes: Sequence[ShownAxis]) -> "Lines":
-        """Return the lines of sizes over the swept dims."""
-        axis = main_axis(axes)
-        rest = [one for one in swept(axes) if one is not axis]
-        rows = sizes.transpose(*(one.name for one in rest), axis.name).values.reshape(-1, len(axis.values))
-        places = product(*(one.values for one in rest))
-        lines = [
-            Line(axis, dict(zip((one.name for one in rest), place, strict=True)), row)
-            for place, row in zip(places, rows, strict=True)
-        ]
-        return cls(axis, lines, known_count(sizes))
-
-    @cached_property
-    def known(self) -> list[Line]:
-        """The lines with any known sizes."""
-        return [line for line in self.all if np.any(np.isfinite(line.sizes))]
-
-    def crossings(self, level: float) -> list[Crossing]:
-        """Return where a level is exceeded: on the lines of the largest and of the least extent, if any."""
-        if not self.known:
-            return []
-        by_extent = sorted(self.known, key=lambda line: (line.extent(level), np.nanmax(line.sizes)))
-        most, least = by_extent[-1].crossing(level), by_extent[0].crossing(level)
-        return [Crossing(most.text, more=most.more)] if most.text == least.text else [most, least]
+def extreme_crossings(lines: Sequence[Line], level: float) -> list[Crossing]:
+    """Return where a level is exceeded: on the lines of the largest and of the least extent, if any."""
+    known = [line for line in lines if np.any(np.isfinite(line.sizes))]
+    if not known:
+        return []
+    by_extent = sorted(known, key=lambda line: (line.extent(level), np.nanmax(line.sizes)))
+    most, least = by_extent[-1].crossing(level), by_extent[0].crossing(level)
+    return [Crossing(most.text, more=most.more)] if most.text == least.text else [most, least]
 
 
 def main_axis(axes: Iterable[ShownAxis]) -> ShownAxis:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.report.panels import add_legend
-from compare.report.styles import RC, Style, with_further
+from compare.report.styles import RC, Style, symbol_of, with_further
 from femic.campaigns.report.axes import ShownAxis
-from femic.campaigns.report.fields import COLUMN, LOWEST, ROW, Field, label_of
+from femic.campaigns.report.fields import COLUMN, LOWEST, ROW, Field
 from femic.campaigns.report.scales import draw_levels
 
 COLUMNS = 4  # panels beside each other
@@ -53,7 +53,7 @@ def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
         values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
         known = np.isfinite(values)
         marker, style = styles[name]
-        axes.plot(axis.at[known], values[known], label=label_of(name), **_line(style, marker, axis, marked))
+        axes.plot(axis.at[known], values[known], label=symbol_of(name), **_line(style, marker, axis, marked))
 
 
 def _line(style: Style, marker: str, axis: ShownAxis, marked: bool) -> dict[str, Any]:

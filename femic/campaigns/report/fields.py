@@ -6,8 +6,6 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from compare.report.styles import SYMBOLS, symbol_of
-
 ROW, COLUMN = "(row)", "(column)"  # dims that no axis can have the name of
 C = "C"
 LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are reported and drawn
@@ -82,12 +80,6 @@ class Field:
         """Return the field at some places of swept dims."""
         floor = None if self.floor is None else self.floor.isel(places)
         return replace(self, values=self.values.isel(places), floor=floor)
-
-
-def label_of(name: str) -> str:
-    """Return the symbol of a row, or its name without one."""
-    known = name in SYMBOLS or "+" in name
-    return symbol_of(name) if known else name
 
 
 def plain(column: str) -> str:

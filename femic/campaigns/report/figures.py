@@ -7,11 +7,12 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import Part, join_words
+from compare.report.styles import symbol_of
 from femic.campaigns.report.advised import AdvisedICs, advised_over, advised_points
 from femic.campaigns.report.axes import Names, ShownAxis, axes_of, evenly_spaced, swept, values_text
 from femic.campaigns.report.clouds import MOST_POINTS, clouds, strongest
 from femic.campaigns.report.curves import curves
-from femic.campaigns.report.fields import LOWEST, Field, label_of, plain
+from femic.campaigns.report.fields import LOWEST, Field, plain
 from femic.campaigns.report.maps import STRONG, MapRow, Plane, maps
 from femic.campaigns.report.scales import share
 from femic.campaigns.report.summary import judgement
@@ -68,7 +69,7 @@ def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) ->
             worst = worst.worst_over(axis.name)
         over = f" The worst over {join_words(axis.name for axis in further)}." if further else ""
         plane = Plane.of(axes, failed)
-        rows = [MapRow(label_of(row), worst.of(rows=[row]), plane) for row in field.rows]
+        rows = [MapRow(symbol_of(row), worst.of(rows=[row]), plane) for row in field.rows]
         yield from _mapped(rows, _headed(field, axes[:2]), text + over, name)
     if not further:
         return
@@ -78,8 +79,8 @@ def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) ->
             row_field = row_field.worst_over(axis.name)
         rows = [MapRow(title, row_field.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
         if field.rates_ics and len(field.rows) > 1:
-            note = f"{label_of(row)} only, which is the closest on the average. "
-        heading = f"{label_of(row)}: {_headed(field, axes[:3])}"
+            note = f"{symbol_of(row)} only, which is the closest on the average. "
+        heading = f"{symbol_of(row)}: {_headed(field, axes[:3])}"
         yield from _mapped(
             rows, heading, note + _left_out(field, axes), f"{name}_by_{further[0].name}_{number}"
         )

@@ -73,8 +73,9 @@ class MapRow:
 
 def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
     """Yield figures of maps, row by row; several figures where there are many columns."""
-    for columns in _parted(rows[0].field.columns):
-        yield _figure(rows, columns)
+    columns = rows[0].field.columns
+    for part in np.array_split(columns, -(-len(columns) // COLUMNS)):
+        yield _figure(rows, part.tolist())
 
 
 def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
@@ -91,7 +92,7 @@ def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
         panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey=True)
         for line, row in zip(panels, rows, strict=True):
             for axes, column in zip(line, columns, strict=True):
-                draw_map(axes, row.values(column), row.plane, scales[column])
+                _draw_map(axes, row.values(column), row.plane, scales[column])
             line[0].set_ylabel(row.label)
         for column, axes in zip(columns, panels.T, strict=True):
             axes[0].set_title(column, fontsize=9)
@@ -109,7 +110,7 @@ def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
         return figure
 
 
-def draw_map(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
+def _draw_map(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
     """Draw a map: a cell for each scene, lines where levels are exceeded; numbers if both axes are text."""
     draw_cells(axes, values, plane, scale)
     across, up = plane.across, plane.up
@@ -132,10 +133,9 @@ def _marks(axes: Axes, numbers: Array, plane: Plane) -> None:
     axis, categories = (across, up) if across.is_number else (up, across)
     lines, draw = (numbers.T, axes.vlines) if across.is_number else (numbers, axes.hlines)
     for place, values in zip(categories.at, abs(lines), strict=True):
-        ends = [end for one in exceeded(axis.at, values, STRONG) for end in (one.start, one.end)]
-        draw(
-            [end for end in ends if end is not None], place - 0.5, place + 0.5, colors="black", linewidths=1.7
-        )
+        ends = [end for part in exceeded(axis.at, values, STRONG) for end in (part.start, part.end)]
+        known = [end for end in ends if end is not None]
+        draw(known, place - 0.5, place + 0.5, colors="black", linewidths=1.7)
 
 
 def draw_cells(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
@@ -207,10 +207,3 @@ def gap_handles(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]
     if any(np.any(np.isnan(values)) for values in shown):
         handles.append(Patch(facecolor="white", edgecolor="0.6", hatch="/////", label="not known"))
     return handles
-
-
-def _parted(columns: list[str]) -> list[list[str]]:
-    """Return columns in groups of at most `COLUMNS`, about equally many."""
-    count = -(-len(columns) // COLUMNS)
-    size = -(-len(columns) // count)
-    return [columns[start : start + size] for start in range(0, len(columns), size)]

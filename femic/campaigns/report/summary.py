@@ -7,10 +7,11 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import join_words
+from compare.report.styles import symbol_of
 from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
-from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
+from femic.campaigns.report.crossings import REPORTED, extreme_crossings, known_count, lines_of, main_axis
+from femic.campaigns.report.fields import COLUMN, ROW, Field, plain
 from femic.campaigns.report.scales import share
 
 FIRST = ("nn", "p_max")  # columns that are reported even if another one is worse
@@ -59,7 +60,7 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
     verdicts: dict[str, list[str]] = {}
     for row in field.rows:
         if np.any(field.values.sel({ROW: row}).notnull()):
-            verdicts.setdefault(_failing(dataset, field.of(rows=[row])), []).append(label_of(row))
+            verdicts.setdefault(_failing(dataset, field.of(rows=[row])), []).append(symbol_of(row))
     for text, rows in verdicts.items():
         yield f"{join_words(rows)} {'is' if len(rows) == 1 else 'are'} {text}"
 
@@ -116,5 +117,5 @@ def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
         return "there"
     if not is_grid(dataset):
         return f"in {np.mean(sizes.values[np.isfinite(sizes.values)] > REPORTED):.0%} of the scenes"
-    lines = Lines.of(sizes, axes)
-    return ", ".join(crossing.along(lines.axis) for crossing in lines.crossings(REPORTED))
+    crossings = extreme_crossings(lines_of(sizes, axes), REPORTED)
+    return ", ".join(crossing.along(main_axis(axes)) for crossing in crossings)

@@ -1,19 +1,16 @@
 """Advice: the cheapest ICs that are good enough for a scene."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 
-from compare.frontier.advice import AS_CHEAP
+from compare.frontier.advice import cheapest
+from compare.frontier.compute import worst_shares
 from compare.ics.compute import Results, compute, reference_of
 from compare.ics.errors import measure_of
 from femic.campaigns.results.kind import SHARE, ResultKind
 from femic.campaigns.results.on_lines import jobs_on_lines
-from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
-from geometries.arrays import Array
 
 
 def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
@@ -40,31 +37,16 @@ def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     )
 
 
-def cheapest(bounds: Array, seconds: Array, tolerance: float) -> int:
-    """Return the number of the cheapest ICs whose known error is at most `tolerance`, -1 without any."""
-    good = np.flatnonzero(bounds <= tolerance)
-    if not good.size:
-        return -1
-    cheap = good[seconds[good] <= AS_CHEAP * np.min(seconds[good])]
-    return int(cheap[np.argmin(bounds[cheap])])
-
-
 def _error_bounds(results: Results, body: str) -> list[float]:
     """Return error bounds of all ICs of a body, the worst over lines and components; of C its estimate."""
     measure, c = measure_of(results, body), reference_of(results, body)
-    floor = _worst(results, measure.shares(c.estimate))
+    floor = worst_shares(results.scene, measure.shares(c.estimate))
     bounds = {
-        variant: _worst(results, measure.shares(ics - c.ic)) + floor
+        variant: worst_shares(results.scene, measure.shares(ics - c.ic)) + floor
         for (variant, of_body), ics in results.approximations.items()
         if of_body == body
     }
     return [float(np.max(bounds.get(variant, floor))) for variant in results.variants]
-
-
-def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """Return the largest share over the lines by component of the scene, (n_components,)."""
-    largest = np.max(list(shares.values()), axis=0)
-    return np.array([component_of(largest, component) for component in results.scene.components])
 
 
 ADVICE = ResultKind(

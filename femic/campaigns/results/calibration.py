@@ -19,7 +19,7 @@ def calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return parameters of B-hat-prime, and its deviations from C beside those of B-hat, by fitted body."""
     calibrated = calibrate(scene, options)
     fits, targets = list(calibrated.fits.values()), list(calibrated.targets.values())
-    of_bhat = [
+    bhat_worst = [
         np.max(np.abs(target.approximate("Bhat") - target.ics) / target.scales, axis=-1) for target in targets
     ]
     parameters, components = ("fitted_body", "parameter"), ("fitted_body", "fitted_component")
@@ -39,7 +39,7 @@ def calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
                 np.stack([unit_of(scene) * target.ics for target in targets]),
                 about_c,
             ),
-            "Bhat_worst": (components, np.array(of_bhat), share),
+            "Bhat_worst": (components, np.array(bhat_worst), share),
         },
         coords={
             "fitted_body": list(calibrated.fits),

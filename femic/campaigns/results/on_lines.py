@@ -43,10 +43,10 @@ def jobs_on_lines(scene: Scene) -> list[Jobs]:
 def _errors(results: Results) -> xr.Dataset:
     """Return errors of the scene's components, NaN for others, and the cost of the models of C."""
     at_points = ics_dataset.to_dataset(results)
-    of_scene = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
+    is_compared = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
     for component in results.scene.components:
-        of_scene.loc[{"i": component[0], "j": component[1]}] = True
-    measured = ics_dataset.errors(results, at_points).astype(float, keep_attrs=True).where(of_scene)
+        is_compared.loc[{"i": component[0], "j": component[1]}] = True
+    measured = ics_dataset.errors(results, at_points).astype(float, keep_attrs=True).where(is_compared)
     costs = results.models
     seconds = [[results.seconds[v, body] for body in results.scene.compared] for v in results.variants]
     unknowns = float(max(cost.unknowns for cost in costs.values()))

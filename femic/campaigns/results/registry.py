@@ -6,7 +6,6 @@ from typing import Any
 
 import xarray as xr
 
-from femic.cache.digests import results_digest
 from femic.campaigns.results.advice import ADVICE
 from femic.campaigns.results.calibration import CALIBRATION
 from femic.campaigns.results.contact import CONTACT
@@ -25,11 +24,6 @@ KINDS: Mapping[str, ResultKind] = MappingProxyType(
     }
 )
 _EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "override"}
-
-
-def code_of_results() -> str:
-    """Return the digest of the code of all kinds."""
-    return results_digest(__name__)
 
 
 def merged(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -32,12 +32,10 @@ QUIET = ("distributed", "tornado", "asyncio")  # logs of workers that come and g
 
 NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
-NOTHING: list[str] = []  # served by HTTP, which every user of this machine can reach
-
 LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.preload": ["femic.campaigns.running.local_worker"],
-    "distributed.scheduler.http.routes": NOTHING,
-    "distributed.worker.http.routes": NOTHING,
+    "distributed.scheduler.http.routes": [],  # every user of this machine can reach what is served by HTTP
+    "distributed.worker.http.routes": [],
     "distributed.worker.profile.enabled": False,  # a hundred samples a second without a reader
     "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
     "distributed.worker.memory.spill": False,
@@ -66,14 +64,12 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
     available = MEMORY_SHARE * (MEMORY_LIMIT / 2**20 if memory is None else memory)
     useful = max(1, min(requested or cores(), scenes))
     fitting = max(1, int(available // max(largest, BASE_MEMORY)))
-    if useful <= fitting:
-        return ClusterSize(useful, available / useful)
-    return ClusterSize(
-        fitting,
-        available / fitting,
+    note = (
         f"{fitting} instead of {useful} workers: models take up to {largest:.0f} MB, and there are "
-        f"{available:.0f} MB for all",
+        f"{available:.0f} MB for all"
     )
+    workers = min(useful, fitting)
+    return ClusterSize(workers, available / workers, note if fitting < useful else "")
 
 
 @contextmanager

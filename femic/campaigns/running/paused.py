@@ -28,7 +28,7 @@ class Pauses:
 
     def update(self, workers: Workers) -> None:
         """Report pauses, once; raise Failure where no task can progress any more."""
-        now, paused = self.clock(), [one for one in workers.values() if _is_paused(one)]
+        now, paused = self.clock(), [worker for worker in workers.values() if _is_paused(worker)]
         self._begin = _since(self._begin, now) if paused else None
         stuck = bool(paused) and len(paused) == len(workers) and not any(map(_at_work, paused))
         self._idle = _since(self._idle, now) if stuck else None

@@ -58,10 +58,10 @@ def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
     )
 
 
-def largest_memory(campaign: Campaign, scenes: int = SAMPLED) -> float:
+def largest_memory(campaign: Campaign) -> float:
     """Return the memory [MB] of the largest model of the first scenes of a campaign, finished or not."""
     store = Store()
-    return _largest(list(_sample_plans([task for _, task in islice(tasks_of(campaign, store), scenes)])))
+    return _largest(list(_sample_plans([task for _, task in islice(tasks_of(campaign, store), SAMPLED)])))
 
 
 def _largest(model_plans: list[ModelPlan]) -> float:

@@ -17,6 +17,7 @@ from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.results import registry
 from femic.campaigns.running import tasks
 from femic.campaigns.running.crew import Crew, report_of
+from femic.campaigns.running.registrations import registrations
 from femic.campaigns.running.scene_task import (
     SceneTask,
     merged_outcome,
@@ -134,7 +135,7 @@ class _Run:
     def origin(self) -> Origin:
         location = str(self.store.location)
         shared = location if "://" in location else str(Path(location).absolute())
-        return Origin(shared, results_digest(tasks.__name__))
+        return Origin(shared, results_digest(tasks.__name__), registrations())
 
     def next_unfinished(self) -> Numbered | None:
         """Return the next scene that is not in the store, None without one; collect those before it."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import xarray as xr
 
+from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.outcomes import SceneOutcome
@@ -48,7 +49,7 @@ class SceneTask:
 def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) -> SceneTask:
     """Return the task of a scene; keys depend on its table, its files, and the code."""
     plain = json.loads(json.dumps(table, default=str), parse_int=float)  # 1 and 1.0 are the same
-    facts = registry.code_of_results(), json.dumps(plain, sort_keys=True), *_contents(table)
+    facts = results_digest(registry.__name__), json.dumps(plain, sort_keys=True), *_contents(table)
     return SceneTask(table, {name: store.key(f"sweep-{name}", name, *facts) for name in keep})
 
 

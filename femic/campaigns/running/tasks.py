@@ -18,6 +18,7 @@ from femic.cache.threads import one_blas_thread
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.results import registry
+from femic.campaigns.running.registrations import differing
 from femic.campaigns.running.scene_task import SceneTask, merged_outcome, scene_task
 from femic.reference.at_points import references
 from femic.reference.job import Job
@@ -37,10 +38,11 @@ class Unusable(Failure):
 
 @dataclass(frozen=True)
 class Origin:
-    """The program that submits tasks: the location of its store, and the digest of its code."""
+    """The program that submits tasks: its store, the digest of its code, and what it has registered."""
 
     store: str
     digest: str
+    registrations: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -112,15 +114,23 @@ def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> Ta
     return work.report(merged_outcome(parts).failure)
 
 
-def require_same_code(origin: Origin) -> None:
-    """Raise Unusable where this process has other code than the program that submits tasks."""
-    mine = results_digest(__name__)
-    if mine != origin.digest:
-        raise Unusable(
-            f"a worker has other code or libraries (digest {mine}) than this program ({origin.digest}): "
+def code_problem(origin: Origin) -> str:
+    """Return how the code or the registrations of this process differ from the program's; "" if not."""
+    own = results_digest(__name__)
+    if own != origin.digest:
+        return (
+            f"a worker has other code or libraries (digest {own}) than this program ({origin.digest}): "
             "install the same version of femic and of its libraries on all workers (pip install -c "
             "constraints.txt), and start them again"
         )
+    different = differing(origin.registrations)
+    if different:
+        return (
+            f"{', '.join(different)}: not registered in a worker as in this program: register it in a module "
+            "that workers import (dask worker --preload MODULE); workers on this machine import the script "
+            "that is run, without what is below `if __name__ == '__main__'`"
+        )
+    return ""
 
 
 def store_full(store: Store) -> str:
@@ -133,18 +143,15 @@ def store_full(store: Store) -> str:
 
 def worker_problem(origin: Origin) -> str:
     """Return why the process that calls this cannot be a worker; "" if it can."""
-    try:
-        require_same_code(origin)
-    except Unusable as error:
-        return str(error)
+    if problem := code_problem(origin):
+        return problem
     with _single_threaded():
         shares_store = outcomes.get(Store(origin.store), PROBE) is not None
-    if not shares_store:
-        return (
-            f"a worker does not see the store {origin.store}: give a location that all workers share "
-            "(--store, a folder of a network file system or a URL such as s3://...)"
-        )
-    return ""
+    message = (
+        f"a worker does not see the store {origin.store}: give a location that all workers share "
+        "(--store, a folder of a network file system or a URL such as s3://...)"
+    )
+    return "" if shares_store else message
 
 
 @contextmanager
@@ -191,7 +198,8 @@ class _Work:
 
     @classmethod
     def begin(cls, origin: Origin) -> "_Work":
-        require_same_code(origin)
+        if problem := code_problem(origin):
+            raise Unusable(problem)
         return cls(Store(origin.store), perf_counter())
 
     @property

@@ -15,7 +15,7 @@ from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
-from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
+from femic.contact.pairs.variations import on_larger_elements, with_perturbed_ics
 from geometries.errors import Failure
 
 Steps = Sequence[Measured]  # after each load
@@ -32,7 +32,7 @@ class SolvedCompression:
 
 
 def solve_compression(pair: PairWithFriction, friction: float, name: str) -> SolvedCompression:
-    """The compression with the ICs of a name at a coefficient of friction; raises Failure."""
+    """Return the compression with the ICs of a name at a coefficient of friction; raises Failure."""
     operator, start = pair.operator(name), perf_counter()  # C has its own seconds
     label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
     steps, last = in_steps(pair, problem, label)
@@ -40,36 +40,28 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
     pair.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
     estimated = estimates_of(
         steps,
-        _on_larger(pair, problem, label),
+        on_larger_elements(pair, problem, label, _numbers),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
-        _with_estimate(pair, friction, name),
+        with_perturbed_ics(pair, friction, name, label, _numbers),
     )
     return SolvedCompression(steps, estimated, last, seconds)
 
 
 def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
-    """The last load [N] and the numbers after it; raises Failure where the grid has no such contact."""
-    return pair.loads[-1], in_steps(pair, problem, label)[0][-1].numbers
+    """Return the last load [N] and the numbers after it; raises Failure where there is no such contact."""
+    return pair.loads[-1], _numbers(pair, problem, label)[-1].numbers
 
 
 def in_halves(loads: Sequence[float]) -> list[float]:
-    """Loads [N] with one more half way before each of them, from 0 on."""
+    """Return loads [N] with one more half way before each of them, from 0 on."""
     before = [0.0, *loads[:-1]]
     return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
-
-
-def _with_estimate(pair: PairWithFriction, friction: float, name: str) -> Steps | None:
-    """The numbers with ICs plus their estimated errors; None where no errors are known."""
-    if (operator := pair.perturbed(name)) is None:
-        return None
-    label = f"friction {friction:g}, {name} plus its estimate"
-    return in_steps(pair, pair.frictional(operator, friction), label)[0]
 
 
 def in_steps(
     pair: PairWithFriction, problem: FrictionalProblem, label: str, *, halves: bool = True
 ) -> tuple[Steps, FrictionalContact]:
-    """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
+    """Return the numbers after each load, and the last contact; in steps from load to load, or in halves."""
     loads, steps = in_halves(pair.loads) if halves else list(pair.loads), list[Measured]()
     try:
         for contact in compressed(problem, [Loading(load) for load in loads]):
@@ -81,27 +73,15 @@ def in_steps(
     return steps[1::2] if halves else steps, contact
 
 
-def _on_larger(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> list[Steps | None]:
-    """The numbers on elements twice and four times as large, None where they are not found."""
-    of_grids: list[Steps | None] = []
-    for elements in OTHER_ELEMENTS:
-        if not problem.has_coarser:
-            break
-        problem = problem.coarsened
-        try:
-            of_grids.append(in_steps(pair, problem, f"{label}, {elements}")[0])
-        except PotentialAreaTooSmall:
-            raise
-        except Failure as failure:
-            pair.options.watch.on_stage(f"  not in estimates: {failure}")
-            of_grids.append(None)
-    return of_grids
+def _numbers(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> Steps:
+    """Return the numbers after each load, in steps half as large as between loads."""
+    return in_steps(pair, problem, label)[0]
 
 
 def estimates_of(
     steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
 ) -> list[dict[str, float]]:
-    """Sums of what larger elements, larger steps of load, and C plus its estimate change.
+    """Return sums of what larger elements, larger steps of load, and C plus its estimate change.
 
     Steps twice as large have twice the error, with the safety factor of elements.
     """

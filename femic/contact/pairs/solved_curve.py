@@ -8,15 +8,12 @@ import numpy as np
 
 from femic.contact.estimates import Numbers, changes, errors
 from femic.contact.frictional import FrictionalProblem
-from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
 from femic.contact.pairs.displaced import displaced_numbers
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING, kinds
-from geometries.errors import Failure
-
-OTHER_ELEMENTS = ("larger elements", "still larger elements")
+from femic.contact.pairs.variations import if_possible, on_larger_elements
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +28,7 @@ class SolvedCurve:
 
 
 def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCurve:
-    """The creep-force curve with the ICs of a name at a coefficient of friction.
+    """Return the creep-force curve with the ICs of a name at a coefficient of friction.
 
     Raises Failure where no contact is found at any creepage, or where the curve does not reach the force at
     which ICs are compared.
@@ -46,39 +43,23 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     )
     perturbed = pair.perturbed(name)
     change = None if perturbed is None else _change(along, curve, perturbed)
-    point_errors, curve_errors = _errors(along.xi, curve, _on_larger(along), change)
+    larger = on_larger_elements(pair, problem, along.label, _curve)
+    point_errors, curve_errors = _errors(along.xi, curve, larger, change)
     return SolvedCurve(curve, point_errors, curve_errors, displaced_numbers(along, curve), seconds)
+
+
+def _curve(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> CreepForceCurve:
+    """Return the curve of a problem; raises Failure."""
+    return Continuation.of(pair, problem, label).curve()
 
 
 def nearest_to_no_creepage(
     pair: PairWithFriction, problem: FrictionalProblem, label: str
 ) -> tuple[float, Numbers]:
-    """The creepage nearest 0 and the numbers there; raises Failure where the grid has no such contact."""
+    """Return the creepage nearest 0 and the numbers there; raises Failure where there is no such contact."""
     along = Continuation.of(pair, problem, label)
     xi = min(along.xi, key=abs)
     return xi, along.measured(along.at(xi, None)).numbers
-
-
-def _on_larger(along: Continuation) -> list[CreepForceCurve | None]:
-    """The curves on elements twice and four times as large, None where one is not found."""
-    curves, problem = [], along.problem.problem
-    for elements in OTHER_ELEMENTS:
-        if not problem.has_coarser:
-            break
-        problem = problem.coarsened
-        curves.append(_coarse(along.pair, problem, f"{along.label}, {elements}"))
-    return curves
-
-
-def _coarse(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> CreepForceCurve | None:
-    """The curve on larger elements, None where it is not found: estimates do without it then."""
-    try:
-        return Continuation.of(pair, problem, label).curve()
-    except PotentialAreaTooSmall:
-        raise
-    except Failure as failure:
-        pair.options.watch.on_stage(f"  not in estimates: {failure}")
-        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +71,7 @@ class Change:
 
 
 def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator) -> Change:
-    """The change with ICs plus their estimated errors, solved at a few creepages and linear between these.
+    """Return the change with ICs plus their estimated errors: at a few creepages, and linear between these.
 
     They are the one nearest 0 and those with the largest forces; NaN where no such contact is found.
     """
@@ -102,24 +83,19 @@ def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator)
         if contact := perturbed.at_if_possible(xi, curve.contacts[xi]):
             numbers = perturbed.measured(contact).numbers
             rows[xi] = changes(curve.points[xi], kinds(OF_ROLLING), numbers)
-    try:
-        free = perturbed.free(list(curve.contacts.values()))[0].numbers
-    except PotentialAreaTooSmall:
-        raise
-    except Failure as failure:
-        pair.options.watch.on_stage(f"  no estimates: {failure}")
-        free = dict.fromkeys(OF_CURVE, np.nan)
-    return Change([between(rows, xi) for xi in along.xi], changes(curve.free, kinds(OF_CURVE), free))
+    free = if_possible(pair, "no estimates", lambda: perturbed.free([*curve.contacts.values()])[0].numbers)
+    free_change = changes(curve.free, kinds(OF_CURVE), free or dict.fromkeys(OF_CURVE, np.nan))
+    return Change([between(rows, xi) for xi in along.xi], free_change)
 
 
 def deciding(curve: CreepForceCurve) -> list[float]:
-    """The creepages nearest 0, and with the largest forces both ways, growing."""
+    """Return the creepages nearest 0, and with the largest forces both ways, growing."""
     force = {xi: point.numbers["F_x"] for xi, point in curve.points.items()}
     return sorted({min(force, key=abs), min(force, key=force.__getitem__), max(force, key=force.__getitem__)})
 
 
 def between(rows: Mapping[float, Numbers], xi: float) -> dict[str, float]:
-    """Numbers at a creepage from rows at growing ones: linear between them, and constant beyond."""
+    """Return numbers at a creepage from rows at growing ones: linear between them, and constant beyond."""
     if not rows:
         return dict.fromkeys(OF_ROLLING, np.nan)
     return {
@@ -133,7 +109,7 @@ def _errors(
     larger: Sequence[CreepForceCurve | None],
     change: Change | None,
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
-    """Estimated errors of the points at all creepages, and of the curve as a whole."""
+    """Return estimated errors of the points at all creepages, and of the curve as a whole."""
     points = [
         errors(
             kinds(OF_ROLLING),

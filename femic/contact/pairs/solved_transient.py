@@ -7,6 +7,7 @@ elements twice as large there are half as many steps, and the numbers are interp
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -19,7 +20,7 @@ from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import SIZING
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
-from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
+from femic.contact.pairs.variations import if_possible, on_larger_elements, with_perturbed_ics
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -62,9 +63,8 @@ def solve_transient(pair: PairWithFriction, friction: float, name: str) -> Solve
     path = path_of(pair, problem, label)
     seconds = perf_counter() - start
     pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
-    larger, perturbed = _on_larger(pair, problem, label), None
-    if (with_estimate := pair.perturbed(name)) is not None:
-        perturbed = path_of(pair, pair.frictional(with_estimate, friction), f"{label} plus its estimate")
+    larger = on_larger_elements(pair, problem, label, path_of)
+    perturbed = with_perturbed_ics(pair, friction, name, label, path_of)
     return SolvedTransient(path, *_errors(path, larger, perturbed), seconds)
 
 
@@ -108,54 +108,30 @@ def path_of(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> T
         raise
     except Failure as failure:
         raise Failure(f"{label}, {len(steps) * dx:.3g} mm: {failure}") from failure
-    steady = _steady(pair, rolling, rolled, label)
+    solve_steady = partial(_steady, pair, rolling, rolled)
+    steady = if_possible(pair, f"{label}: no steady rolling", solve_steady)
     distances = dx * np.arange(count + 1, dtype=float)
     return TransientPath(np.asarray(distances), steps, rolled.contact, simplified, steady)
 
 
-def _steady(
-    pair: PairWithFriction, rolling: RollingProblem, last: RollingContact, label: str
-) -> Measured | None:
-    """Return the numbers in steady rolling; None where it has no solution, which is reported."""
-    try:
-        contact = rolling.contact(last.creepages, Loading(pair.loads[0]), start=last.contact).contact
-    except PotentialAreaTooSmall:
-        raise
-    except Failure as failure:
-        pair.options.watch.on_stage(f"  {label}: no steady rolling: {failure}")
-        return None
-    return measured(pair.on_grid, contact, OF_ROLLING)
-
-
-def _on_larger(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> list[TransientPath | None]:
-    """Return the rolling on elements twice and four times as large, None where it has no solution."""
-    paths: list[TransientPath | None] = []
-    for elements in OTHER_ELEMENTS:
-        if not problem.has_coarser:
-            break
-        problem = problem.coarsened
-        try:
-            paths.append(path_of(pair, problem, f"{label}, {elements}"))
-        except PotentialAreaTooSmall:
-            raise
-        except Failure as failure:
-            pair.options.watch.on_stage(f"  not in estimates: {failure}")
-            paths.append(None)
-    return paths
+def _steady(pair: PairWithFriction, rolling: RollingProblem, last: RollingContact) -> Measured:
+    """Return the numbers in steady rolling at the creepages of the last contact; raises Failure."""
+    steady = rolling.contact(last.creepages, Loading(pair.loads[0]), start=last.contact)
+    return measured(pair.on_grid, steady.contact, OF_ROLLING)
 
 
 def _errors(
     path: TransientPath, larger: Sequence[TransientPath | None], perturbed: TransientPath | None
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
     """Return the estimated errors by distance, and of the steady numbers."""
-    coarse = [interpolated(one, path.distances) if one else None for one in larger]
+    coarse = [interpolated(other, path.distances) if other else None for other in larger]
     by_distance = [
         _errors_of(
-            fine, [one[n] if one else None for one in coarse], perturbed.steps[n] if perturbed else None
+            fine, [steps[n] if steps else None for steps in coarse], perturbed.steps[n] if perturbed else None
         )
         for n, fine in enumerate(path.steps)
     ]
-    steady = [one.steady if one else None for one in larger]
+    steady = [other.steady if other else None for other in larger]
     return by_distance, _errors_of(path.steady, steady, perturbed.steady if perturbed else None)
 
 

@@ -126,14 +126,18 @@ class Condensed:
         """Retained amplitudes (retained, n), and what the border's observers see, under the loads."""
         prepared, retained = self.condensation, self.condensation.retained
         n_seen, n_loads = prepared.in_border.shape[0], prepared.forces.shape[1]
-        of_retained, of_loads = np.split(self.block[: retained + n_seen, : retained + n_loads], [retained], 1)
+        retained_columns, load_columns = np.split(
+            self.block[: retained + n_seen, : retained + n_loads], [retained], 1
+        )
         moved = np.zeros((retained, n_loads))
         try:
-            moved[free] = np.linalg.solve(of_retained[:retained][free][:, free], of_loads[:retained][free])
+            moved[free] = np.linalg.solve(
+                retained_columns[:retained][free][:, free], load_columns[:retained][free]
+            )
         except np.linalg.LinAlgError as error:
             raise not_solved(self.k, prepared.stiffness.size, str(error)) from error
-        directly = prepared.d * np.eye(n_seen, n_loads) - of_loads[retained:]
-        return moved, directly + of_retained[retained:] @ moved
+        directly = prepared.d * np.eye(n_seen, n_loads) - load_columns[retained:]
+        return moved, directly + retained_columns[retained:] @ moved
 
     def _fields(self, free: Mask, moved: Array, seen: Array, combined: Array) -> Array:
         """Amplitudes (amplitudes, c) under combinations (n, c) of the loads.

@@ -12,19 +12,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Protocol
 
 import numpy as np
 
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.accuracy import NotConverged
+from femic.reference.harmonic.entry import NOT_STORED, StoredWaves, WaveSolution
 from femic.reference.harmonic.request import NEARER, HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import FitCells, SectionSize
-from femic.reference.harmonic.synthesis import Responses, displacements, odd_in_k
+from femic.reference.harmonic.synthesis import Responses, odd_in_k
 from femic.reference.harmonic.wavenumbers import Samples, sample
-from femic.reference.models import Cost, RawICs, peak_memory
+from femic.reference.models import Cost, peak_memory
 from geometries.arrays import Array
 from geometries.patches import Patch
 
@@ -34,17 +34,6 @@ WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over g
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
 Progress = Callable[[int], None]  # takes the number of solutions so far, 0 after the assembly
-WaveSolution = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] and their residual
-
-
-class WaveCache(Protocol):
-    """A store of solutions of earlier runs, by name."""
-
-    def get(self, name: str) -> WaveSolution | None:
-        """Return the responses and their residual, None if they are not stored."""
-
-    def put(self, name: str, solution: WaveSolution) -> None:
-        """Store the responses and their residual."""
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
@@ -63,8 +52,8 @@ def _fit_cells(request: HarmonicRequest) -> FitCells | None:
     if not request.fit_patches:
         return None
     b = min(patch.b for patch in request.fit_patches)
-    of_strips = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
-    smallest = request.cells.smallest * b / min(of_strips, default=b)
+    half_widths = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
+    smallest = request.cells.smallest * b / min(half_widths, default=b)
     behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
     growth = FINER_GROWTH * request.cells.growth
     return FitCells(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
@@ -75,24 +64,13 @@ def strips(patches: Iterable[Patch]) -> Array:
     return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
 
 
-def raw_ics(
-    request: HarmonicRequest,
-    most_unknowns: int | None = None,
-    workers: int = 1,
-    progress: Progress = lambda _: None,
-) -> RawICs:
-    """Displacements [mm/N] at the points of a request: solve it (`solve`), then sum over the wavenumbers."""
-    solved = solve(request, most_unknowns, workers=workers, progress=progress)
-    return displacements(solved, request.loads, request.points)
-
-
 def solve(
     request: HarmonicRequest,
     most_unknowns: int | None = None,
     *,
     workers: int = 1,
     progress: Progress = lambda _: None,
-    cache: WaveCache | None = None,
+    cache: StoredWaves = NOT_STORED,
 ) -> Responses:
     """Mesh, assemble, and solve the wavenumbers in parallel threads.
 
@@ -100,22 +78,11 @@ def solve(
     a small residual. The worst residual is part of the cost. `cache` has the wavenumbers that an earlier
     run has solved, and takes the new ones.
     """
-    with one_blas_thread():
-        return _solve(request, most_unknowns, workers, progress, cache)
-
-
-def _solve(
-    request: HarmonicRequest,
-    most_unknowns: int | None,
-    workers: int,
-    progress: Progress,
-    cache: WaveCache | None,
-) -> Responses:
-    """Return the responses of `solve`: first all of them, then the responses with coarser cells."""
     builder = _SectionBuilder(most_unknowns)
     solutions = _WaveSolutions(workers, progress, cache)
-    section, samples = _sampled(request, builder, solutions)
-    coarser = _with_coarser_cells(request, builder, solutions, samples.sparser.k)
+    with one_blas_thread():
+        section, samples = _sampled(request, builder, solutions)
+        coarser = _with_coarser_cells(request, builder, solutions, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
     cost = Cost(unknowns, cells, solver, (), max(solutions.residuals), builder.seconds, peak_memory())
@@ -183,7 +150,7 @@ class _WaveSolutions:
 
     workers: int
     progress: Progress
-    cache: WaveCache | None
+    cache: StoredWaves
     residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
 
     def at(
@@ -200,11 +167,10 @@ class _WaveSolutions:
 
     def _solution(self, kind: str, respond: Callable[[float], WaveSolution], k: float) -> WaveSolution:
         name = f"{kind}k{float(k)!r}"
-        solution = self.cache.get(name) if self.cache else None
+        solution = self.cache.get(name)
         if solution is None:
             solution = respond(k)
-            if self.cache:
-                self.cache.put(name, solution)
+            self.cache.put(name, solution)
         return solution
 
 

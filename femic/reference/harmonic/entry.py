@@ -7,12 +7,14 @@ import numpy as np
 import xarray as xr
 
 from femic.cache.store import Store
-from femic.reference.harmonic.engine import WaveSolution
 from femic.reference.harmonic.synthesis import Responses
 from femic.reference.harmonic.wavenumbers import Axis, Samples
 from femic.reference.models import cost_from
+from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.patches import DIRECTIONS, Load
+
+WaveSolution = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] and their residual
 
 
 def to_entry(responses: Responses) -> xr.Dataset:
@@ -60,7 +62,7 @@ def from_entry(entry: xr.Dataset, body: Body, loads: tuple[Load, ...], axis: Axi
 
 @dataclass(frozen=True)
 class StoredWaves:
-    """The solved wavenumbers of an unfinished entry, as a `WaveCache` of the engine."""
+    """The solved wavenumbers of an unfinished entry, by name."""
 
     store: Store
     key: str
@@ -75,3 +77,6 @@ class StoredWaves:
         responses, residual = solution
         part = {"responses": responses, "residual": np.array(residual)}
         self.store.put_part(self.key, name, part)
+
+
+NOT_STORED = StoredWaves(Store(), "")

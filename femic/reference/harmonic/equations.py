@@ -28,15 +28,15 @@ class Stiffness:
         """Number of rows."""
         return int(self.pattern.shape[0])
 
-    def restricted(self, kept: Mask) -> "Stiffness":
-        """The rows and columns that are kept."""
+    def restricted(self, chosen: Mask) -> "Stiffness":
+        """The rows and columns that are chosen."""
         rows, starts = self.pattern.indices, self.pattern.indptr
-        entries = np.flatnonzero(kept[rows] & np.repeat(kept, np.diff(starts)))
-        numbers = (np.cumsum(kept) - 1).astype(rows.dtype)
-        kept_starts = np.append(0, np.searchsorted(entries, starts[1:])[kept])
+        entries = np.flatnonzero(chosen[rows] & np.repeat(chosen, np.diff(starts)))
+        numbers = (np.cumsum(chosen) - 1).astype(rows.dtype)
+        new_starts = np.append(0, np.searchsorted(entries, starts[1:])[chosen])
         k0, k1, k2 = (part[entries] for part in self.parts)
-        n = len(kept_starts) - 1
-        pattern = csc_matrix((np.ones(len(entries)), numbers[rows[entries]], kept_starts), shape=(n, n))
+        n = len(new_starts) - 1
+        pattern = csc_matrix((np.ones(len(entries)), numbers[rows[entries]], new_starts), shape=(n, n))
         return Stiffness(pattern, (k0, k1, k2))
 
     def data(self, k: float) -> Array:

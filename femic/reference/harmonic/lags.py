@@ -18,7 +18,7 @@ from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, t
 from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import Load, Patch, S, mirror_signs, places
+from geometries.patches import Load, S, mirror_signs, places
 
 INTERPOLATION_DIGITS = 10  # to which the interpolation between radii is exact
 ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
@@ -78,8 +78,8 @@ class LagSynthesis:
         u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
         load_shares = self.nodes.shares(self.heights[[strip]])[:, 0]
         mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
-        for of_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
-            i, j = np.nonzero(self.computed & of_parity)
+        for has_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
+            i, j = np.nonzero(self.computed & has_parity)
             if not len(i):
                 continue
             weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
@@ -112,23 +112,24 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
     half_space = HalfSpace(one_body(body.material, body.side))
     xi = np.outer(nodes.stretch, grid.lags).ravel()
     shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber, per load radius
-    found = {}
+    by_variation = {}
     for name, samples, k_max in solved.variations():
         wavenumbers = spectrum(k_max, body.rolling_radius)
         if k_max not in shares:
             shares[k_max] = [wavenumbers.shares(a * t, xi) for t in nodes.stretch]
         weights = [
-            synthesis_weights(samples.axis, samples.k, wavenumbers, of_radius) for of_radius in shares[k_max]
+            synthesis_weights(samples.axis, samples.k, wavenumbers, shares_at_radius)
+            for shares_at_radius in shares[k_max]
         ]
         shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
         largest = wavenumbers.k_max * nodes.stretch
         m = _reach(grid, float(np.min(largest)))
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
-        found[name] = LagSynthesis(
+        by_variation[name] = LagSynthesis(
             grid, heights, nodes, even, odd, tails, samples, observers, computed, loads
         )
-    return found
+    return by_variation
 
 
 def _reach(grid: Grid, k_max: float) -> int:
@@ -142,7 +143,8 @@ def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
 
     The last axis counts the strips apart, from -m to m.
     """
-    patch = Patch(grid.dx / 2, grid.ds / 2)
-    ahead = np.stack([tail(half_space, patch, k_max, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1)
+    ahead = np.stack(
+        [tail(half_space, grid.element, k_max, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1
+    )
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from femic.cache.store import Store
-from femic.reference.harmonic import nesting
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.synthesis import Responses
 from geometries.arrays import Array
@@ -31,17 +29,6 @@ def with_modulus_of(body: Body, solved: Responses) -> Responses:
     samples = replace(solved.samples, responses=factor * solved.samples.responses)
     own = replace(solved.body, material=body.material)
     return replace(solved, body=own, samples=samples, coarser=factor * solved.coarser)
-
-
-def stored_model(request: HarmonicRequest, store: Store) -> Responses | None:
-    """Return the requested responses from a stored model of any E; None if there is none."""
-    stored = nesting.stored_model(with_unit_modulus(request), store)
-    return None if stored is None else with_modulus_of(request.body, stored)
-
-
-def model_key(request: HarmonicRequest, store: Store) -> str:
-    """Return the key of the model of a request in the store, which is independent of E."""
-    return nesting.model_key(with_unit_modulus(request), store)
 
 
 def _rounded(values: Array | float) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from femic.cache.store import Store
 from femic.reference.harmonic.entry import from_entry, to_entry
+from femic.reference.harmonic.modulus import with_modulus_of, with_unit_modulus
 from femic.reference.harmonic.request import SCALE_LOWEST, HarmonicRequest
 from femic.reference.harmonic.synthesis import Responses, part_of
 from femic.reference.harmonic.wavenumbers import Axis
@@ -26,34 +27,35 @@ ROUNDING = 1 + 1e-9  # factor by which equal numbers may differ
 
 
 def model_key(request: HarmonicRequest, store: Store) -> str:
-    """Return the key of the model of a request in the store."""
-    return store.key("harmonic", *request.determined_by)
+    """Return the key of the model of a request in the store, which is independent of E."""
+    return store.key("harmonic", *with_unit_modulus(request).determined_by)
 
 
 def stored_model(request: HarmonicRequest, store: Store) -> Responses | None:
-    """Return the requested responses from a stored model, None if there is none."""
-    for key, outline in _candidates(request, store):
+    """Return the requested responses from a stored model of any E, None if there is none."""
+    unit_request = with_unit_modulus(request)
+    for key, outline in _candidates(unit_request, store):
         entry = store.get(key)
         if entry is not None:
-            body = outline.body_of(request)
+            body = outline.body_of(unit_request)
             return requested_part(from_entry(entry, body, outline.loads, outline.axis(body)), request)
     return None
 
 
 def store_model(responses: Responses, request: HarmonicRequest, store: Store) -> None:
-    """Store the model of a request, and its outline in the index of the body."""
+    """Store the responses to a request with E = 1 MPa, and their outline in the index of the body."""
     key = model_key(request, store)
     store.put(key, to_entry(responses))
     if request.even_strips:
-        store.put_part(_index_key(request, store), key, Outline.of(request).arrays)
+        store.put_part(_index_key(request, store), key, asdict(Outline.of(request)))
 
 
 def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
-    """Return the requested responses of a model that serves a request."""
+    """Return the requested responses, with the E of the request, of a model that serves it."""
     members = [_members(solved.loads, load) for load in request.own_loads]
     s = request.own_s
     places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
-    return part_of(solved, request.own_loads, members, s, places)
+    return with_modulus_of(request.body, part_of(solved, request.own_loads, members, s, places))
 
 
 def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
@@ -99,11 +101,6 @@ class Outline:
             np.array([load.direction for load in request.loads], dtype=float),
             request.observed,
         )
-
-    @property
-    def arrays(self) -> dict[str, Array]:
-        """The outline as arrays by name."""
-        return asdict(self)
 
     @property
     def loads(self) -> tuple[Load, ...]:

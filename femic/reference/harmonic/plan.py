@@ -1,7 +1,7 @@
 """The expected cost of a model of the harmonic engine, before it is solved.
 
 Its section is meshed and its wavenumbers are counted on a half-space, which takes a second. Seconds and
-memory follow laws that were fitted on one machine of 2 cores (docs/matrix.md): their ratios are more
+memory follow laws that were fitted on one machine of 2 cores (docs/how-to/matrix.md): their ratios are more
 reliable than their values.
 """
 

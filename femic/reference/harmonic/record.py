@@ -1,9 +1,8 @@
 """The record of the harmonic engine."""
 
 from femic.late import Late
-from femic.reference.engine import Comparison, Engine, ErrorEstimate, Limits, Models
+from femic.reference.engine import Comparison, Engine, ErrorEstimate, Limits, Matrices, Models
 from femic.reference.harmonic import tuned
-from femic.reference.harmonic.grids import MATRICES
 
 HARMONIC_SAFETY = 2.0  # with it the estimate bounds 99 of 100 errors where C is known
 displacements = Late("femic.reference.harmonic.synthesis:displacements")
@@ -22,10 +21,16 @@ HARMONIC = Engine(
     models=Models(
         request=Late("femic.reference.harmonic.request:request_for"),
         solve=Late("femic.reference.harmonic.tasks:solve_tasks"),
-        key=Late("femic.reference.harmonic.modulus:model_key"),
+        key=Late("femic.reference.harmonic.nesting:model_key"),
         displacements=lambda request, solved: displacements(solved, request.loads, request.points),
         expected_cost=Late("femic.reference.harmonic.plan:expected_cost"),
     ),
-    matrices=MATRICES,
+    matrices=Matrices(
+        tuned.TUNED_ON_STRIPS,
+        tuned.far_radius_of_grid,
+        request=Late("femic.reference.harmonic.request:request_on_strips"),
+        columns=Late("femic.reference.harmonic.lags:syntheses"),
+        displacements=displacements,
+    ),
     comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),
 )

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.reference.engine import Request, Specification
+from femic.reference.engine import MatrixSpecification, Request, Specification
 from femic.reference.harmonic.tuned import HIGHEST, waves_for
 from femic.reference.harmonic.wavenumbers import Axis
 from femic.reference.level import COARSER
@@ -15,6 +15,8 @@ from geometries.patches import Load, Patch
 SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc has no effect
+WAVES_OVERESTIMATE = 4.0  # on strips: expected over actual error of the interpolation between wavenumbers
+HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
 NEARER = 2.0  # far radius over the radius of the nearer far arc, which shows the truncation error
 
 
@@ -96,3 +98,22 @@ def request_for(model: Specification) -> HarmonicRequest:
     """Return the request for a model, with wavenumbers as dense as the least scale of refinement needs."""
     accuracy, factor = waves_for(model.tolerance, model.least_scale, model.waves)
     return HarmonicRequest(model.body, model.loads, model.points, model.cells, accuracy, factor * HIGHEST)
+
+
+def request_on_strips(model: MatrixSpecification) -> HarmonicRequest:
+    """Return the request for the model of a grid."""
+    least_scale = WAVES_OVERESTIMATE * model.least_scale
+    accuracy, factor = waves_for(model.tolerance, least_scale, model.waves)
+    return HarmonicRequest(
+        model.body,
+        model.loads,
+        model.points,
+        model.cells,
+        accuracy,
+        factor * HIGHEST_OF_FIT,
+        even_strips=True,
+        fit_patches=model.fit_patches,
+        spare_loads=model.spare_loads,
+        spare_s=model.spare_s,
+        given_domain=model.given_domain,
+    )

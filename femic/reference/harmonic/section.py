@@ -13,8 +13,7 @@ from scipy.sparse import csr_matrix
 from skfem import ElementTriP4, MeshTri, MeshTri2
 
 from femic.reference.harmonic.section_size import SectionSize, set_section_size
-from femic.reference.meshing.collected import collected
-from femic.reference.meshing.edges import edge_numbers
+from femic.reference.meshing.collected import collected, edge_numbers
 from femic.reference.meshing.gmsh_session import gmsh_session
 from femic.reference.meshing.outline import add_section
 from femic.reference.symmetry import held_by_supports
@@ -46,11 +45,6 @@ class SectionMesh:
     knots: Array  # (n_edges + 1,) arc length of the vertices on the contour
     contour_nodes: Indices  # (4 n_edges + 1,) nodes on the contour in order, evenly between knots
     half_section: bool
-
-    @property
-    def nodes_of_cells(self) -> Indices:
-        """Numbers of the nodes of each cell, shape (cells, 15)."""
-        return np.asarray(self.mesh.dofs.element_dofs.T)
 
     @property
     def supported(self) -> Mask:

@@ -74,20 +74,15 @@ class _Blocks:
         first = 9 * node_starts[column] + 3 * (np.arange(len(row)) - node_starts[column])
         return cls(of_cells, row, first, heights[column], np.append(starts.ravel(), 9 * len(row)))
 
-    @property
-    def _places(self) -> Indices:
-        """Places of the entries of each block, shape (n, 3, 3)."""
-        a, b = np.arange(3)[:, None], np.arange(3)
-        return np.asarray(self.first[:, None, None] + self.to_next[:, None, None] * b + a)
-
     def stiffness(self, cell_matrices: tuple[Array, Array, Array]) -> Stiffness:
         """The sums of cell matrices, (cells, 45, 45) each."""
-        places = self._places
+        a, b = np.arange(3)[:, None], np.arange(3)
+        places = self.first[:, None, None] + self.to_next[:, None, None] * b + a  # (n, 3, 3)
         indices = np.empty(places.size, dtype=np.int32)
-        indices[places] = 3 * self.row[:, None, None] + np.arange(3)[:, None]
-        of_entries = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
+        indices[places] = 3 * self.row[:, None, None] + a
+        entry_places = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
         k0, k1, k2 = (
-            np.bincount(of_entries, part.ravel(), places.size).astype(float, copy=False)
+            np.bincount(entry_places, part.ravel(), places.size).astype(float, copy=False)
             for part in cell_matrices
         )
         n = len(self.starts) - 1
@@ -119,11 +114,11 @@ def _places(pairs: Indices, n_nodes: int, last: Indices) -> Indices:
     values = np.where(column == row, float(n_nodes), -1.0)
     starts = np.searchsorted(column, np.arange(n_nodes + 1))
     graph = csc_matrix((values, row, starts), shape=(n_nodes, n_nodes))
-    found = splu(
+    elimination = splu(
         graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     ).perm_c.astype(np.int64)
-    found[last] += n_nodes
-    return np.argsort(np.argsort(found))
+    elimination[last] += n_nodes
+    return np.argsort(np.argsort(elimination))
 
 
 def _require_unfolded(basis: Basis) -> None:
@@ -146,9 +141,9 @@ def _cell_matrices(body: Body, basis: Basis) -> tuple[Array, Array, Array]:
         flat = stresses.reshape(len(strains), -1, strains.shape[-1])
         return [other.reshape(flat.shape).swapaxes(1, 2) @ flat for other in others]
 
-    (of_constant,) = virtual_work(constant, constant)
-    mixed, of_linear = virtual_work(linear, constant, linear)
-    return of_constant, mixed + np.swapaxes(mixed, 1, 2), of_linear
+    (static,) = virtual_work(constant, constant)
+    mixed, quadratic = virtual_work(linear, constant, linear)
+    return static, mixed + np.swapaxes(mixed, 1, 2), quadratic
 
 
 def _stretch(body: Body, basis: Basis) -> Array:

@@ -23,6 +23,7 @@ LOAD_POINTS = 4  # Gauss points per edge on a strip
 MOST_RETAINED = 1000  # amplitudes up to which a factorisation that serves all cases of support is faster
 ON_PLANE = 1e-9  # share of a half-width by which strips may cross the plane of symmetry unnoticed
 
+Column = tuple[Load, int]  # a column of the forces: a load, and the parity in y of its part
 Case = tuple[int, float]  # parity in y, and the share of the far radius at which the far arc lies
 
 
@@ -38,12 +39,12 @@ class SectionSolver:
     ) -> None:
         """Assemble and prepare the equations for some shares of the far radius."""
         ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
-        columns = list(dict.fromkeys(_Column.of(load, y) for y in ys for load in _with_part(loads, y)))
+        columns = list(dict.fromkeys(_column(load, y) for y in ys for load in _with_part(loads, y)))
         places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
         self._shared = _shared_factorisations(
             section,
             {(y, share): _held(section, y, share) for y in ys for share in shares},
-            hstack([csc_matrix(column.force(section)[:, None]) for column in columns], format="csr"),
+            hstack([csc_matrix(strip_force(section, *column)[:, None]) for column in columns], format="csr"),
             observers(section, places),
         )
         observer_signs = {y: np.where((s < 0)[:, None], _mirror(y), 1.0) for y in ys}
@@ -68,7 +69,7 @@ class SectionSolver:
                 residuals.append(residual)
                 at_places = responses.reshape(-1, 3, responses.shape[1])
                 observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
-                in_global_axes[shares.index(share), part.of_loads] += (
+                in_global_axes[shares.index(share), part.load_numbers] += (
                     part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
                 )
         in_local_axes = np.einsum("icn,alcn->alin", self._axes, in_global_axes)
@@ -123,10 +124,11 @@ def _held(section: SectionMesh, y: int, share: float) -> Mask:
 
     It takes only the first nodes beyond the arc, those of the cells that it crosses, to hold what is inside.
     """
-    nodes, far_radius, of_cells = section.mesh.doflocs, section.body.domain.far_radius, section.nodes_of_cells
+    nodes, far_radius = section.mesh.doflocs, section.body.domain.far_radius
+    cells = section.mesh.dofs.element_dofs.T  # (n_cells, 15)
     on_plane = np.abs(nodes[0]) < 1e-9 * far_radius
     beyond = np.hypot(*nodes) > share * far_radius
-    crossed = of_cells[~np.all(beyond[of_cells], axis=1)]
+    crossed = cells[~np.all(beyond[cells], axis=1)]
     on_arc = np.zeros_like(beyond)
     on_arc[crossed] = beyond[crossed]
     return np.asarray(section.supported | (on_plane[:, None] & (_mirror(y) < 0)) | on_arc[:, None])
@@ -137,29 +139,17 @@ def _with_part(loads: Sequence[Load], y: int) -> list[Load]:
     return [load for load in loads if any(p.y == y for p in parities(load, half_section=y != 0))]
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column of the forces: the load at |s|, or on a strip that crosses y = 0 its part of a parity.
+def _column(load: Load, y: int) -> Column:
+    """The column with the part of a load: the load at |s|, or its part of a parity where it crosses y = 0.
 
     Elsewhere even and odd part are the same on the half of the section that is modelled. On a whole section
     y = 0.
     """
-
-    load: Load
-    y: int
-
-    @classmethod
-    def of(cls, load: Load, y: int) -> "_Column":
-        """The column that has the part of a load."""
-        if y == 0:
-            return cls(load, 0)
-        patch = replace(load.patch, s=abs(load.patch.s))
-        crosses = patch.s - patch.b < -ON_PLANE * patch.b
-        return cls(replace(load, patch=patch), y if crosses else 1)
-
-    def force(self, section: SectionMesh) -> Array:
-        """The consistent forces (unknowns,)."""
-        return strip_force(section, self.load, self.y)
+    if y == 0:
+        return load, 0
+    patch = replace(load.patch, s=abs(load.patch.s))
+    crosses = patch.s - patch.b < -ON_PLANE * patch.b
+    return replace(load, patch=patch), y if crosses else 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,21 +160,21 @@ class _Part:
     observers share a place.
     """
 
-    of_loads: list[int]  # numbers of the loads that have this part
+    load_numbers: list[int]  # numbers of the loads that have this part
     columns: list[int]  # the column of the forces that each of these loads uses
     signs: Array  # the factor of each of these loads on its column
     observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
 
     @classmethod
-    def of(cls, loads: Sequence[Load], y: int, columns: Sequence[_Column], observer_signs: Array) -> "_Part":
+    def of(cls, loads: Sequence[Load], y: int, columns: Sequence[Column], observer_signs: Array) -> "_Part":
         """The part of a parity in y, or all of the loads (0)."""
         with_part = set(_with_part(loads, y))
-        of_loads = [number for number, load in enumerate(loads) if load in with_part]
+        load_numbers = [number for number, load in enumerate(loads) if load in with_part]
         column_number = {column: number for number, column in enumerate(columns)}
         return cls(
-            of_loads,
-            [column_number[_Column.of(loads[number], y)] for number in of_loads],
-            np.array([_sign(loads[number], y) for number in of_loads]),
+            load_numbers,
+            [column_number[_column(loads[number], y)] for number in load_numbers],
+            np.array([_sign(loads[number], y) for number in load_numbers]),
             observer_signs,
         )
 

@@ -63,8 +63,8 @@ def part_of(
     """
 
     def part(responses: Array) -> Array:
-        options = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
-        return np.stack(options, axis=-3)[..., places]
+        means = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
+        return np.stack(means, axis=-3)[..., places]
 
     samples = replace(solved.samples, responses=part(solved.samples.responses))
     return replace(solved, loads=tuple(loads), s=s, samples=samples, coarser=part(solved.coarser))

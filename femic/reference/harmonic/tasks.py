@@ -6,8 +6,8 @@ from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.entry import StoredWaves
 from femic.reference.harmonic.expected import expected_samples
-from femic.reference.harmonic.modulus import stored_model, with_modulus_of, with_unit_modulus
-from femic.reference.harmonic.nesting import model_key, requested_part, store_model
+from femic.reference.harmonic.modulus import with_unit_modulus
+from femic.reference.harmonic.nesting import model_key, requested_part, store_model, stored_model
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.run_options import RunOptions, Solved, Step, Task
 
@@ -37,7 +37,7 @@ def _solved(task: Task, options: RunOptions) -> Solved:
         cache=StoredWaves(options.store, model_key(request, options.store)),
     )
     store_model(responses, request, options.store)
-    return Solved(task, with_modulus_of(task.request.body, requested_part(responses, request)), cached=False)
+    return Solved(task, requested_part(responses, task.request), cached=False)
 
 
 def _expected(request: HarmonicRequest) -> int | None:

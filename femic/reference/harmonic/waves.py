@@ -168,15 +168,6 @@ def spectrum(k_max: float, radius: float) -> Spectrum:
     return integral(k_max) if np.isinf(radius) else ring(k_max, radius)
 
 
-def synthesis(response: Array, direction: int, wavenumbers: Spectrum, a: float, xi: Array) -> Array:
-    """Displacements [mm/N] at xi [mm] due to a unit total load in a direction, shape (3, n).
-
-    `response` (3, len(k)) [mm^2/N] are the responses to it at one arc length s.
-    """
-    even, odd = wavenumbers.shares(a, xi)
-    return np.where(SINES[:, direction, None], response @ odd, response @ even)
-
-
 def synthesis_weights(
     axis: Axis, k: Array, wavenumbers: Spectrum, shares: tuple[Array, Array]
 ) -> tuple[Array, Array]:

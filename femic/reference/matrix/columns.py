@@ -45,8 +45,7 @@ def column_shares(
     """Return the largest estimate of components in a column, and of each part, on the column's scale."""
     chosen = places(components)
     mesh, truncation, waves, total_share = (
-        np.nan_to_num(part[chosen] / scale[chosen], nan=np.inf)
-        for part in (c.mesh_error, c.truncation_error, c.waves_error, c.estimate)
+        np.nan_to_num(part[chosen] / scale[chosen], nan=np.inf) for part in (*c.errors, c.estimate)
     )
     number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
     line = f"of strip {observer} under strip {strip} (worst at lag {lag})"

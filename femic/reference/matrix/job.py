@@ -22,7 +22,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.patches import COMPONENTS, Load, N, Patch
+from geometries.patches import COMPONENTS, Load, N
 
 MERGED = 2  # strips that one strip of a later, coarser grid may consist of
 
@@ -171,7 +171,7 @@ class MatrixJob:
 
     def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
         """A_nn per unit load [mm/N] at distances x, s [mm], of their common shape."""
-        patch = Patch(self.grid.dx / 2, self.grid.ds / 2)
+        patch = self.grid.element
         return Solid(self.body.material, self.body.surface).approximate("A", patch, (x, s))[N, N] / patch.area
 
     def _least_scales(self, loads: Sequence[Load], s: Array) -> Array:

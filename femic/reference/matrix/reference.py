@@ -7,7 +7,7 @@ The discount has one matrix M per body (`discount_rules`).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
@@ -23,7 +23,7 @@ from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, Points
 from femic.reference.refinement import converged
 from femic.reference.result import costs_of
-from femic.reference.run_options import DEFAULT, RunOptions, Solved
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.bodies import Body
 
@@ -61,9 +61,9 @@ class MatrixReference:
         u = job.matrices.displacements(self.solved, job.fit_loads, job.fit_points(name))
         return {
             variation: fit_discount(
-                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
+                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, load_u, strict=True))
             )
-            for variation, of_loads in {"": u.u, **u.perturbed}.items()
+            for variation, load_u in {"": u.u, **u.perturbed}.items()
         }
 
     @property
@@ -71,9 +71,9 @@ class MatrixReference:
         """M of the first discount [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
         return self._compliances[self.job.discounts[0]][""]
 
-    def raw_column(self, strip: int) -> Array:
+    def raw_column(self, strip: int, variation: str = "") -> Array:
         """Return C before the discount [mm/N] due to unit total loads on one strip, (3, 3, n_x, n_s)."""
-        return self._raw(strip, "")
+        return self._syntheses[variation].column(strip)
 
     @cached_property
     def _columns(self) -> list[EstimatedICs] | None:
@@ -101,8 +101,7 @@ class MatrixReference:
         }
         safety = self.job.settings.engine.estimate.safety
         column = estimated(by_variation.pop(""), by_variation, safety=safety)
-        errors = column.mesh_error, column.truncation_error, column.waves_error
-        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in column.errors))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
         """Return C [mm/N] for a pair of bodies, before their approach is subtracted, (3, 3, n_x, n_s).
@@ -111,22 +110,19 @@ class MatrixReference:
         arc of half the radius.
         """
         name = self.job.discounts[0]
-        return self._varied(strip, name, variation) if name == "source" else self._raw(strip, variation)
+        return self._varied(strip, name, variation) if name == "source" else self.raw_column(strip, variation)
 
     def approach(self, variation: str = "") -> float:
         """Return M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
         name = self.job.discounts[0]
         return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
 
-    def _raw(self, strip: int, variation: str) -> Array:
-        return self._syntheses[variation].column(strip)
-
     def _varied(self, strip: int, name: Discount, variation: str) -> Array:
         """A variation of C [mm/N] after a discount, shape (3, 3, n_x, n_s)."""
         elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
         unit_motions = motions(self.job.body, elements, float(self.job.grid.strips[strip]))
         rigid = discount(self._compliances[name][variation], unit_motions)
-        return np.asarray(self._raw(strip, variation) - rigid)
+        return np.asarray(self.raw_column(strip, variation) - rigid)
 
 
 def matrices(
@@ -137,39 +133,31 @@ def matrices(
     With `combined` the estimate of the sum of the bodies must also meet it. Errors are measured on the scale
     of `column_scale`. Raises as `femic.reference.at_points.references`.
     """
-    return converged(AtLags(jobs, combined), options)
+    assess_all = partial(assess_matrices, jobs, combined=combined)
+    return converged(
+        jobs, options, read=lambda _, solved: solved.model, combine=_matrix_reference, assess=assess_all
+    )
 
 
-@dataclass(frozen=True)
-class AtLags:
-    """The IC matrices of bodies, as a problem of `femic.reference.refinement`."""
+def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
+    """Return the IC matrix of a body at a level from its models."""
+    level_of_model = level.models(job.settings.engine.estimate.models)
+    solved, costs = models[level], costs_of(level_of_model, models)
+    cells = job.first_cells.scaled(factors(level)[0])
+    return MatrixReference(job, level, cells, solved.body, costs, solved)
 
-    jobs: Mapping[str, MatrixJob]
-    combined: bool
 
-    def read(self, _name: str, solved: Solved) -> GridModel:
-        """Return a solved model."""
-        model: GridModel = solved.model
-        return model
+def assess_matrices(
+    jobs: Mapping[str, MatrixJob], references: Mapping[str, MatrixReference], *, combined: bool
+) -> Assessment:
+    """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
 
-    def combine(self, name: str, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
-        """Return the IC matrix of a body at a level from its models."""
-        job = self.jobs[name]
-        level_of_model = level.models(job.settings.engine.estimate.models)
-        solved, costs = models[level], costs_of(level_of_model, models)
-        cells = job.first_cells.scaled(factors(level)[0])
-        return MatrixReference(job, level, cells, solved.body, costs, solved)
-
-    def assess(self, references: Mapping[str, MatrixReference]) -> Assessment:
-        """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
-        strips = range(next(iter(self.jobs.values())).grid.n_s)
-        return assess((self._batch(references, strip) for strip in strips), combined=self.combined)
-
-    def _batch(self, references: Mapping[str, MatrixReference], strip: int) -> Batch:
-        """Return the columns of the bodies for a loaded strip."""
-
+    def batch(strip: int) -> Batch:
         def measure(bodies: Sequence[str], ic: Array) -> Measure:
-            scale = column_scale(strip, ic, [self.jobs[body] for body in bodies])
-            return lambda body, c: column_shares(strip, c, scale, self.jobs[body].components)
+            scale = column_scale(strip, ic, [jobs[body] for body in bodies])
+            return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
 
         return Batch({body: reference.column(strip) for body, reference in references.items()}, measure)
+
+    strips = range(next(iter(jobs.values())).grid.n_s)
+    return assess((batch(strip) for strip in strips), combined=combined)

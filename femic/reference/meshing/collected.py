@@ -1,4 +1,4 @@
-"""The cells of a mesh that Gmsh has made."""
+"""The cells of a mesh that Gmsh has made, and the numbers of its edges."""
 
 from collections.abc import Iterable
 from types import ModuleType
@@ -29,3 +29,11 @@ def collected(gmsh: ModuleType, dimension: int, boundary: Iterable[int]) -> tupl
         np.searchsorted(used, gmsh.model.mesh.getElements(dimension - 1, entity)[2][0]) for entity in boundary
     ]
     return points, flat.reshape(-1, dimension + 1).T, np.concatenate(faces).reshape(-1, dimension).T
+
+
+def edge_numbers(edges: Indices, pairs: Indices) -> Indices:
+    """Numbers of the columns of `edges` (2, n_edges) that join the vertices `pairs` (2, n), shape (n,)."""
+    n_vertices = int(edges.max()) + 1
+    keys = np.sort(edges, axis=0).astype(np.int64).T @ [n_vertices, 1]
+    order = np.argsort(keys)
+    return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n_vertices, 1], sorter=order)]

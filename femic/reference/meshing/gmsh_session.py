@@ -54,6 +54,6 @@ def _ignore_closed_connections() -> None:
     Python can say that in the main thread only, C in any.
     """
     if signal.getsignal(signal.SIGPIPE) is signal.SIG_IGN:
-        of_system = ctypes.CDLL(None).signal
-        of_system.argtypes, of_system.restype = (ctypes.c_int, ctypes.c_void_p), ctypes.c_void_p
-        of_system(signal.SIGPIPE, signal.SIG_IGN.value)
+        set_handler = ctypes.CDLL(None).signal
+        set_handler.argtypes, set_handler.restype = (ctypes.c_int, ctypes.c_void_p), ctypes.c_void_p
+        set_handler(signal.SIGPIPE, signal.SIG_IGN.value)

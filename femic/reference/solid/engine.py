@@ -183,8 +183,8 @@ def from_vertices(solid: SolidMesh) -> csr_matrix:
     edges = solid.mesh.edges
     n_edges = edges.shape[1]
     entries = (np.full(2 * n_edges, 0.5), (np.tile(np.arange(n_edges), 2), edges.ravel()))
-    options = coo_array(entries, shape=(n_edges, solid.n_vertices))
-    return csr_matrix(vstack([identity(solid.n_vertices), options]))
+    means = coo_array(entries, shape=(n_edges, solid.n_vertices))
+    return csr_matrix(vstack([identity(solid.n_vertices), means]))
 
 
 def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Array:

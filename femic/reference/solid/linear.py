@@ -52,9 +52,9 @@ class Solution:
 def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callable[[Array, float], Solution]:
     """Factor the matrix or build the hierarchy once; the result solves K u = f to a relative residual.
 
-    "auto" takes the direct solver where it is installed and was measured to be faster (docs/performance.md):
-    for several loads on one matrix of moderate size. The result raises NotConverged where the residual is
-    more than twice as large as required.
+    "auto" takes the direct solver where it is installed and was measured to be faster
+    (docs/evidence/performance.md): for several loads on one matrix of moderate size. The result raises
+    NotConverged where the residual is more than twice as large as required.
     """
     direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
     if solver == "direct" or (solver == "auto" and direct_is_faster and pardiso.available()):

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.meshing.edges import edge_numbers
+from femic.reference.meshing.collected import edge_numbers
 from femic.reference.solid.tetrahedra import Focus, Tetrahedra, fill
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body

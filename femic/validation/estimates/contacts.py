@@ -61,12 +61,12 @@ class RandomContact:
         return frictional_problem(self.on_grid, operator, self.friction)
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
-        """The wheel that rolls on the grid of a problem."""
+        """Return the wheel that rolls on the grid of a problem."""
         return rolling_problem(self.on_grid, problem)
 
 
 def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
-    """The contact of a number among those of a seed: the first of its own random ones that a grid fits."""
+    """Return the contact of a number and a seed: the first of its own random ones that a grid fits."""
     random = np.random.default_rng([seed, number])
     while True:
         try:
@@ -76,7 +76,7 @@ def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomCo
 
 
 def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
-    """A contact; raises Failure where no grid fits it."""
+    """Draw a contact; raises Failure where no grid fits it."""
     rolling_radius = random.uniform(250, 700)
     ratio = 1 + 10 ** random.uniform(-1.7, 0)
     contours = _contours(random, ratio)
@@ -103,7 +103,7 @@ def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomCon
 
 
 def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Contour]:
-    """Two arcs, or two ellipses."""
+    """Draw two arcs, or two ellipses."""
     if random.random() < 0.7:
         return arc(RADIUS, *FLANKS), arc(ratio * RADIUS, *FLANKS)
     along, deep = (RADIUS * random.uniform(0.7, 1.3) for _ in range(2))
@@ -111,12 +111,12 @@ def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Conto
 
 
 def _curvature(contour: Contour) -> float:
-    """The curvature at the crown [1/mm]."""
+    """Return the curvature at the crown [1/mm]."""
     return abs(float(np.gradient(contour.inclination(np.array([-0.01, 0.0, 0.01])), 0.01)[1]))
 
 
 def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: int) -> Grid:
-    """A grid with elements of some size about the patch; raises Failure where it does not fit the bodies."""
+    """Draw a grid about the patch; raises Failure where it does not fit the bodies."""
     size = contact_size(on_grid, Loading(load))
     n_x, dx, _ = _line(random, most, size.x[1] - size.x[0], 0.0)
     n_s, ds, middle = _line(random, most, size.s[1] - size.s[0], (size.s[0] + size.s[1]) / 2)
@@ -124,7 +124,7 @@ def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: i
 
 
 def _line(random: np.random.Generator, most: int, length: float, middle: float) -> tuple[int, float, float]:
-    """Number, size and middle of elements along a line of the patch."""
+    """Draw number, size and middle of elements along a line of the patch."""
     elements, room = FEWEST * (most / FEWEST) ** random.random(), 2 * random.integers(ROOM[0], ROOM[1] + 1)
     step = length / elements
     count = 4 * int(np.ceil((elements + room) / 4))
@@ -132,7 +132,7 @@ def _line(random: np.random.Generator, most: int, length: float, middle: float) 
 
 
 def _creepages(random: np.random.Generator, friction: float, load: float, hertz: LoadedPoint) -> Creepages:
-    """From nearly full sticking to full sliding: Kalker's linear theory has G a b C = 3e5 * a * b about."""
+    """Draw creepages, from sticking to sliding; in Kalker's linear theory G a b C is about 3e5 a b."""
     saturated = friction * load / (80e3 * hertz.a * hertz.b * 4)
     size = saturated * 10 ** random.uniform(-1.0, 0.7)
     turn = random.uniform(0, 2 * np.pi)

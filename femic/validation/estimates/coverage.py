@@ -32,13 +32,12 @@ def coverage(
     comparisons: Sequence[GridComparison], name: str, *, differences: bool = False, factor: float = 1.0
 ) -> Coverage:
     """Return the coverage of a number's estimates, or differences to larger elements, times a factor."""
-    error = np.array([abs(one.numbers[name] - one.finer[name]) for one in comparisons])
-    bound = factor * np.array(
-        [
-            abs(one.numbers[name] - one.larger[name]) if differences else one.estimates[name]
-            for one in comparisons
-        ]
+    number, finer, larger, estimate = (
+        np.array([getattr(comparison, kind)[name] for comparison in comparisons])
+        for kind in ("numbers", "finer", "larger", "estimates")
     )
+    error = np.abs(number - finer)
+    bound = factor * (np.abs(number - larger) if differences else estimate)
     finite = error > NOTHING * np.maximum(bound, np.finfo(float).tiny)  # rounding would have any ratio
     with np.errstate(divide="ignore", invalid="ignore"):
         return Coverage(

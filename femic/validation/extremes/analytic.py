@@ -1,6 +1,7 @@
 """The analytic ICs at their limits, compared with formulas in many digits.
 
-Cases are the corners of the ranges, and further ones drawn by hypothesis.
+Cases are the corners of the ranges, and further ones drawn by hypothesis. These are reproducible, but depend
+on the code and on the loaded modules, since hypothesis also uses constants of them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -8,14 +9,13 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-from hypothesis import given
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from approx.pair import Pair, Solid
 from approx.rotation import rotation_between
 from femic.validation.extremes import exact
 from femic.validation.extremes.cases import ANALYTIC, BeyondLimit, Limit, WithinLimit, refusal
-from femic.validation.extremes.drawing import drawing
 from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Patch
@@ -23,6 +23,14 @@ from geometries.surfaces import LOWER, UPPER, Surface
 
 DRAWN_CASES = 150  # cases that hypothesis draws for each parameter
 SMALLEST_NONZERO = 1e-60  # smaller values are drawn as 0: the digits would not suffice
+DRAWING = settings(
+    max_examples=DRAWN_CASES,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    phases=[Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)
 IN_DIGITS = f"{exact.DIGITS} digits"
 
 
@@ -38,7 +46,7 @@ class HalfSpaces:
     ratio: float = 1.0  # E of the upper body over E of the lower body
 
     def error(self) -> float:
-        """The largest relative error of a component of A of both bodies [-].
+        """Return the largest relative error of a component of A of both bodies [-].
 
         It is infinite if a component that vanishes is not computed as 0.
         """
@@ -75,7 +83,7 @@ class Rotated:
     side: int = UPPER
 
     def error(self) -> float:
-        """The largest error of an entry of the rotation T between the two elements [-]."""
+        """Return the largest error of an entry of the rotation T between the two elements [-]."""
         angle = np.radians(self.flank)
         surface = Surface(self.side, arc(10.0, angle, angle), self.rolling_radius)
         computed = rotation_between(surface, (np.array(self.x), np.array(self.s)), self.s_load).matrix
@@ -193,7 +201,7 @@ def _drawn_cases(strategy: st.SearchStrategy[Case]) -> WithinLimit:
     """Return the largest error of cases that hypothesis draws from a strategy."""
     cases: list[Case] = []
 
-    @drawing(DRAWN_CASES)
+    @DRAWING
     @given(strategy)
     def draw(case: Case) -> None:
         cases.append(case)

@@ -57,10 +57,9 @@ class Engines:
 
     def _case(self, engine: str, scene_case: "SceneCase") -> WithinLimit:
         results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
-        on_plane = scene_case.base == "flat"
-        return _within_limit(
-            scene_case, results, None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
-        )
+        if scene_case.base == "flat":
+            return _within_limit(scene_case, results, None)
+        return _within_limit(scene_case, results, self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS))
 
     def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
         return compute(_scene(scene_case, engine, engine_settings), self.options)
@@ -131,7 +130,7 @@ def _scene(scene_case: SceneCase, engine: str, engine_settings: Changes = NO_CHA
 def flat(
     *, nu: float = 0.28, aspect: float = 1.0, size: float = 0.2, distance: float = 25.0, beside: float = 4.0
 ) -> SceneCase:
-    """One half-space, with lines along x through and beside the patch, and a line along s.
+    """Return one half-space, with lines along x through and beside the patch, and a line along s.
 
     `size` is half the side of the patch along s [mm], `aspect` that along x over it. The line along s lies at
     `distance` times the smaller half-side, the line beside the patch at `beside` times `size`.
@@ -141,30 +140,17 @@ def flat(
     label = ", ".join(
         f"{name} = {value:.5g}" for name, (value, usual) in parameters.items() if value != usual
     )
-    longest = max(a, b)
-    lines = [
-        {"along": "x", "s": beside * b, "reach": 25 * longest, "points": POINTS},
-        {"along": "x", "s": 0.0, "reach": 25 * longest, "points": POINTS},
-        {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": POINTS},
-    ]
-    material = {"nu": nu}
-    return SceneCase(
-        label,
-        "flat",
-        {
-            "bodies": ["lower"],
-            "components": list(SIX),
-            "variants": ["A"],
-            "lower": material,
-            "upper": material,
-            "patch": {"a": a, "b": b},
-            "lines": lines,
-        },
-    )
+    changes = {
+        "lower": {"nu": nu},
+        "upper": {"nu": nu},
+        "patch": {"a": a, "b": b},
+        "lines": _lines(beside * b, distance * min(a, b), 25 * max(a, b), POINTS),
+    }
+    return SceneCase(label, "flat", {**_comparison("lower"), **changes})
 
 
 def on_outline() -> SceneCase:
-    """One half-space, with points on the outline of the patch."""
+    """Return one half-space, with points on the outline of the patch."""
     plane = flat()
     patch = plane.changes["patch"]
     lines = [
@@ -174,17 +160,24 @@ def on_outline() -> SceneCase:
     return SceneCase("on the outline of the patch", plane.base, {**plane.changes, "lines": lines})
 
 
-def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
+def _comparison(body: str) -> Changes:
+    return {"bodies": [body], "components": list(SIX), "variants": ["A"]}
+
+
+def _lines(s: float, x: float, reach: float, points: int) -> list[dict[str, Any]]:
+    """Return lines along x at s and through the load, and a line along s at x."""
+    sampled = {"reach": reach, "points": points}
     return [
-        {"along": "x", "s": 1.6, "reach": reach, "points": 101},
-        {"along": "x", "s": 0.0, "reach": reach, "points": 101},
-        {"along": "s", "x": 1.6, "reach": reach, "points": 101},
+        {"along": "x", "s": s, **sampled},
+        {"along": "x", "s": 0.0, **sampled},
+        {"along": "s", "x": x, **sampled},
     ]
 
 
 def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> SceneCase:
-    usual = {"bodies": [body], "components": list(SIX), "variants": ["A"], "lines": _lines(reach)}
-    return SceneCase(label, "geometry1", {**usual, **changes})
+    return SceneCase(
+        label, "geometry1", {**_comparison(body), "lines": _lines(1.6, 1.6, reach, 101), **changes}
+    )
 
 
 def _arc(flank: float, radius: float = 10.0) -> Changes:
@@ -192,17 +185,14 @@ def _arc(flank: float, radius: float = 10.0) -> Changes:
 
 
 def curved(flank: float) -> SceneCase:
-    """The lower body of Geometry 1 with another flank inclination [deg]."""
-    arcs = {"lower": _arc(flank), "upper": _arc(flank)}
-    return _of_geometry1(f"{flank:g}°", arcs)
+    """Return the lower body of Geometry 1 with another flank inclination [deg]."""
+    return _of_geometry1(f"{flank:g}°", {"lower": _arc(flank), "upper": _arc(flank)})
 
 
 def wheel(rolling_radius: float) -> SceneCase:
-    """The upper body of Geometry 1, revolved with a rolling radius [mm]."""
-    reach = min(25.0, rolling_radius / 5)
-    return _of_geometry1(
-        f"{rolling_radius:g} mm", {"upper": {"rolling_radius": rolling_radius}}, "upper", reach
-    )
+    """Return the upper body of Geometry 1, revolved with a rolling radius [mm]."""
+    changes = {"upper": {"rolling_radius": rolling_radius}}
+    return _of_geometry1(f"{rolling_radius:g} mm", changes, "upper", min(25.0, rolling_radius / 5))
 
 
 def ratio(over: float) -> SceneCase:
@@ -211,7 +201,7 @@ def ratio(over: float) -> SceneCase:
 
 
 def moduli(over: float) -> SceneCase:
-    """Both half-spaces, the modulus of elasticity of the upper one `over` times 210 GPa."""
+    """Return both half-spaces; the upper one's modulus of elasticity is `over` times 210 GPa."""
     plane = flat()
     changes = {**plane.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
     return SceneCase(f"{over:g}", plane.base, changes)

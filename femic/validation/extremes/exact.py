@@ -15,12 +15,12 @@ DIGITS = 300  # corner sums lose r^2 / (a b), 1e20 * 1e12, and near each of both
 
 
 def many_digits() -> AbstractContextManager[Any]:
-    """A context in which mpmath computes with `DIGITS` digits."""
+    """Return a context in which mpmath computes with `DIGITS` digits."""
     return mpmath.workdps(DIGITS)
 
 
 def integrals(patch: Patch, x: float, s: float) -> list[Number]:
-    """The integrals I_xx, I_ss, I_xs, J_x, J_s [mm] over a patch at (x, s) [mm], as sums over its corners.
+    """Return I_xx, I_ss, I_xs, J_x, J_s [mm], integrals over a patch at (x, s) [mm], as sums over corners.
 
     Those that vanish by symmetry are exactly 0.
     """
@@ -47,7 +47,7 @@ def _at_corner(X: Number, S: Number) -> list[Number]:
 
 
 def one_body(material: Material, side: int, integral_values: Sequence[Number]) -> list[list[Number]]:
-    """A of one body [mm/MPa], 3 x 3, from the integrals [mm]."""
+    """Return A of one body [mm/MPa], 3 x 3, from the integrals [mm]."""
     with many_digits():
         E, nu = mpmath.mpf(material.E), mpmath.mpf(material.nu)
         scale = (1 + nu) / (mpmath.pi * E)  # 1 / (2 pi G)
@@ -59,7 +59,7 @@ def one_body(material: Material, side: int, integral_values: Sequence[Number]) -
 
 
 def rotation(delta_i: float, delta_j: float, theta: float, side: int) -> Number:
-    """The rotation T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
+    """Return the rotation T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
     with many_digits():
         return _about_x(delta_i) * _about_y(side * mpmath.mpf(theta)) * _about_x(-delta_j)
 

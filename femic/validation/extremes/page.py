@@ -29,15 +29,11 @@ ERRORS = (
 
 def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Run the cases of some parts and write the results; returns the path of the page."""
-    results = list(
-        results_of([row for part in parts for row in rows(part, engines)], engines.options.watch.on_stage)
-    )
-    return record.write(folder, "extremes", numbers(results), page_of)
-
-
-def rows(part: str, engines: Engines) -> list[Limit]:
-    """Return the limits of a part: of the analytic ICs or of an engine."""
-    return analytic.limits() if part == ANALYTIC else engines.limits(part)
+    limits: list[Limit] = []
+    for part in parts:
+        limits += analytic.limits() if part == ANALYTIC else engines.limits(part)
+    results = list(results_of(limits, engines.options.watch.on_stage))
+    return record.write(folder, "extremes", __name__, numbers(results), page_of)
 
 
 def summary(results: Sequence[LimitResult]) -> str:

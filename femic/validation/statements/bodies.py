@@ -11,7 +11,6 @@ from femic.validation.statements.criteria import (
     FOLLOWS,
     MUCH,
     SATISFACTORY,
-    Criterion,
     Statement,
     per_body,
     per_geometry,
@@ -20,23 +19,19 @@ from femic.validation.statements.criteria import (
 from femic.validation.statements.curves import (
     ACROSS,
     ALONE,
+    BESIDE,
     BODIES,
     CONVEX,
     INDEPENDENT,
     STEEP,
     THROUGH,
-    along,
-    curve,
-    difference,
+    Curve,
     line_of,
-    on_its_line,
-    panel,
     unit,
 )
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from femic.validation.statements.tangential import worst_xx_error
 from geometries.arrays import Array
-from geometries.patches import N, S
 
 CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
 ON_THROUGH = ("nn", "ss", "xx", "xn")  # the other components vanish on s = 0 by symmetry
@@ -49,31 +44,26 @@ def remaining_share(results: Results, component: str) -> float:
 
     It is 0 if the deviations cancel and 1 if they add.
     """
-    convex, concave = (difference(results, "A", (body, component)) for body in ALONE)
+    convex, concave = (Curve(results, body, component).difference("A") for body in ALONE)
     return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
-
-
-def b_ss_error_across(results: Results, body: str) -> float:
-    """Return the largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
-    return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
 
 
 def alignment_in_ss(results: Results, way: str) -> float:
     """Return the cosine between both bodies' C_ss - A_ss on all lines "along x" or "along s"."""
-    convex, concave = (difference(results, "A", (body, "ss"), along(results, way[-1])) for body in ALONE)
+    convex, concave = (Curve(results, body, "ss", way[-1]).difference("A") for body in ALONE)
     return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
 
 
-def relative_to_half_space(results: Results, body: str, component: str) -> Array:
-    """Return (C - A) / A_nn [-] of a body's component at every point, (n,)."""
-    return np.asarray(difference(results, "A", (body, component)) / curve(results, "A", body, "nn"))
+def relative_to_half_space(results: Results, body: str, component: str, on: str | None = None) -> Array:
+    """Return (C - A) / A_nn [-] of a body's component on a line (default: all), (n,)."""
+    differences = Curve(results, body, component, on).difference("A")
+    return np.asarray(differences / Curve(results, body, "nn", on).variant("A"))
 
 
 def deviation_at_load(results: Results, body: str, component: str) -> float:
     """Return the largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
-    part, x = results.lines[THROUGH], line_of(results, THROUGH).x
-    near = np.abs(x) <= AT_LOAD * results.scene.reference_length
-    return float(np.max(np.abs(relative_to_half_space(results, body, component)[part][near])))
+    near = np.abs(line_of(results, THROUGH).x) <= AT_LOAD * results.scene.reference_length
+    return float(np.max(np.abs(relative_to_half_space(results, body, component, THROUGH)[near])))
 
 
 def near_over_far(results: Results, body: str, component: str) -> float:
@@ -110,17 +100,16 @@ def rotations(runs: Runs) -> Mapping[str, float]:
 def _sum_panels(runs: Runs) -> list[Panel]:
     results = runs.geometry(GEOMETRIES[0])
     return [
-        panel(results, ("A",), (body, component), along(results, direction)[0])
-        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        Curve(results, body, component, line).panel("A")
+        for component, line in (("nn", ACROSS), ("sn", ACROSS), ("xn", BESIDE))
         for body in BODIES
     ]
 
 
 def _body_panels(results: Results) -> list[Panel]:
-    places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
     return [
-        panel(results, ("A", "B"), (body, component), line_of(results, name)).beyond(STEEP)
-        for component, name in places
+        Curve(results, body, component, line).panel("A", "B").beyond(STEEP)
+        for component, line in (("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS))
         for body in ALONE
     ]
 
@@ -136,17 +125,18 @@ def _near_panels(results: Results) -> list[Panel]:
 def _half_space_panel(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
     line, length = line_of(results, name), results.scene.reference_length
     shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
-    curves = {c: relative_to_half_space(results, body, c)[results.lines[name]][shown] for c in components}
+    curves = {c: relative_to_half_space(results, body, c, name)[shown] for c in components}
     title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
     return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
 
 
 def _rotation_panels(results: Results) -> list[Panel]:
     """Return panels of C_sn before and after the discount."""
-    line = line_of(results, ACROSS)
-    part = results.lines[line.name]
-    raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
-    return [panel(results, (), (body, "sn"), line, {"C before the discount": raw[body]}) for body in ALONE]
+    curves = [Curve(results, body, "sn", ACROSS) for body in ALONE]
+    return [
+        curve.panel(more={"C before the discount": curve.of(results.references[curve.body].raw)})
+        for curve in curves
+    ]
 
 
 STATEMENTS = (
@@ -154,14 +144,10 @@ STATEMENTS = (
         5,
         "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
         (
-            Criterion(
-                "cancel",
-                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
-                "<",
-                MUCH,
-                per_body(remaining_share, CANCEL),
+            per_geometry(remaining_share, CANCEL).below(
+                MUCH, "cancel", "|sum of both deviations| / sum of their norms: nn, ss, xx, xs"
             ),
-            Criterion("add", "the same: xn, sn", ">", 0.75, per_body(remaining_share, ADD)),
+            per_geometry(remaining_share, ADD).above(0.75, "add", "the same: xn, sn"),
         ),
         _sum_panels,
         columns=3,
@@ -171,26 +157,14 @@ STATEMENTS = (
         "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
         "good along s.",
         (
-            Criterion(
-                "xx",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
-                "<",
-                FOLLOWS,
-                per_body(worst_xx_error, ALONE),
+            per_body(worst_xx_error, ALONE).below(
+                FOLLOWS, "xx", "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone"
             ),
-            Criterion(
-                "ss",
-                "cosine between both bodies' C_ss - A_ss",
-                "<",
-                -MUCH,
-                per_body(alignment_in_ss, ("along x", "along s")),
+            per_geometry(alignment_in_ss, ("along x", "along s")).below(
+                -MUCH, "ss", "cosine between both bodies' C_ss - A_ss"
             ),
-            Criterion(
-                "B_ss",
-                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
-                "<",
-                FOLLOWS,
-                per_body(b_ss_error_across),
+            per_body(lambda r, body: Curve(r, body, "ss", ACROSS).share("B")).below(
+                FOLLOWS, "B_ss", "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there"
             ),
         ),
         side_by_side(_body_panels),
@@ -199,19 +173,13 @@ STATEMENTS = (
         18,
         "All ICs converge to ICs of the half-space near the load.",
         (
-            Criterion(
-                "at the load",
-                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
-                "<",
-                SATISFACTORY,
-                per_geometry(deviation_at_load, BODIES, ON_THROUGH),
+            per_geometry(deviation_at_load, BODIES, ON_THROUGH).below(
+                SATISFACTORY, "at the load", "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm"
             ),
-            Criterion(
+            per_geometry(near_over_far, BODIES, INDEPENDENT).below(
+                MUCH,
                 "converge",
                 "largest |C - A| / A_nn up to 2.5 mm from the load over the same at 10 to 20 mm",
-                "<",
-                MUCH,
-                per_geometry(near_over_far, BODIES, INDEPENDENT),
             ),
         ),
         side_by_side(_near_panels),
@@ -220,12 +188,8 @@ STATEMENTS = (
         19,
         "Most of the discounted rotation is due to the convex body.",
         (
-            Criterion(
-                "convex",
-                "rotation of the convex body under a lateral load over the sum of both sizes",
-                ">",
-                MUCH,
-                per_geometry(convex_share),
+            per_geometry(convex_share).above(
+                MUCH, "convex", "rotation of the convex body under a lateral load over the sum of both sizes"
             ),
         ),
         side_by_side(_rotation_panels),

@@ -9,8 +9,8 @@ import numpy as np
 from compare.ics.compute import Results, ics_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.validation.statements.criteria import SATISFACTORY, Criterion, Numbers, Statement, per_body
-from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, error, panel
+from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement, per_body
+from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
@@ -33,15 +33,17 @@ def regret(at_own_nu: Results, at_other_nu: Results, body: str, component: str) 
 
 
 def _errors(results: Results, body: str, component: str) -> Array:
-    return np.array([error(results, variant, body, component) for variant in COMPARED_VARIANTS])
+    return np.array([Curve(results, body, component).error(variant) for variant in COMPARED_VARIANTS])
 
 
 def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numbers:
     """Measure a number of each geometry at its own and the other Poisson's ratio, by body and component."""
-    return lambda runs: {
-        f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
-        for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
-    }
+    return Numbers(
+        lambda runs: {
+            f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
+            for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
+        }
+    )
 
 
 def _both_nu(runs: Runs) -> list[Panel]:
@@ -49,13 +51,10 @@ def _both_nu(runs: Runs) -> list[Panel]:
     panels = []
     for name in GEOMETRIES:
         at_own_nu, at_other_nu = runs.geometry(name), runs.other_nu(name)
-        for body, component in (("combined", "nn"), ("combined", "xn"), ("lower", "sn")):
-            line = along(at_own_nu, "s" if component == "sn" else "x")[0]
-            more = {
-                f"{variant}, other ν": curve(at_other_nu, variant, body, component, [line])
-                for variant in ("C", "B")
-            }
-            panels.append(panel(at_own_nu, ("B",), (body, component), line, more))
+        for place in (("combined", "nn", BESIDE), ("combined", "xn", BESIDE), ("lower", "sn", ACROSS)):
+            other = Curve(at_other_nu, *place)
+            more = {f"{variant}, other ν": other.variant(variant) for variant in ("C", "B")}
+            panels.append(Curve(at_own_nu, *place).panel("B", more=more))
     return panels
 
 
@@ -72,7 +71,7 @@ def mix_over_best(results: Results, body: str, pooled: Callable[[Array], float])
 def _variant_errors(results: Results, body: str) -> dict[str, Array]:
     """Return errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
     return {
-        variant: np.array([error(results, variant, body, component) for component in INDEPENDENT])
+        variant: np.array([Curve(results, body, component).error(variant) for component in INDEPENDENT])
         for variant in results.scene.variants
         if not np.any(np.isnan(ics_of(results, variant, body)))
     }
@@ -89,15 +88,8 @@ def mean_errors(runs: Runs) -> Mapping[str, float]:
 
 def _mix(runs: Runs) -> list[Panel]:
     fitted = runs.fitted(GEOMETRIES[0])
-    return [
-        panel(
-            fitted,
-            ("Bhat", "mix"),
-            ("combined", component),
-            along(fitted, "x" if component in ("xx", "xn") else "s")[0],
-        )
-        for component in INDEPENDENT
-    ]
+    lines = {component: BESIDE if component in ("xx", "xn") else ACROSS for component in INDEPENDENT}
+    return [Curve(fitted, "combined", c, line).panel("Bhat", "mix") for c, line in lines.items()]
 
 
 STATEMENTS = (
@@ -105,19 +97,13 @@ STATEMENTS = (
         11,
         "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
         (
-            Criterion(
-                "change",
-                "largest change of the error of A, B, B̄ or B̂ with ν",
-                "<",
-                SATISFACTORY,
-                with_other_nu(error_change),
+            with_other_nu(error_change).below(
+                SATISFACTORY, "change", "largest change of the error of A, B, B̄ or B̂ with ν"
             ),
-            Criterion(
+            with_other_nu(regret).below(
+                SATISFACTORY,
                 "order",
                 "error of the variant that is best at this ν, minus the best error, at the other ν",
-                "<",
-                SATISFACTORY,
-                with_other_nu(regret),
             ),
         ),
         _both_nu,
@@ -127,19 +113,11 @@ STATEMENTS = (
         12,
         "The mix beats each single variant.",
         (
-            Criterion(
-                "worst",
-                "worst error of a component: mix over the best single variant",
-                "<",
-                1.0,
-                per_body(partial(mix_over_best, pooled=np.max), fitted=True),
+            per_body(partial(mix_over_best, pooled=np.max), fitted=True).below(
+                1.0, "worst", "worst error of a component: mix over the best single variant"
             ),
-            Criterion(
-                "mean",
-                "mean error over the components: likewise",
-                "<",
-                1.0,
-                per_body(partial(mix_over_best, pooled=np.mean), fitted=True),
+            per_body(partial(mix_over_best, pooled=np.mean), fitted=True).below(
+                1.0, "mean", "mean error over the components: likewise"
             ),
         ),
         _mix,

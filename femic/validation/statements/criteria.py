@@ -10,7 +10,7 @@ from typing import Literal
 
 from compare.ics.compute import Results
 from compare.report.panels import Panel
-from femic.validation.statements.curves import BODIES, Evidence
+from femic.validation.statements.curves import BODIES
 from femic.validation.statements.runs import GEOMETRIES, Runs
 
 FOLLOWS = 0.10  # largest error of a curve that follows another one
@@ -21,18 +21,18 @@ MUCH = 1 / 2
 
 CLOSE = 0.002  # of the threshold, or of 1 if that is 0: C, accurate to 0.001, cannot decide closer numbers
 
-Numbers = Callable[[Runs], Mapping[str, float]]  # measures a number in all of its cases
+Measure = Callable[[Runs], Mapping[str, float]]  # of a number in all of its cases (geometry, body, ...)
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A number and its threshold; the criterion is met or not in each case (geometry, body, ...)."""
+    """A number and its threshold; the criterion is met or not in each case."""
 
     name: str
     description: str
     relation: Literal["<", ">"]
     threshold: float
-    measure: Numbers
+    measure: Measure
 
     def met(self, value: float) -> bool:
         """Whether a value is on the right side of the threshold; a value that is NaN is not."""
@@ -41,6 +41,25 @@ class Criterion:
     def close(self, value: float) -> bool:
         """Whether a value is so close to the threshold that the accuracy of C does not suffice to decide."""
         return abs(value - self.threshold) <= CLOSE * (abs(self.threshold) or 1.0)
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A number in all of its cases; with a threshold, a name and a description it is a criterion."""
+
+    measure: Measure
+
+    def __call__(self, runs: Runs) -> Mapping[str, float]:
+        """Measure the number in all of its cases."""
+        return self.measure(runs)
+
+    def below(self, threshold: float, name: str, description: str) -> Criterion:
+        """Return the criterion that the number is smaller than a threshold."""
+        return Criterion(name, description, "<", threshold, self.measure)
+
+    def above(self, threshold: float, name: str, description: str) -> Criterion:
+        """Return the criterion that the number is larger than a threshold."""
+        return Criterion(name, description, ">", threshold, self.measure)
 
 
 @dataclass(frozen=True)
@@ -54,13 +73,8 @@ class Statement:
     claim: str
     criteria: tuple[Criterion, ...]
     panels: Callable[[Runs], Sequence[Panel]]
-    details: Numbers = lambda _: {}
+    details: Measure = lambda _: {}
     columns: int = 2  # one for each geometry
-
-    def evidence(self, runs: Runs) -> Evidence:
-        """Measure all numbers and make all panels."""
-        values = {criterion.name: criterion.measure(runs) for criterion in self.criteria}
-        return Evidence(values, tuple(self.panels(runs)), self.details(runs))
 
 
 def per_geometry(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:
@@ -68,10 +82,12 @@ def per_geometry(number: Callable[..., float], *choices: Sequence[str], fitted: 
 
     With `fitted` the results include B-hat-prime.
     """
-    return lambda runs: {
-        ", ".join((name, *chosen)): number(_results(runs, name, fitted), *chosen)
-        for name, *chosen in product(GEOMETRIES, *choices)
-    }
+    return Numbers(
+        lambda runs: {
+            ", ".join((name, *choice)): number(_results(runs, name, fitted), *choice)
+            for name, *choice in product(GEOMETRIES, *choices)
+        }
+    )
 
 
 def per_body(
@@ -89,7 +105,7 @@ def second_minus_first(number: Callable[[Results], float], *, fitted: bool = Fal
         values = per_geometry(number, fitted=fitted)(runs)
         return {"both": values[second] - values[first]}
 
-    return difference
+    return Numbers(difference)
 
 
 def side_by_side(

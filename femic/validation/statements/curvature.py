@@ -6,13 +6,13 @@ import numpy as np
 
 from compare.ics.compute import Results
 from compare.report.panels import Panel
-from femic.validation.statements.criteria import POOR, SMALL_PART, Criterion, Statement
-from femic.validation.statements.curves import CONCAVE, THROUGH, curve, line_of, panel, rms
+from femic.validation.statements.criteria import POOR, SMALL_PART, Numbers, Statement
+from femic.validation.statements.curves import CONCAVE, THROUGH, Curve, line_of, rms
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
 XN = ("combined", "xn")
-PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x [mm] at which eq. (16) is compared
+PLACES = (8.0, 16.0)  # x [mm] at which eq. (16) is compared
 
 
 def second_over_first(runs: Runs) -> Mapping[str, float]:
@@ -28,54 +28,51 @@ def curvature_share(runs: Runs) -> Mapping[str, float]:
 
 
 def _rms_through(results: Results) -> float:
-    return rms(_through(results))
+    return rms(_c_through(results))
 
 
-def _through(results: Results) -> Array:
+def _c_through(results: Results) -> Array:
     """Return C_xn on s = 0, (n,), dimensionless."""
-    return curve(results, "C", *XN, [line_of(results, THROUGH)])
+    return Curve(results, *XN, THROUGH).variant("C")
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
     """Return |term / change - 1| at each place: term of eq. (16), change of C_xn by curvature along x."""
-    return {f"x = {name}": abs(term / change - 1) for name, (term, change) in _at_places(runs).items()}
+    terms, changes = _at_places(runs, _term(runs)), _at_places(runs, _change(runs))
+    return {place: abs(term / changes[place] - 1) for place, term in terms.items()}
 
 
 def terms_and_changes(runs: Runs) -> Mapping[str, float]:
     """Return the terms and the changes at all places, dimensionless."""
-    pairs = _at_places(runs)
-    terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in pairs.items()}
-    return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in pairs.items()}
-
-
-def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
-    x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
-    term, change = _term(runs), _change(runs)
+    curves = {"-½ (A_xx + A_nn) sin α_x": _term(runs), "C_xn less C_xn not revolved": _change(runs)}
     return {
-        name: (float(np.interp(place, x, term)), float(np.interp(place, x, change)))
-        for name, place in PLACES.items()
+        f"{name}: {place}": value
+        for name, values in curves.items()
+        for place, value in _at_places(runs, values).items()
     }
+
+
+def _at_places(runs: Runs, values: Array) -> dict[str, float]:
+    x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
+    return {f"x = {place:g} mm": float(np.interp(place, x, values)) for place in PLACES}
 
 
 def _term(runs: Runs) -> Array:
     """Return -½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
     wheel = runs.geometry(GEOMETRIES[1])
-    line = line_of(wheel, THROUGH)
-    a_xx, a_nn = (curve(wheel, "A", CONCAVE, component, [line]) for component in ("xx", "nn"))
-    alpha = -line.x / wheel.scene.bodies[CONCAVE].surface.rolling_radius
+    a_xx, a_nn = (Curve(wheel, CONCAVE, component, THROUGH).variant("A") for component in ("xx", "nn"))
+    alpha = -line_of(wheel, THROUGH).x / wheel.scene.bodies[CONCAVE].surface.rolling_radius
     return np.asarray(-(a_xx + a_nn) * np.sin(alpha) / 2)
 
 
 def _change(runs: Runs) -> Array:
     """Return C_xn of Geometry 2 minus C_xn with a prismatic wheel, on s = 0, (n,), dimensionless."""
-    return _through(runs.geometry(GEOMETRIES[1])) - _through(runs.not_revolved())
+    return _c_through(runs.geometry(GEOMETRIES[1])) - _c_through(runs.not_revolved())
 
 
 def _geometry_panels(runs: Runs) -> list[Panel]:
-    first, wheel = (runs.geometry(name) for name in GEOMETRIES)
-    line = line_of(wheel, THROUGH)
-    more = {"C, not revolved": _through(runs.not_revolved())}
-    return [panel(wheel, (), XN, line, more), panel(first, (), XN, line_of(first, THROUGH))]
+    first, wheel = (Curve(runs.geometry(name), *XN, THROUGH) for name in GEOMETRIES)
+    return [wheel.panel(more={"C, not revolved": _c_through(runs.not_revolved())}), first.panel()]
 
 
 def _curvature(runs: Runs) -> list[Panel]:
@@ -92,15 +89,13 @@ STATEMENTS = (
         8,
         "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
         (
-            Criterion(
-                "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1", ">", 1.0, second_over_first
+            Numbers(second_over_first).above(
+                1.0, "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1"
             ),
-            Criterion(
+            Numbers(curvature_share).below(
+                SMALL_PART,
                 "curvature",
                 "part of the difference that vanishes with a wheel that is not revolved",
-                "<",
-                SMALL_PART,
-                curvature_share,
             ),
         ),
         _geometry_panels,
@@ -109,12 +104,8 @@ STATEMENTS = (
         21,
         "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
         (
-            Criterion(
-                "size",
-                "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|",
-                "<",
-                POOR,
-                term_over_change,
+            Numbers(term_over_change).below(
+                POOR, "size", "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|"
             ),
         ),
         _curvature,

@@ -3,8 +3,8 @@
 Both have the same supports, and nothing is fitted between them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -13,56 +13,40 @@ from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.contact.finite_elements.fineness import CELLS, FEWEST
-from femic.validation.statements.criteria import Criterion, Numbers, Statement
-from femic.validation.statements.runs import Runs
+from femic.contact.finite_elements.fineness import FEWEST
+from femic.validation.statements.criteria import Numbers, Statement
+from femic.validation.statements.runs import Contacts, Runs
 
 AGREES = 0.02  # of a number, beside the estimate of finite elements
 AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
 
-
-@dataclass(frozen=True)
-class Contacts:
-    """Contacts of a built-in scene: loads [N], position of the upper body [mm], fineness of meshes."""
-
-    scene: str
-    loads: tuple[float, ...]
-    shift: float = 0.0
-    cells: float = CELLS
-
-    def dataset(self, runs: Runs) -> xr.Dataset:
-        """Return the numbers with ICs and by finite elements."""
-        return runs.fe_contact(self.scene, self.loads, shift=self.shift, cells=self.cells)
-
-
 CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
-BESIDE = Contacts(
-    "tall", (58e3,), shift=0.1, cells=FEWEST
-)  # touching first where the rail inclines by 61 deg
+# touching first where the rail inclines by 61 deg
+BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
 
 
 def deviations_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Numbers:
     """Measure deviations of numbers with C from finite elements, less the estimate of the latter."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
+        dataset = runs.fe_contact(contacts)
         return _by_case(
             dataset,
             {name: abs(deviations(dataset, name)) - relative_estimates(dataset, name) for name in names},
         )
 
-    return measure
+    return Numbers(measure)
 
 
 def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
     """Measure the same of a number that vanishes by symmetry, in its unit or over the load."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
+        dataset = runs.fe_contact(contacts)
         beyond = abs(differences(dataset, name)) - estimates(dataset, name)
         return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
 
-    return measure
+    return Numbers(measure)
 
 
 def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[str, float]:
@@ -74,39 +58,30 @@ def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[s
     }
 
 
-def details(contacts: Contacts) -> Numbers:
-    """Measure deviations of all ICs from finite elements, and the estimates of the latter.
+def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
+    """Return deviations of all ICs from finite elements, and the estimates of the latter.
 
     They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
     """
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.dataset(runs)
-        names = [*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())]
-        details: dict[str, float] = {}
-        for name in names:
-            in_unit = name in OF_PLACE
-            off = (differences if in_unit else deviations)(dataset, name)
-            to = (estimates if in_unit else relative_estimates)(dataset, name)
-            for k, case in enumerate(dataset.case.values):
-                details |= {
-                    f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])
-                    for ics in map(str, off.ics.values)
-                }
-                details[f"{case}, {name}: estimate of FE"] = float(to[k])
-        return details
-
-    return measure
+    dataset = runs.fe_contact(contacts)
+    details: dict[str, float] = {}
+    for name in (*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())):
+        in_unit = name in OF_PLACE
+        deviation = (differences if in_unit else deviations)(dataset, name)
+        estimate = (estimates if in_unit else relative_estimates)(dataset, name)
+        for k, case in enumerate(dataset.case.values):
+            details |= {
+                f"{case}, {name} by {SYMBOLS[ics]}": float(deviation.sel(ics=ics)[k])
+                for ics in map(str, deviation.ics.values)
+            }
+            details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
+    return details
 
 
-def panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
-    """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
-
-    def draw(runs: Runs) -> list[Panel]:
-        dataset = contacts.dataset(runs)
-        return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
-
-    return draw
+def panels(contacts: Contacts, runs: Runs) -> list[Panel]:
+    """Return pressures across the patch by finite elements and with ICs, a panel per load."""
+    dataset = runs.fe_contact(contacts)
+    return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
 
 
 def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
@@ -131,61 +106,45 @@ STATEMENTS = (
         22,
         "Contact with C agrees with contact of two meshed bodies without ICs.",
         (
-            Criterion(
+            deviations_beyond_estimate(CENTRED, OF_PATCH).below(
+                AGREES,
                 "patch",
                 f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
                 "their estimate",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(CENTRED, OF_PATCH),
             ),
-            Criterion(
+            deviations_beyond_estimate(CENTRED, (APPROACH,)).below(
+                AGREES,
                 "approach",
                 f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
                 "nothing fitted",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(CENTRED, (APPROACH,)),
             ),
         ),
-        panels(CENTRED),
-        details(CENTRED),
+        partial(panels, CENTRED),
+        partial(details, CENTRED),
     ),
     Statement(
         23,
         "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
         (
-            Criterion(
+            deviations_beyond_estimate(BESIDE, ("p_max",)).below(
+                AGREES,
                 "pressure",
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
-                "<",
+            ),
+            differences_beyond_estimate(BESIDE, "F_y", over_load=True).below(
+                AGREES_FORCE, "force", "lateral force with C, likewise, over the load"
+            ),
+            differences_beyond_estimate(BESIDE, "s_centre").below(
+                AGREES_CENTRE, "centre", "centre of pressure with C, likewise [mm]"
+            ),
+            deviations_beyond_estimate(BESIDE, (APPROACH,)).below(
                 AGREES,
-                deviations_beyond_estimate(BESIDE, ("p_max",)),
-            ),
-            Criterion(
-                "force",
-                "lateral force with C, likewise, over the load",
-                "<",
-                AGREES_FORCE,
-                differences_beyond_estimate(BESIDE, "F_y", over_load=True),
-            ),
-            Criterion(
-                "centre",
-                "centre of pressure with C, likewise [mm]",
-                "<",
-                AGREES_CENTRE,
-                differences_beyond_estimate(BESIDE, "s_centre"),
-            ),
-            Criterion(
                 "approach",
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
-                "<",
-                AGREES,
-                deviations_beyond_estimate(BESIDE, (APPROACH,)),
             ),
         ),
-        panels(BESIDE),
-        details(BESIDE),
+        partial(panels, BESIDE),
+        partial(details, BESIDE),
     ),
 )

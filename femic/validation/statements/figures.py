@@ -1,25 +1,19 @@
-"""Figures of a statement: its curves, and its numbers beside their thresholds."""
+"""A figure of the numbers of a statement beside their thresholds."""
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.report.panels import panel_figure
 from compare.report.styles import RC
 from femic.validation.statements.verdicts import Finding
 
 MET, UNMET = "tab:green", "tab:red"
 
 
-def curves(finding: Finding) -> Figure:
-    """Draw all panels of a statement."""
-    return panel_figure(finding.evidence.panels, finding.statement.columns)
-
-
 def numbers(finding: Finding) -> Figure:
     """Draw every number beside its threshold, with a separate scale for each criterion."""
     criteria = finding.statement.criteria
-    values = finding.evidence.values
+    values = finding.values
     heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
     with mpl.rc_context(RC):
         figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")

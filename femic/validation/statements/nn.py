@@ -6,7 +6,6 @@ from compare.ics.compute import Results
 from compare.report.panels import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
-    Criterion,
     Statement,
     per_body,
     per_geometry,
@@ -21,12 +20,9 @@ from femic.validation.statements.curves import (
     CONVEX,
     STEEP,
     THROUGH,
+    Curve,
     across_over_along,
     error_ratio,
-    line_of,
-    panel,
-    relative,
-    value_at,
 )
 
 AWAY, HALF_WAY = 10.0, 5.0  # coordinates [mm], with the load at 0
@@ -35,12 +31,12 @@ NN = ("combined", "nn")
 
 def relative_error_across(variant: str, s: float = AWAY) -> Callable[[Results], float]:
     """Measure |v / C - 1| of the combined nn of a variant v at s [mm] on the line along s."""
-    return lambda results: relative(results, variant, NN, (ACROSS, s))
+    return lambda results: Curve(results, *NN, ACROSS).relative(variant, s)
 
 
 def relative_error_along(variant: str) -> Callable[[Results, str], float]:
     """Measure |v / C - 1| of the combined nn of a variant v at x = 10 mm on a line along x."""
-    return lambda results, line: relative(results, variant, NN, (line, AWAY))
+    return lambda results, line: Curve(results, *NN, line).relative(variant, AWAY)
 
 
 def growth_with_distance(results: Results) -> float:
@@ -50,21 +46,21 @@ def growth_with_distance(results: Results) -> float:
 
 def b_over_a(results: Results) -> float:
     """Return |B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm."""
-    a, b, c = (value_at(results, variant, NN, (ACROSS, AWAY)) for variant in ("A", "B", "C"))
+    a, b, c = (Curve(results, *NN, ACROSS).at(variant, AWAY) for variant in ("A", "B", "C"))
     return abs(b - c) / abs(a - c)
 
 
 def _both_ways(results: Results) -> list[Panel]:
-    return [panel(results, ("A", "B"), NN, line_of(results, name)) for name in (ACROSS, BESIDE)]
+    return [Curve(results, *NN, line).panel("A", "B") for line in (ACROSS, BESIDE)]
 
 
 def _body_panels(results: Results) -> list[Panel]:
-    across = [panel(results, ("A",), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
-    return [*across, panel(results, ("A",), (CONCAVE, "nn"), line_of(results, THROUGH)).beyond(STEEP)]
+    across = [Curve(results, body, "nn", ACROSS).panel("A") for body in BODIES]
+    return [*across, Curve(results, CONCAVE, "nn", THROUGH).panel("A").beyond(STEEP)]
 
 
 def _with_b_hat(results: Results) -> list[Panel]:
-    return [panel(results, ("B", "Bhat"), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
+    return [Curve(results, body, "nn", ACROSS).panel("B", "Bhat") for body in BODIES]
 
 
 STATEMENTS = (
@@ -73,50 +69,24 @@ STATEMENTS = (
         "Laterally A_nn departs from C_nn with distance, more on Geometry 2, and B_nn follows; "
         "longitudinally all three agree (both bodies together).",
         (
-            Criterion(
-                "A departs",
-                "|A_nn / C_nn - 1| at s = 10 mm",
-                ">",
-                FOLLOWS,
-                per_geometry(relative_error_across("A")),
+            per_geometry(relative_error_across("A")).above(
+                FOLLOWS, "A departs", "|A_nn / C_nn - 1| at s = 10 mm"
             ),
-            Criterion(
-                "with distance",
-                "the same: at s = 10 mm minus at 5 mm",
-                ">",
-                0.0,
-                per_geometry(growth_with_distance),
+            per_geometry(growth_with_distance).above(
+                0.0, "with distance", "the same: at s = 10 mm minus at 5 mm"
             ),
-            Criterion(
-                "geometry",
-                "the same at s = 10 mm: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(relative_error_across("A")),
+            second_minus_first(relative_error_across("A")).above(
+                0.0, "geometry", "the same at s = 10 mm: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "B follows",
-                "|B_nn / C_nn - 1| at s = 10 mm",
-                "<",
-                FOLLOWS,
-                per_geometry(relative_error_across("B")),
+            per_geometry(relative_error_across("B")).below(
+                FOLLOWS, "B follows", "|B_nn / C_nn - 1| at s = 10 mm"
             ),
-            Criterion(
-                "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm", "<", 1.0, per_geometry(b_over_a)
+            per_geometry(b_over_a).below(1.0, "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm"),
+            per_geometry(relative_error_along("A"), (BESIDE, THROUGH)).below(
+                FOLLOWS, "A along x", "|A_nn / C_nn - 1| at x = 10 mm"
             ),
-            Criterion(
-                "A along x",
-                "|A_nn / C_nn - 1| at x = 10 mm",
-                "<",
-                FOLLOWS,
-                per_body(relative_error_along("A"), (BESIDE, THROUGH)),
-            ),
-            Criterion(
-                "B along x",
-                "|B_nn / C_nn - 1| at x = 10 mm",
-                "<",
-                FOLLOWS,
-                per_body(relative_error_along("B"), (BESIDE, THROUGH)),
+            per_geometry(relative_error_along("B"), (BESIDE, THROUGH)).below(
+                FOLLOWS, "B along x", "|B_nn / C_nn - 1| at x = 10 mm"
             ),
         ),
         side_by_side(_both_ways),
@@ -125,16 +95,10 @@ STATEMENTS = (
         16,
         "C_nn departs most from A_nn along s; in the concave body, along x.",
         (
-            Criterion(
-                "along s",
-                "largest |C_nn - A_nn|: line along s over lines along x",
-                ">",
-                1.0,
-                per_body(across_over_along("nn"), ("combined", CONVEX)),
+            per_body(across_over_along("nn"), ("combined", CONVEX)).above(
+                1.0, "along s", "largest |C_nn - A_nn|: line along s over lines along x"
             ),
-            Criterion(
-                "concave", "the same, concave body", "<", 1.0, per_body(across_over_along("nn"), (CONCAVE,))
-            ),
+            per_body(across_over_along("nn"), (CONCAVE,)).below(1.0, "concave", "the same, concave body"),
         ),
         side_by_side(_body_panels),
     ),
@@ -142,12 +106,8 @@ STATEMENTS = (
         20,
         "B̂_nn is no worse than B_nn.",
         (
-            Criterion(
-                "B̂",
-                "error of B̂_nn over error of B_nn on the line along s",
-                "<",
-                1.0,
-                per_body(error_ratio("Bhat", "B", "nn", ACROSS)),
+            per_body(error_ratio("Bhat", "B", "nn", ACROSS)).below(
+                1.0, "B̂", "error of B̂_nn over error of B_nn on the line along s"
             ),
         ),
         side_by_side(_with_b_hat),

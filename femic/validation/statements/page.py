@@ -12,14 +12,14 @@ import numpy as np
 from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
 from compare.ics.errors import measure_of
+from compare.report.panels import panel_figure
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
 from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
-from femic.reference.accuracy import component_of
 from femic.validation import record
-from femic.validation.statements import figures
+from femic.validation.statements import figures, verdicts
 from femic.validation.statements.changes import CHANGES
 from femic.validation.statements.runs import Runs
 from femic.validation.statements.verdicts import (
@@ -57,14 +57,14 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
         runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
     content = record_content(findings, runs, perf_counter() - start)
-    return record.write(folder, "validation", content, partial(page_of, findings))
+    return record.write(folder, "validation", verdicts.__name__, content, partial(page_of, findings))
 
 
 def summary(findings: Sequence[Finding]) -> str:
     """Return the number of statements with each verdict as a sentence."""
     parts = []
     for verdict in VERDICT_COLOURS:
-        numbers = [str(one.statement.number) for one in findings if one.verdict == verdict]
+        numbers = [str(finding.statement.number) for finding in findings if finding.verdict == verdict]
         if numbers:
             parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
     return f"Of {len(findings)} statements, {'; '.join(parts)}."
@@ -103,10 +103,9 @@ def _statement(finding: Finding) -> dict[str, Any]:
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }
             for criterion in finding.statement.criteria
-            if not finding.failed
-            for values in (finding.evidence.values[criterion.name],)
+            if (values := finding.values.get(criterion.name))
         ],
-        "details": {case: finite(value) for case, value in finding.evidence.details.items()},
+        "details": {case: finite(value) for case, value in finding.details.items()},
     }
 
 
@@ -115,12 +114,11 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     results = runs.done[name]
     estimate, weight = (
         max(
-            component_of(line_shares, component)
+            float(np.max(line_shares))
             for body in results.scene.compared
             for line_shares in shares(
                 measure_of(results, body), reference_of(results, body).estimate
             ).values()
-            for component in results.scene.components
         )
         for shares in (Measure.shares, Measure.weights)
     )
@@ -138,15 +136,15 @@ def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
 
 
 def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section]:
-    verdicts = [
-        Row(str(one["number"]), [Cell(one["claim"], link=f"s{one['number']}"), _verdict(one["verdict"])])
-        for one in content["statements"]
-    ]
-    yield Section("", [RULES, Table("#", ["statement", "verdict"], verdicts, is_text=True)])
-    for one, numbers in zip(findings, content["statements"], strict=True):
-        heading = f"{numbers['number']}. {numbers['verdict']}"
-        blocks = list(_statement_blocks(one, numbers))
-        yield Section(heading, blocks, VERDICT_COLOURS[one.verdict], f"s{numbers['number']}")
+    rows, sections = [], []
+    for finding, entry in zip(findings, content["statements"], strict=True):
+        anchor, colour = f"s{entry['number']}", VERDICT_COLOURS[finding.verdict]
+        claim, verdict = Cell(entry["claim"], link=f"#{anchor}"), Cell(finding.verdict, colour=colour)
+        rows.append(Row(str(entry["number"]), [claim, verdict]))
+        heading = f"{entry['number']}. {finding.verdict}"
+        sections.append(Section(heading, list(_statement_blocks(finding, entry)), colour, anchor))
+    yield Section("", [RULES, Table("#", ["statement", "verdict"], rows, is_text=True)])
+    yield from sections
     yield Section("Changes of the criteria", [_changes_table(content["changes"])])
     settings = (
         f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
@@ -155,25 +153,17 @@ def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[
     yield Section("The runs and their C", [_runs_table(content["runs"]), Note(settings)])
 
 
-def _verdict(verdict: str) -> Cell:
-    return Cell(verdict, colour=VERDICT_COLOURS[verdict])
-
-
-def _statement_blocks(finding: Finding, numbers: dict[str, Any]) -> Iterator[Block]:
+def _statement_blocks(finding: Finding, entry: dict[str, Any]) -> Iterator[Block]:
     """Yield claim, failures, figures and numbers of a statement."""
-    yield numbers["claim"]
-    if numbers["failed"]:
-        yield numbers["failed"]
-    if numbers["unmet"]:
+    yield entry["claim"]
+    if entry["failed"]:
+        yield entry["failed"]
+    if entry["unmet"]:
         yield "Not met:"
-        yield Items(numbers["unmet"])
+        yield Items(entry["unmet"])
     yield from _pictures(finding)
-    rows = [*_criteria_rows(numbers["criteria"]), *_detail_rows(numbers["details"])]
-    columns = [
-        *texts("case"),
-        *number_heads("value"),
-        *texts("threshold", "met"),
-    ]
+    rows = [*_criteria_rows(entry["criteria"]), *_detail_rows(entry["details"])]
+    columns = [*texts("case"), *number_heads("value"), *texts("threshold", "met")]
     yield Folded("Numbers", [Table("criterion", columns, rows)])
 
 
@@ -200,8 +190,8 @@ def _detail_rows(details: dict[str, Any]) -> Iterator[Row]:
 
 def _changes_table(changes: Sequence[dict[str, Any]]) -> Table:
     rows = [
-        Row(str(one["number"]), [one["old"], one["verdict"] or "–", one["new"], one["why"]])
-        for one in changes
+        Row(str(change["number"]), [change["old"], change["verdict"] or "–", change["new"], change["why"]])
+        for change in changes
     ]
     return Table("#", ["before", "verdict then", "now", "why"], rows, is_text=True)
 
@@ -227,6 +217,6 @@ def _pictures(finding: Finding) -> Iterator[Picture]:
     if finding.failed:
         return
     name = f"statement{finding.statement.number}"
-    if finding.evidence.panels:
-        yield Picture(f"{name}_curves", figures.curves(finding))
+    if finding.panels:
+        yield Picture(f"{name}_curves", panel_figure(finding.panels, finding.statement.columns))
     yield Picture(f"{name}_numbers", figures.numbers(finding))

@@ -12,12 +12,12 @@ from compare.ics.errors import engine_differences, measure_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
-from femic.validation.statements.criteria import Criterion, Numbers, Statement
-from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, largest, panel
+from femic.validation.statements.criteria import Numbers, Statement
+from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, one_body
-from geometries.patches import COMPONENTS, OffsetLine, Patch
+from geometries.patches import COMPONENTS, Patch
 from geometries.surfaces import LOWER, UPPER
 
 TINY = 1e-9  # of a line's scale: smaller estimates count as this, as of what vanishes by symmetry
@@ -68,9 +68,9 @@ def _worst(shares: Mapping[str, Array]) -> float:
 
 def _both_engines(runs: Runs) -> list[Panel]:
     return [
-        panel(results, ("C_solid",), ("lower", component), along(results, direction)[0])
+        Curve(results, "lower", component, line).panel("C_solid")
         for results in map(runs.with_both_engines, GEOMETRIES)
-        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        for component, line in (("nn", ACROSS), ("sn", ACROSS), ("xn", BESIDE))
     ]
 
 
@@ -93,16 +93,11 @@ def _deviation_from_a(results: Results, variant: str, body: str) -> float:
 
 def deviation_from_limit(results: Results, body: str) -> float:
     """Return the largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| if A_ij is 0."""
-    return max(
-        largest(results, "A", (body, component), [line]) / _limit_scale(results, body, component, line)
-        for line in results.scene.lines
-        for component in INDEPENDENT
-    )
-
-
-def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) -> float:
-    size, nn = (float(np.max(np.abs(curve(results, "A", body, name, [line])))) for name in (component, "nn"))
-    return size or nn
+    deviations = []
+    for line, component in product(results.scene.lines, INDEPENDENT):
+        curve, nn = (Curve(results, body, name, line.name) for name in (component, "nn"))
+        deviations.append(curve.largest("A") / (curve.size("A") or nn.size("A")))
+    return max(deviations)
 
 
 def _over_estimate(results: Results, body: str) -> float:
@@ -180,17 +175,16 @@ def _cylinder_panels() -> list[Panel]:
 
 def _limits(runs: Runs) -> list[Panel]:
     plane, nearly = runs.plane(), runs.nearly_plane()
-    shown = ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
-    variants = ("A", "B", "Bhat")
-    panels = [
-        panel(results, variants, ("lower", component), along(results, "s")[0]) for results, component in shown
+    curves = [
+        Curve(results, "lower", component, ACROSS)
+        for results, component in ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
     ]
-    return panels + _cylinder_panels()
+    return [curve.panel("A", "B", "Bhat") for curve in curves] + _cylinder_panels()
 
 
 def per_nu(number: Callable[[float], float]) -> Numbers:
     """Measure a number at each Poisson's ratio."""
-    return lambda _: {f"ν = {nu:g}": number(nu) for nu in NU}
+    return Numbers(lambda _: {f"ν = {nu:g}": number(nu) for nu in NU})
 
 
 def cylinder_errors(_: Runs) -> Mapping[str, float]:
@@ -203,8 +197,8 @@ STATEMENTS = (
         14,
         "Both engines agree within their estimates on every component, body and geometry.",
         (
-            Criterion(
-                "apart", "largest |difference| / (sum of both estimates) of a component", "<", 1.0, agreements
+            Numbers(agreements).below(
+                1.0, "apart", "largest |difference| / (sum of both estimates) of a component"
             ),
         ),
         _both_engines,
@@ -216,40 +210,26 @@ STATEMENTS = (
         "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
         "the cylinder by B.",
         (
-            Criterion(
-                "variants",
-                "plane: largest error of a variant against A",
-                "<",
-                SAME_NUMBER,
-                variant_deviations,
+            Numbers(variant_deviations).below(
+                SAME_NUMBER, "variants", "plane: largest error of a variant against A"
             ),
-            Criterion(
-                "plane",
-                "plane: largest |C - A| / estimate of C",
-                "<",
-                1.0,
-                lambda runs: {body: _over_estimate(runs.plane(), body) for body in BODIES},
+            Numbers(lambda runs: {body: _over_estimate(runs.plane(), body) for body in BODIES}).below(
+                1.0, "plane", "plane: largest |C - A| / estimate of C"
             ),
-            Criterion(
+            Numbers(
+                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES}
+            ).below(
+                0.01,
                 "nearly plane",
                 "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
-                "<",
-                0.01,
-                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES},
             ),
-            Criterion(
-                "point loads",
-                "A at 1e5 patches: relative deviation from point loads",
-                "<",
-                HALF_SPACE,
-                per_nu(far_field_error),
+            per_nu(far_field_error).below(
+                HALF_SPACE, "point loads", "A at 1e5 patches: relative deviation from point loads"
             ),
-            Criterion(
+            Numbers(cylinder_errors).below(
+                SAME_NUMBER,
                 "cylinder",
                 "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
-                "<",
-                SAME_NUMBER,
-                cylinder_errors,
             ),
         ),
         _limits,

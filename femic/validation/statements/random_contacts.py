@@ -7,7 +7,7 @@ import numpy as np
 from compare.report.panels import Panel
 from femic.validation.estimates.coverage import coverage
 from femic.validation.estimates.studies import STUDIES, GridComparison
-from femic.validation.statements.criteria import Criterion, Numbers, Statement
+from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Runs
 
 HELD = 0.95  # least share of errors that are within their estimates
@@ -23,7 +23,7 @@ def coverage_by_number(study: str) -> Numbers:
         comparisons = runs.random_contacts(study, SEED, COUNT)
         return {f"{study}, {name}": coverage(comparisons, name).held for name in comparisons[0].numbers}
 
-    return measure
+    return Numbers(measure)
 
 
 def _details(runs: Runs) -> Mapping[str, float]:
@@ -70,12 +70,10 @@ STATEMENTS = (
         "In contacts with A and the B family, the error of a number is within its estimate nineteen times "
         "out of twenty or more.",
         tuple(
-            Criterion(
+            coverage_by_number(study).above(
+                HELD,
                 f"held {study}",
                 f"share of {COUNT} random contacts, {study}, whose error is within its estimate",
-                ">",
-                HELD,
-                coverage_by_number(study),
             )
             for study in STUDIES
         ),

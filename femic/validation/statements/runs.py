@@ -22,10 +22,21 @@ from femic.validation.estimates.studies import GridComparison
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
-TOLERANCE = 1e-3  # of C, by default
-TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
 NEARLY_PLANE = 1e4  # mm, radius of the arcs
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a built-in scene: loads [N], shift of the upper body along y [mm], fineness of meshes.
+
+    `cells` lie along the shorter half-length of the patch.
+    """
+
+    scene: str
+    loads: tuple[float, ...]
+    shift: float = 0.0
+    cells: float = CELLS
 
 
 @dataclass(eq=False)
@@ -33,9 +44,8 @@ class Runs:
     """Results of scenes with all nine components of C and every variant, each computed once."""
 
     options: RunOptions
-    tolerance: float = TOLERANCE
+    tolerance: float  # of C
     done: dict[str, Results] = field(default_factory=dict)
-    fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
     comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
@@ -78,19 +88,15 @@ class Runs:
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
         return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
 
-    def fe_contact(
-        self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
-    ) -> xr.Dataset:
-        """Return numbers of the contacts of a scene with ICs and by finite elements, at some loads [N].
-
-        The upper body is moved by `shift` [mm] along y; `cells` lie along the patch's shorter half-length.
-        """
-        key = f"{name}, shift {shift:g} mm"
+    def fe_contact(self, contacts: Contacts) -> xr.Dataset:
+        """Return numbers of contacts with ICs and by finite elements."""
+        key = f"{contacts.scene}, shift {contacts.shift:g} mm"
         if key not in self.contacts:
             self.options.watch.on_stage(f"  {key}: contact with ICs and by finite elements")
-            scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
+            changes = {"loads": list(contacts.loads), "shift": contacts.shift}
+            scene = load_scene(contacts.scene, {"contact": changes})
             with_ics = to_dataset(compute_contact(scene, self.options))
-            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, cells)
+            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, contacts.cells)
         return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
@@ -127,9 +133,7 @@ class Runs:
 
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
         """Return effective properties of a geometry, fitted to C_xn of one load position."""
-        if name not in self.fits:
-            self.fits[name] = calibrate(self._scene(name), self.options).scene.effective
-        return self.fits[name]
+        return calibrate(self._scene(name), self.options).scene.effective
 
     def _compute(self, scene: Scene) -> Results:
         return compute(scene, self.options)

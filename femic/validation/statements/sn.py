@@ -1,39 +1,26 @@
 """Statements 9 and 10: the lateral displacement under a normal load."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
 from approx.forms import FORMS
 from approx.halfspace import HalfSpace
 from approx.rotation import rotation_between
-from compare.ics.compute import Results, parts_of, reference_of
+from compare.ics.compute import Results, parts_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import (
     FOLLOWS,
     MUCH,
     POOR,
-    Criterion,
+    Numbers,
     Statement,
-    per_body,
     per_geometry,
     side_by_side,
 )
-from femic.validation.statements.curves import (
-    ACROSS,
-    ALONE,
-    CONCAVE,
-    CONVEX,
-    curve,
-    deviation,
-    difference,
-    error,
-    error_ratio,
-    line_of,
-    panel,
-    unit,
-)
+from femic.validation.statements.curves import ACROSS, ALONE, CONCAVE, CONVEX, Curve, error_ratio, line_of
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 from geometries.patches import N, S
@@ -52,8 +39,8 @@ def mean_deviation_from_a(results: Results, body: str) -> float:
     The source draws each body in its own frame, in which A_sn of both bodies has the same sign; here A_sn of
     the lower and of the upper body have opposite signs.
     """
-    line = line_of(results, ACROSS)
-    c, a = (curve(results, variant, body, "sn", [line])[line.s > 0] for variant in ("C", "A"))
+    positive = line_of(results, ACROSS).s > 0
+    c, a = (Curve(results, body, "sn", ACROSS).variant(name)[positive] for name in ("C", "A"))
     return float(np.mean((c - a) * np.sign(a) / np.max(np.abs(a))))
 
 
@@ -73,16 +60,13 @@ def furthest_misfit(results: Results) -> float:
 
 def within_arc(results: Results, variant: str) -> float:
     """Return the largest |v - C| of sn between the joints, as a share of max |C_sn| on all lines."""
-    line = line_of(results, ACROSS)
-    on_arc = np.abs(line.s) <= _joint(results)
-    return float(
-        np.max(np.abs(difference(results, variant, SN, [line]))[on_arc])
-        / np.max(np.abs(curve(results, "C", *SN)))
-    )
+    on_arc = np.abs(line_of(results, ACROSS).s) <= _joint(results)
+    differences = Curve(results, *SN, ACROSS).difference(variant)
+    return float(np.max(np.abs(differences[on_arc])) / Curve(results, *SN).size("C"))
 
 
 def _c_minus_b_hat(results: Results) -> Array:
-    return difference(results, "Bhat", SN, [line_of(results, ACROSS)])
+    return Curve(results, *SN, ACROSS).difference("Bhat")
 
 
 def _joint(results: Results) -> float:
@@ -104,18 +88,15 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
     Where both bodies are equal, the combined A_sn cancels, and the factor with it.
     """
     return {
-        f"error with over without: {case}, {variant}": ratio
-        for variant in WITH_FACTOR
-        for case, ratio in per_body(_with_over_without(variant), ALONE)(runs).items()
+        f"error with over without: {name}, {body}, {variant}": _with_over_without(
+            Curve(runs.geometry(name), body, "sn"), variant
+        )
+        for variant, name, body in product(WITH_FACTOR, GEOMETRIES, ALONE)
     }
 
 
-def _with_over_without(variant: str) -> Callable[[Results, str], float]:
-    def ratio(results: Results, body: str) -> float:
-        differences = with_factor(results, variant, body) - reference_of(results, body).ic
-        return deviation(results, differences, body, "sn") / error(results, variant, body, "sn")
-
-    return ratio
+def _with_over_without(curve: Curve, variant: str) -> float:
+    return curve.error_of(with_factor(curve.results, variant, curve.body)) / curve.error(variant)
 
 
 def with_factor(results: Results, variant: str, body: str) -> Array:
@@ -139,23 +120,22 @@ def with_factor(results: Results, variant: str, body: str) -> Array:
 
 
 def _body_panels(results: Results) -> list[Panel]:
-    line = line_of(results, ACROSS)
-    extras = (("combined", ("Bhat_prime",)), (CONVEX, ()), (CONCAVE, ()))
-    return [panel(results, ("A", "B", "Bhat", *extra), (body, "sn"), line) for body, extra in extras]
+    return [
+        Curve(results, *SN, ACROSS).panel("A", "B", "Bhat", "Bhat_prime"),
+        *(Curve(results, body, "sn", ACROSS).panel("A", "B", "Bhat") for body in ALONE),
+    ]
 
 
 def _factor(results: Results) -> list[Panel]:
-    line = line_of(results, ACROSS)
-    part = results.lines[line.name]
-
-    def more(body: str) -> dict[str, Array]:
-        return {
-            f"{SYMBOLS[variant]} with the factor": unit(results)
-            * with_factor(results, variant, body)[S, N, part]
+    panels = []
+    for body in ALONE:
+        curve = Curve(results, body, "sn", ACROSS)
+        more = {
+            f"{SYMBOLS[variant]} with the factor": curve.of(with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
-
-    return [panel(results, ("B", "Bhat"), (body, "sn"), line, more(body)) for body in ALONE]
+        panels.append(curve.panel("B", "Bhat", more=more))
+    return panels
 
 
 STATEMENTS = (
@@ -165,54 +145,28 @@ STATEMENTS = (
         "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
         "lies beyond the arc/flank joint of Geometry 1.",
         (
-            Criterion(
-                "convex",
-                "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
-                "<",
-                -POOR,
-                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)),
+            per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)).below(
+                -POOR, "convex", "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body"
             ),
-            Criterion(
-                "concave",
-                "the same, concave body",
-                ">",
-                0.0,
-                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
+            per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)).above(
+                0.0, "concave", "the same, concave body"
             ),
-            Criterion(
-                "B",
-                "error of B_sn over error of B̂_sn at x = 1.6 mm",
-                "<",
-                1.0,
-                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)),
+            per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)).below(
+                1.0, "B", "error of B_sn over error of B̂_sn at x = 1.6 mm"
             ),
-            Criterion(
-                "B̂′",
-                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
-                ">",
-                1.0,
-                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True),
+            per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True).above(
+                1.0, "B̂′", "error of B̂′_sn over error of B̂_sn at x = 1.6 mm"
             ),
-            Criterion(
-                "arc",
-                "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
-                "<",
-                FOLLOWS,
-                per_geometry(lambda r: within_arc(r, "B")),
+            per_geometry(lambda r: within_arc(r, "B")).below(
+                FOLLOWS, "arc", "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|"
             ),
-            Criterion(
+            per_geometry(translation).above(
+                MUCH,
                 "translation",
                 "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
-                ">",
-                MUCH,
-                per_geometry(translation),
             ),
-            Criterion(
-                "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
-                ">",
-                1.0,
-                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))},
+            Numbers(lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))}).above(
+                1.0, "flank", "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint"
             ),
         ),
         side_by_side(_body_panels, fitted=True),
@@ -221,12 +175,8 @@ STATEMENTS = (
         10,
         "The factor (π - |α|) / π on A_sn brings no consistent gain.",
         (
-            Criterion(
-                "gain",
-                "share of cases (bodies alone) in which the error of sn falls by a tenth",
-                "<",
-                0.75,
-                gain_share,
+            Numbers(gain_share).below(
+                0.75, "gain", "share of cases (bodies alone) in which the error of sn falls by a tenth"
             ),
         ),
         side_by_side(_factor),

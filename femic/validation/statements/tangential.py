@@ -9,7 +9,7 @@ from compare.report.panels import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
     SATISFACTORY,
-    Criterion,
+    Numbers,
     Statement,
     per_body,
     per_geometry,
@@ -19,32 +19,23 @@ from femic.validation.statements.criteria import (
 from femic.validation.statements.curves import (
     ACROSS,
     ALONE,
+    BESIDE,
     BODIES,
     CONCAVE,
     CONVEX,
     STEEP,
     THROUGH,
+    Curve,
     across_over_along,
-    along,
-    curve,
-    difference,
-    error,
     error_ratio,
-    largest,
-    line_of,
-    on_its_line,
-    panel,
-    value_at,
 )
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
-XX = ("combined", "xx")
-
 
 def worst_xx_error(results: Results, body: str) -> float:
     """Return the largest |A_xx - C_xx| on a line, as a share of max |C_xx| there, over all lines."""
-    return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
+    return max(Curve(results, body, "xx", line.name).share("A") for line in results.scene.lines)
 
 
 def difference_in_xx(runs: Runs) -> Mapping[str, float]:
@@ -54,18 +45,14 @@ def difference_in_xx(runs: Runs) -> Mapping[str, float]:
 
 
 def _relative_xx_deviation(results: Results) -> Array:
-    parts = []
-    for line in results.scene.lines:
-        c = curve(results, "C", *XX, [line])
-        parts.append(difference(results, "A", XX, [line]) / np.max(np.abs(c)))
-    return np.concatenate(parts)
+    curves = [Curve(results, "combined", "xx", line.name) for line in results.scene.lines]
+    return np.concatenate([curve.difference("A") / curve.size("C") for curve in curves])
 
 
 def deficit(results: Results, body: str) -> float:
     """Return 1 - C_ss / B_ss at x = reference length, s = 0."""
-    place = THROUGH, results.scene.reference_length
-    c, b = (value_at(results, variant, (body, "ss"), place) for variant in ("C", "B"))
-    return 1 - c / b
+    curve, x = Curve(results, body, "ss", THROUGH), results.scene.reference_length
+    return 1 - curve.at("C", x) / curve.at("B", x)
 
 
 def convex_less_concave(runs: Runs) -> Mapping[str, float]:
@@ -75,36 +62,37 @@ def convex_less_concave(runs: Runs) -> Mapping[str, float]:
     return {name: convex - concave}
 
 
+def xs_deviation(results: Results, body: str) -> float:
+    """Return the largest |C_xs - A_xs|, dimensionless."""
+    return Curve(results, body, "xs").largest("A")
+
+
 def convex_over_concave(results: Results) -> float:
     """Return the largest |C_xs - A_xs| of the convex body over the same of the concave one."""
-    convex, concave = (largest(results, "A", (body, "xs")) for body in ALONE)
-    return convex / concave
+    return xs_deviation(results, CONVEX) / xs_deviation(results, CONCAVE)
 
 
 def smaller_error(results: Results, body: str) -> float:
     """Return the smaller of the errors of B_xs and B-hat_xs."""
-    return min(error(results, variant, body, "xs") for variant in ("B", "Bhat"))
+    return min(Curve(results, body, "xs").error(variant) for variant in ("B", "Bhat"))
 
 
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
-    """Largest |C_xs - A_xs| of each body, dimensionless."""
-    sizes = per_body(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
+    """Return the largest |C_xs - A_xs| of each body, dimensionless."""
+    sizes = per_body(xs_deviation, ALONE)(runs)
     return {f"largest |C_xs - A_xs| E L: {case}": size for case, size in sizes.items()}
 
 
 def _xx(results: Results) -> list[Panel]:
-    lines = along(results, "x")[:1] + along(results, "s")
-    return [panel(results, ("A",), XX, line) for line in lines]
+    return [Curve(results, "combined", "xx", line).panel("A") for line in (BESIDE, ACROSS)]
 
 
 def _ss(results: Results) -> list[Panel]:
-    line = line_of(results, THROUGH)
-    return [panel(results, ("A", "B"), (body, "ss"), line).beyond(STEEP) for body in BODIES]
+    return [Curve(results, body, "ss", THROUGH).panel("A", "B").beyond(STEEP) for body in BODIES]
 
 
 def _xs(results: Results) -> list[Panel]:
-    line = line_of(results, ACROSS)
-    return [panel(results, ("A", "B", "Bhat"), (body, "xs"), line) for body in BODIES]
+    return [Curve(results, body, "xs", ACROSS).panel("A", "B", "Bhat") for body in BODIES]
 
 
 STATEMENTS = (
@@ -112,19 +100,13 @@ STATEMENTS = (
         2,
         "The combined C_xx is about A_xx, alike in both geometries.",
         (
-            Criterion(
-                "A",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there",
-                "<",
-                FOLLOWS,
-                per_geometry(lambda r: worst_xx_error(r, "combined")),
+            per_geometry(lambda r: worst_xx_error(r, "combined")).below(
+                FOLLOWS, "A", "largest |A_xx - C_xx| on a line, of max |C_xx| there"
             ),
-            Criterion(
+            Numbers(difference_in_xx).below(
+                FOLLOWS,
                 "alike",
                 "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries",
-                "<",
-                FOLLOWS,
-                difference_in_xx,
             ),
         ),
         side_by_side(_xx),
@@ -134,36 +116,18 @@ STATEMENTS = (
         "C_ss falls faster than B_ss along x for both bodies together and for the convex one, most on "
         "Geometry 2 and on its convex body; the concave body deviates the other way.",
         (
-            Criterion(
-                "faster",
-                "1 - C_ss / B_ss at x = reference length, s = 0",
-                ">",
-                0.0,
-                per_body(deficit, ("combined", CONVEX)),
+            per_body(deficit, ("combined", CONVEX)).above(
+                0.0, "faster", "1 - C_ss / B_ss at x = reference length, s = 0"
             ),
-            Criterion(
-                "other way", "the same, concave body", "<", 0.0, per_geometry(lambda r: deficit(r, CONCAVE))
+            per_geometry(lambda r: deficit(r, CONCAVE)).below(0.0, "other way", "the same, concave body"),
+            second_minus_first(lambda r: deficit(r, "combined")).above(
+                0.0, "geometry", "the same of both bodies: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "geometry",
-                "the same of both bodies: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(lambda r: deficit(r, "combined")),
+            second_minus_first(lambda r: deficit(r, CONVEX)).above(
+                0.0, "convex geometry", "the same of the convex body: Geometry 2 minus Geometry 1"
             ),
-            Criterion(
-                "convex geometry",
-                "the same of the convex body: Geometry 2 minus Geometry 1",
-                ">",
-                0.0,
-                second_minus_first(lambda r: deficit(r, CONVEX)),
-            ),
-            Criterion(
-                "convex",
-                "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body",
-                ">",
-                0.0,
-                convex_less_concave,
+            Numbers(convex_less_concave).above(
+                0.0, "convex", "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body"
             ),
         ),
         side_by_side(_ss),
@@ -173,28 +137,16 @@ STATEMENTS = (
         "In absolute numbers the convex body deviates more from A_xs than the concave one, and both most "
         "along s; of each body alone B_xs is better than B̂_xs; neither is fully satisfactory.",
         (
-            Criterion(
-                "convex",
-                "largest |C_xs - A_xs|: convex body over concave body",
-                ">",
-                1.0,
-                per_geometry(convex_over_concave),
+            per_geometry(convex_over_concave).above(
+                1.0, "convex", "largest |C_xs - A_xs|: convex body over concave body"
             ),
-            Criterion(
-                "along s",
-                "largest |C_xs - A_xs|: line along s over lines along x",
-                ">",
-                1.0,
-                per_body(across_over_along("xs")),
+            per_body(across_over_along("xs")).above(
+                1.0, "along s", "largest |C_xs - A_xs|: line along s over lines along x"
             ),
-            Criterion(
-                "better",
-                "error of B_xs over error of B̂_xs",
-                "<",
-                1.0,
-                per_body(error_ratio("B", "Bhat", "xs"), ALONE),
+            per_body(error_ratio("B", "Bhat", "xs"), ALONE).below(
+                1.0, "better", "error of B_xs over error of B̂_xs"
             ),
-            Criterion("left", "the smaller of both errors", ">", SATISFACTORY, per_body(smaller_error)),
+            per_body(smaller_error).above(SATISFACTORY, "left", "the smaller of both errors"),
         ),
         side_by_side(_xs),
         sizes_in_xs,

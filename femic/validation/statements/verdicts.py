@@ -1,11 +1,11 @@
 """Verdicts of statements: which criteria are met in which cases, and the verdict that follows."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
+from compare.report.panels import Panel
 from femic.scenes.messages import in_keys
 from femic.validation.statements.criteria import Criterion, Statement
-from femic.validation.statements.curves import Evidence
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import Runs
 from geometries.errors import Failure, WrongInput
@@ -16,10 +16,12 @@ NOT_DECIDED = "not decided"
 
 @dataclass(frozen=True)
 class Finding:
-    """A statement with its evidence, and the verdict that follows from it."""
+    """A statement with its numbers by criterion and case, panels and further numbers, and its verdict."""
 
     statement: Statement
-    evidence: Evidence
+    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    panels: Sequence[Panel] = ()
+    details: Mapping[str, float] = field(default_factory=dict)
     failed: str = ""  # why nothing could be measured
 
     @property
@@ -38,8 +40,8 @@ class Finding:
     @property
     def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
         """Each criterion with each of its cases and values; empty if nothing could be measured."""
-        for criterion in () if self.failed else self.statement.criteria:
-            for case, value in self.evidence.values[criterion.name].items():
+        for criterion in self.statement.criteria:
+            for case, value in self.values.get(criterion.name, {}).items():
                 yield criterion, case, value
 
     @property
@@ -54,9 +56,10 @@ def assess(number: int, runs: Runs) -> Finding:
     """Measure the numbers of a statement and decide it; it is not decided if C cannot be computed."""
     statement = STATEMENTS[number]
     try:
-        return Finding(statement, statement.evidence(runs))
+        values = {criterion.name: criterion.measure(runs) for criterion in statement.criteria}
+        return Finding(statement, values, statement.panels(runs), statement.details(runs))
     except Failure as error:
-        return Finding(statement, Evidence({}), in_keys(error))
+        return Finding(statement, failed=in_keys(error))
 
 
 def selection(only: Iterable[int] | None) -> tuple[int, ...]:

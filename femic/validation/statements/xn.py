@@ -1,17 +1,18 @@
 """Statements 6, 7 and 13: the longitudinal displacement under a normal load, and its approximations."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import product
 
 import numpy as np
 
-from compare.ics.compute import Results, ics_of, points_of, reference_of
+from compare.ics.compute import Results
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.validation.statements.criteria import (
     FOLLOWS,
     POOR,
-    Criterion,
+    Numbers,
     Statement,
     per_body,
     per_geometry,
@@ -19,29 +20,19 @@ from femic.validation.statements.criteria import (
     side_by_side,
 )
 from femic.validation.statements.curves import (
+    ACROSS,
     ALONE,
     BESIDE,
     BODIES,
-    CONCAVE,
-    CONVEX,
     THROUGH,
-    along,
-    curve,
-    deviation,
-    error,
-    line_of,
+    Curve,
     not_revolved,
-    panel,
     rms,
-    unit,
 )
-from femic.validation.statements.runs import Runs
-from geometries.arrays import Array
-from geometries.patches import OffsetLine
+from femic.validation.statements.runs import GEOMETRIES, Runs
 
 XN = ("combined", "xn")
 NEAR_LOAD = 0.3  # reference lengths: largest |x| that is near the load
-X, N = 0, 2
 
 
 # --- 6 --------------------------------------------------------------------------------------------------
@@ -51,8 +42,8 @@ def concave_over_convex(variant: str) -> Callable[[Results], float]:
     """Measure the rms of xn of a variant without curvature along x on s = 1.6 mm, concave over convex."""
 
     def ratio(results: Results) -> float:
-        concave, convex = (
-            rms(_xn_beside(results, not_revolved(results, variant, body))) for body in (CONCAVE, CONVEX)
+        convex, concave = (
+            rms(_beside(results, body).of(not_revolved(results, variant, body))) for body in ALONE
         )
         return concave / convex
 
@@ -61,29 +52,24 @@ def concave_over_convex(variant: str) -> Callable[[Results], float]:
 
 def convex_over_concave_c(results: Results) -> float:
     """Return the rms of C_xn on s = 1.6 mm: convex body over concave body."""
-    convex, concave = (rms(_xn_beside(results, ics_of(results, "C", body))) for body in ALONE)
+    convex, concave = (rms(_beside(results, body).variant("C")) for body in ALONE)
     return convex / concave
 
 
-def _xn_beside(results: Results, ics: Array) -> Array:
-    """Return xn of ICs (3, 3, n_points) [mm/N] on s = 1.6 mm, (n,), dimensionless."""
-    return np.asarray(unit(results) * ics[X, N, results.lines[BESIDE]])
+def _beside(results: Results, body: str) -> Curve:
+    return Curve(results, body, "xn", BESIDE)
 
 
 # --- 7 --------------------------------------------------------------------------------------------------
 
 
-def b_hat_prime_error(results: Results) -> float:
-    """Return the error of B-hat-prime_xn on the lines along x."""
-    return error(results, "Bhat_prime", *XN, along(results, "x"))
-
-
 def excess(results: Results) -> float:
     """Return the mean of (B-hat-prime - C) sgn C / max |C| of xn near the load on the lines along x."""
-    c, fit = (curve(results, variant, *XN, along(results, "x")) for variant in ("C", "Bhat_prime"))
-    x = np.abs(results.points.x[points_of(results, along(results, "x"))])
+    curve = Curve(results, *XN, "x")
+    c, fit = curve.variant("C"), curve.variant("Bhat_prime")
+    x = np.abs(np.concatenate([line.x for line in curve.lines]))
     near = (x > results.scene.patch.a) & (x <= NEAR_LOAD * results.scene.reference_length)
-    return float(np.mean(((fit - c) * np.sign(c))[near]) / np.max(np.abs(c)))
+    return float(np.mean(((fit - c) * np.sign(c))[near]) / curve.size("C"))
 
 
 def first_minus_second(runs: Runs) -> Mapping[str, float]:
@@ -102,36 +88,32 @@ def a_over(variant: str) -> Callable[[Results, str], float]:
     """
 
     def ratio(results: Results, body: str) -> float:
-        lines = [line for line in results.scene.lines if line.name != THROUGH]
-        return error(results, "A", body, "xn", lines) / _prismatic(variant, results, body, lines)
+        curves = [Curve(results, body, "xn", line) for line in (BESIDE, ACROSS)]
+        return max(curve.error("A") for curve in curves) / max(
+            prismatic_error(curve, variant) for curve in curves
+        )
 
     return ratio
 
 
 def xn_errors(runs: Runs) -> Mapping[str, float]:
     """Return the errors of A, and of B and B-hat without curvature along x and with it."""
-    numbers = {"A": partial(_revolved, "A")}
+    numbers = {"A": partial(Curve.error, variant="A")}
     for variant in ("B", "Bhat"):
         numbers |= {
-            f"{SYMBOLS[variant]}, not revolved": partial(_prismatic, variant),
-            SYMBOLS[variant]: partial(_revolved, variant),
+            f"{SYMBOLS[variant]}, not revolved": partial(prismatic_error, variant=variant),
+            SYMBOLS[variant]: partial(Curve.error, variant=variant),
         }
     return {
-        f"error of {name}: {case}": value
+        f"error of {name}: {geometry}, {body}": number(Curve(runs.geometry(geometry), body, "xn"))
         for name, number in numbers.items()
-        for case, value in per_body(number)(runs).items()
+        for geometry, body in product(GEOMETRIES, BODIES)
     }
 
 
-def _revolved(variant: str, results: Results, body: str) -> float:
-    """Return the error of xn of a variant."""
-    return error(results, variant, body, "xn")
-
-
-def _prismatic(variant: str, results: Results, body: str, lines: Iterable[OffsetLine] | None = None) -> float:
-    """Return the error of xn of a variant without curvature along x, on lines (default: all)."""
-    differences = not_revolved(results, variant, body) - reference_of(results, body).ic
-    return deviation(results, differences, body, "xn", lines)
+def prismatic_error(curve: Curve, variant: str) -> float:
+    """Return the error of a variant without curvature along x."""
+    return curve.error_of(not_revolved(curve.results, variant, curve.body))
 
 
 # --- panels ---------------------------------------------------------------------------------------------
@@ -139,22 +121,16 @@ def _prismatic(variant: str, results: Results, body: str, lines: Iterable[Offset
 
 def _source_panels(results: Results) -> list[Panel]:
     """Return panels of C, A and the approximations without curvature along x on s = 1.6 mm."""
-    line = line_of(results, BESIDE)
-    part = results.lines[BESIDE]
-    return [
-        panel(
-            results,
-            ("A",),
-            (body, "xn"),
-            line,
-            {SYMBOLS[v]: unit(results) * not_revolved(results, v, body)[X, N, part] for v in ("B", "Bhat")},
-        )
-        for body in BODIES
-    ]
+    panels = []
+    for body in BODIES:
+        curve = _beside(results, body)
+        more = {SYMBOLS[v]: curve.of(not_revolved(results, v, body)) for v in ("B", "Bhat")}
+        panels.append(curve.panel("A", more=more))
+    return panels
 
 
 def _fitted(results: Results) -> list[Panel]:
-    return [panel(results, ("Bhat", "Bhat_prime"), XN, line) for line in along(results, "x")]
+    return [Curve(results, *XN, line).panel("Bhat", "Bhat_prime") for line in (BESIDE, THROUGH)]
 
 
 STATEMENTS = (
@@ -163,33 +139,17 @@ STATEMENTS = (
         "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
         "convex one.",
         (
-            Criterion(
-                "poor",
-                "error of B_xn, both bodies together",
-                ">",
-                POOR,
-                per_geometry(partial(_prismatic, "B", body="combined")),
+            per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B")).above(
+                POOR, "poor", "error of B_xn, both bodies together"
             ),
-            Criterion(
-                "in B",
-                "rms of B_xn on s = 1.6 mm: concave body over convex body",
-                ">",
-                1.0,
-                per_geometry(concave_over_convex("B")),
+            per_geometry(concave_over_convex("B")).above(
+                1.0, "in B", "rms of B_xn on s = 1.6 mm: concave body over convex body"
             ),
-            Criterion(
-                "in B̂",
-                "rms of B̂_xn on s = 1.6 mm: concave body over convex body",
-                ">",
-                1.0,
-                per_geometry(concave_over_convex("Bhat")),
+            per_geometry(concave_over_convex("Bhat")).above(
+                1.0, "in B̂", "rms of B̂_xn on s = 1.6 mm: concave body over convex body"
             ),
-            Criterion(
-                "in C",
-                "rms of C_xn on s = 1.6 mm: convex body over concave body",
-                ">",
-                1.0,
-                per_geometry(convex_over_concave_c),
+            per_geometry(convex_over_concave_c).above(
+                1.0, "in C", "rms of C_xn on s = 1.6 mm: convex body over concave body"
             ),
         ),
         side_by_side(_source_panels),
@@ -198,21 +158,13 @@ STATEMENTS = (
         7,
         "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
         (
-            Criterion(
-                "close",
-                "error of B̂′_xn on the lines along x",
-                "<",
-                FOLLOWS,
-                per_geometry(b_hat_prime_error, fitted=True),
+            per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True).below(
+                FOLLOWS, "close", "error of B̂′_xn on the lines along x"
             ),
-            Criterion(
-                "too large",
-                "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths",
-                ">",
-                0.0,
-                per_geometry(excess, fitted=True),
+            per_geometry(excess, fitted=True).above(
+                0.0, "too large", "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths"
             ),
-            Criterion("geometry", "the same: Geometry 1 minus Geometry 2", ">", 0.0, first_minus_second),
+            Numbers(first_minus_second).above(0.0, "geometry", "the same: Geometry 1 minus Geometry 2"),
         ),
         side_by_side(_fitted, fitted=True),
     ),
@@ -220,8 +172,8 @@ STATEMENTS = (
         13,
         "Without a fit, A_xn is better than B_xn and B̂_xn (both without curvature along x).",
         (
-            Criterion("B", "error of A_xn over error of B_xn, off s = 0", "<", 1.0, per_body(a_over("B"))),
-            Criterion("B̂", "error of A_xn over error of B̂_xn, off s = 0", "<", 1.0, per_body(a_over("Bhat"))),
+            per_body(a_over("B")).below(1.0, "B", "error of A_xn over error of B_xn, off s = 0"),
+            per_body(a_over("Bhat")).below(1.0, "B̂", "error of A_xn over error of B̂_xn, off s = 0"),
         ),
         side_by_side(_source_panels),
         xn_errors,

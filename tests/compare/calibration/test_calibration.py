@@ -44,54 +44,53 @@ def calibrated(made):
     return calibrate(load_scene(str(path)), RunOptions(store=Store(out / "store")))
 
 
-def test_the_fit_is_kept_with_points_weights_covariance_and_residual(made, calibrated):
+def test_file_contains_fit_points_weights_covariance_and_residuals(made, calibrated):
     _, out = made
-    with xr.open_dataset(out / "calibration.nc", engine="h5netcdf") as kept:
-        assert kept.sizes == {"body": 1, "parameter": 4, "parameter_": 4, "component": 1, "point": 80}
-        assert list(kept.parameter.values) == [f"mismatch_k.{p}" for p in ("far", "r_inf", "m", "n")]
-        assert set(kept.s.values) == {0.0, 1.6}
-        np.testing.assert_allclose([kept.x.min(), kept.x.max()], [0.6 + 11.4 / 40, 12.0])
-        np.testing.assert_array_equal(kept.weight, 1.0)
-        off = abs(kept.fitted - kept.c).sel(body="combined", component="xn") / abs(kept.c).max()
-        np.testing.assert_allclose(kept.worst.item(), off.max(), rtol=1e-9)
-        np.testing.assert_allclose(kept.rms.item(), np.sqrt((off**2).mean()), rtol=1e-9)
-        fitted = ~np.isnan(np.diag(kept.covariance[0]))
-        told = [parameter.deviation for parameter in calibrated.fits["combined"].parameters]
-        np.testing.assert_array_equal(fitted, [deviation is not None for deviation in told])
-        variances = np.diag(kept.covariance[0])[fitted]
-        np.testing.assert_allclose(np.sqrt(variances), [d for d in told if d is not None])
+    with xr.open_dataset(out / "calibration.nc", engine="h5netcdf") as dataset:
+        assert dataset.sizes == {"body": 1, "parameter": 4, "parameter_": 4, "component": 1, "point": 80}
+        assert list(dataset.parameter.values) == [f"mismatch_k.{p}" for p in ("far", "r_inf", "m", "n")]
+        assert set(dataset.s.values) == {0.0, 1.6}
+        np.testing.assert_allclose([dataset.x.min(), dataset.x.max()], [0.6 + 11.4 / 40, 12.0])
+        np.testing.assert_array_equal(dataset.weight, 1.0)
+        off = abs(dataset.fitted - dataset.c).sel(body="combined", component="xn") / abs(dataset.c).max()
+        np.testing.assert_allclose(dataset.worst.item(), off.max(), rtol=1e-9)
+        np.testing.assert_allclose(dataset.rms.item(), np.sqrt((off**2).mean()), rtol=1e-9)
+        fitted = ~np.isnan(np.diag(dataset.covariance[0]))
+        deviations = [parameter.deviation for parameter in calibrated.fits["combined"].parameters]
+        np.testing.assert_array_equal(fitted, [deviation is not None for deviation in deviations])
+        variances = np.diag(dataset.covariance[0])[fitted]
+        np.testing.assert_allclose(np.sqrt(variances), [d for d in deviations if d is not None])
 
 
-def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
+def test_fitted_c_equals_c_of_scene(calibrated, made):
     path, out = made
     target = calibrated.targets["combined"]
+    assert np.sum(target.s == 1.6) == 40
+    require_c_of_scene(target, path, ["nn", "xn"], RunOptions(store=Store(out / "store")))
+
+
+def require_c_of_scene(target, path, components, options):
+    """The C_xn of a fit on the line s = 1.6 mm is the C_xn of the scene there."""
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
-    scene = load_scene(str(path), {"lines": line, "components": ["nn", "xn"], "engine": {"check": False}})
-    results = compute(scene, RunOptions(store=Store(out / "store")))
+    scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
+    results = compute(scene, options)
     c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
-    assert np.sum(on_line) == 40
     between = np.interp(target.x[on_line], results.points.x, c)
     np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn", "xx"]])
-def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path, components):
+def test_fitted_c_of_wheel_equals_c_of_scene_with_any_components(tmp_path, components):
     text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
     path = tmp_path / "wheel.toml"
     path.write_text(text, encoding="utf-8")
     target = calibrate(load_scene(str(path)), RunOptions(1)).targets["combined"]
-    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
-    scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
-    results = compute(scene, RunOptions(1))
-    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
-    on_line = target.s == 1.6
-    between = np.interp(target.x[on_line], results.points.x, c)
-    np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
+    require_c_of_scene(target, path, components, RunOptions(1))
 
 
-def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, calibrated):
+def test_written_scene_reproduces_fitted_b_hat_prime(made, calibrated):
     _, out = made
     scene = load_scene(str(out / "mine_calibrated.toml"))
     assert scene.variants[-1] == "Bhat_prime"
@@ -104,7 +103,7 @@ def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, cali
     np.testing.assert_array_equal(mix, got)
 
 
-def test_the_report_shows_the_fit_and_is_self_contained(made):
+def test_report_shows_fit_and_is_self_contained(made):
     _, out = made
     html = (out / "calibration.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == len(list((out / "figures").glob("*.png"))) == 6
@@ -113,7 +112,7 @@ def test_the_report_shows_the_fit_and_is_self_contained(made):
     assert "[effective.combined]" in html
 
 
-def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
+def test_fit_is_closer_to_c_than_no_fit_and_neighbouring_parameters(calibrated):
     """Least squares: no transition, and each neighbour, is worse."""
     target, best = calibrated.targets["combined"], calibrated.fits["combined"].effective
 
@@ -128,16 +127,15 @@ def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
         assert cost(best) < cost(EffectiveProperties(mismatch_k=other))
 
 
-def test_a_second_time_nothing_is_solved(made, monkeypatch, calibrated):
+def test_second_calibration_solves_nothing(made, monkeypatch, calibrated):
     path, out = made
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     other = load_scene(str(path), {"calibration": {"weights": "logarithmic"}})
-    found = calibrate(other, RunOptions(store=Store(out / "store")))
-    weights = found.targets["combined"].weights
-    target = found.targets["combined"]
-    np.testing.assert_allclose(weights**2 * target.r, np.min(target.r))
+    weighted = calibrate(other, RunOptions(store=Store(out / "store")))
+    target = weighted.targets["combined"]
+    np.testing.assert_allclose(target.weights**2 * target.r, np.min(target.r))
     assert len(target.x) == 80
-    assert found.fits["combined"].effective != calibrated.fits["combined"].effective
+    assert weighted.fits["combined"].effective != calibrated.fits["combined"].effective
 
 
 def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
@@ -152,7 +150,7 @@ def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
     assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
 
 
-def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
+def test_translation_is_least_squares_solution(calibrated):
     scene, results = calibrated.scene, calibrated.results
     points = np.concatenate(
         [np.arange(len(results.points.x))[results.lines[line.name]] for line in scene.lines]
@@ -166,14 +164,14 @@ def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
 
 
-def test_c_lies_behind_the_fit_that_may_hide_it(calibrated):
+def test_c_is_drawn_behind_all_other_curves(calibrated):
     figure = overlaid([calibrated], "xn")
     for axes in figure.axes:
         assert [line.get_label() for line in axes.get_lines()] == ["C", "A", "B", "B̂", "B̂′"]
     assert figure.legends[1].get_texts()[0].get_text() == "C"
 
 
-def test_the_curves_drawn_go_the_right_way(calibrated):
+def test_refitted_translation_and_removed_curvature_have_right_sign(calibrated):
     """The refitted translation brings C_sn closer to B-hat-prime; without wheels there is no curvature."""
     part = calibrated.results.lines["x = 1.6 mm"]
     c, refitted, b_hat_prime = (curve(calibrated, n, "sn", part) for n in ("C", REFITTED, "Bhat_prime"))
@@ -190,11 +188,11 @@ def test_the_curves_drawn_go_the_right_way(calibrated):
     assert got == pytest.approx(along[0, 2, at_crown] / wheel.patch.area, rel=1e-9)
 
 
-FOUND = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
+PROPERTIES = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
 UPPER_ARC = 'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }'
 
 
-def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
+def test_contour_file_is_found_from_folder_of_calibrated_scene(tmp_path):
     """Also through a link to a folder elsewhere."""
     y = np.linspace(-12, 12, 49)
     np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 25]))
@@ -207,11 +205,11 @@ def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
     (tmp_path / "deep" / "er" / "out").mkdir(parents=True)
     (tmp_path / "out").symlink_to(tmp_path / "deep" / "er" / "out")
     for out in (tmp_path / "deep", tmp_path / "out"):
-        (out / "again.toml").write_text(with_properties(scene, FOUND, out), encoding="utf-8")
+        (out / "again.toml").write_text(with_properties(scene, PROPERTIES, out), encoding="utf-8")
         again = load_scene(str(out / "again.toml"))
-        first, second = (one.bodies["lower"].contour.position(y) for one in (scene, again))
+        first, second = (each.bodies["lower"].contour.position(y) for each in (scene, again))
         np.testing.assert_array_equal(first, second)
-        assert again.effective == FOUND
+        assert again.effective == PROPERTIES
 
 
 @pytest.mark.parametrize(
@@ -222,30 +220,30 @@ def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
         "effective = { lower = { G = { far = 7e4, r_inf = 5.0, m = 1.0, n = 1.0 } } }\n",
     ],
 )
-def test_a_scene_with_a_fit_is_the_scene_in_all_else(given, tmp_path):
+def test_calibrated_scene_differs_only_in_variants_and_properties(given, tmp_path):
     """However its effective properties were written."""
     path = tmp_path / "mine.toml"
     path.write_text(given + scene_text(engine=HARMONIC), encoding="utf-8")
     scene = load_scene(str(path))
-    after = tomllib.loads(with_properties(scene, FOUND, tmp_path))
+    after = tomllib.loads(with_properties(scene, PROPERTIES, tmp_path))
     before = tomllib.loads(scene.text)
     assert after.pop("variants") == [*scene.variants, "Bhat_prime"]
     effective = after.pop("effective")
     assert effective.pop("combined") == {"mismatch_k": {"far": 0.1, "r_inf": 12.0, "m": 1.0, "n": 2.0}}
-    kept = before.pop("effective", {})
-    assert effective == {name: table for name, table in kept.items() if name != "combined"}
+    previous = before.pop("effective", {})
+    assert effective == {name: table for name, table in previous.items() if name != "combined"}
     before.pop("variants", None)
     assert after == before
 
 
-def test_properties_of_each_body_replace_those_of_both(tmp_path):
+def test_properties_of_each_body_replace_combined_properties(tmp_path):
     """Those of both would outweigh them."""
     path = tmp_path / "mine.toml"
-    text = with_properties(scene_from_table(TABLE, "mine"), FOUND, tmp_path)
+    text = with_properties(scene_from_table(TABLE, "mine"), PROPERTIES, tmp_path)
     path.write_text(text, encoding="utf-8")
     scene = load_scene(str(path))
     assert scene.pair.effective
-    each = dict.fromkeys(("lower", "upper"), FOUND["combined"])
+    each = dict.fromkeys(("lower", "upper"), PROPERTIES["combined"])
     path.write_text(with_properties(scene, each, tmp_path), encoding="utf-8")
     again = load_scene(str(path)).pair
     assert again.effective is None
@@ -253,7 +251,7 @@ def test_properties_of_each_body_replace_those_of_both(tmp_path):
 
 
 @pytest.mark.slow
-def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_path):
+def test_report_of_few_variants_and_properties_of_each_body_is_written(made, tmp_path):
     """Figures need A, B, B-hat whatever the scene lists; two scenes may have different properties."""
     path, out = made
     table = "bodies = ['lower', 'upper']\nproperties = ['G', 'nu']\ncomponents = ['xn', 'nn']\n"
@@ -262,9 +260,9 @@ def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_pa
     other.write_text('variants = ["Bhat"]\n' + text, encoding="utf-8")
     store = ["--store", str(out / "store"), "--out", str(tmp_path / "o")]
     assert exit_code(["calibrate", str(path), str(other), *store]) == DONE
-    with xr.open_dataset(tmp_path / "o" / "other" / "calibration.nc", engine="h5netcdf") as kept:
-        assert list(kept.body.values) == ["lower", "upper"]
-        assert kept.sizes["parameter"] == 8
+    with xr.open_dataset(tmp_path / "o" / "other" / "calibration.nc", engine="h5netcdf") as dataset:
+        assert list(dataset.body.values) == ["lower", "upper"]
+        assert dataset.sizes["parameter"] == 8
     scene = load_scene(str(tmp_path / "o" / "other" / "other_calibrated.toml"))
     assert scene.variants == ("Bhat", "Bhat_prime")
     assert set(scene.effective) == {"lower", "upper"}
@@ -274,22 +272,22 @@ def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_pa
 TABLE = tomllib.loads(scene_text(engine=HARMONIC))
 
 
-def test_a_calibrated_scene_keeps_the_comments_of_its_author(tmp_path):
+def test_calibrated_scene_keeps_comments(tmp_path):
     text = "# tried on the twin-disc rig\n" + scene_text(engine=HARMONIC).replace(
         "[lower]", "[lower]  # the rail"
     )
     path = tmp_path / "mine.toml"
     path.write_text(text, encoding="utf-8")
-    after = with_properties(load_scene(str(path)), FOUND, tmp_path)
+    after = with_properties(load_scene(str(path)), PROPERTIES, tmp_path)
     assert after.startswith("# tried on the twin-disc rig\n")
     assert "[lower]  # the rail" in after
 
 
-def test_curvature_apart_finds_k_of_the_prismatic_bodies():
+def test_curvature_apart_recovers_k_of_prismatic_bodies():
     """ICs that are B-hat-prime of prismatic bodies and what the wheel's curvature adds to B-hat."""
     wheel = TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}
     true = Transition(-0.1, 9.0, 1.2, 3.0)
-    found = {}
+    transitions = {}
     for curvature in ("contained", "apart"):
         calibration = TABLE["calibration"] | {"curvature": curvature}
         scene = scene_from_table(wheel | {"calibration": calibration}, "wheel")
@@ -299,17 +297,14 @@ def test_curvature_apart_finds_k_of_the_prismatic_bodies():
         with_k = replace(prismatic, effective=EffectiveProperties(mismatch_k=true))
         ics = with_k.approximate("Bhat_prime", scene.patch, points)[0, 2]
         for body in ("upper", "lower"):
-            one, flat = getattr(scene.pair, body), getattr(prismatic, body)
-            ics = (
-                ics
-                + (
-                    one.approximate("Bhat", scene.patch, points)
-                    - flat.approximate("Bhat", scene.patch, points)
-                )[0, 2]
+            curved, straight = (
+                getattr(pair, body).approximate("Bhat", scene.patch, points)[0, 2]
+                for pair in (scene.pair, prismatic)
             )
-        found[curvature] = fit(replace(empty, ics=ics[None])).effective.mismatch_k
-    np.testing.assert_allclose(found["apart"].at(points[0], 0.0), true.at(points[0], 0.0), rtol=1e-6)
-    assert abs(found["contained"].far - true.far) > 0.02
+            ics = ics + curved - straight
+        transitions[curvature] = fit(replace(empty, ics=ics[None])).effective.mismatch_k
+    np.testing.assert_allclose(transitions["apart"].at(points[0], 0.0), true.at(points[0], 0.0), rtol=1e-6)
+    assert abs(transitions["contained"].far - true.far) > 0.02
 
 
 @pytest.mark.parametrize(
@@ -330,7 +325,7 @@ def test_curvature_apart_finds_k_of_the_prismatic_bodies():
         ("x_min = -1.0", "calibration.x_min = -1"),
     ],
 )
-def test_bad_calibrations_are_refused_before_any_work(table, message, tmp_path, capsys, monkeypatch):
+def test_invalid_calibrations_are_refused_before_computation(table, message, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     path = tmp_path / "mine.toml"
     engine = HARMONIC.replace(CALIBRATION, f"\n[calibration]\n{table}\n")
@@ -346,13 +341,13 @@ def test_bodies_that_are_not_compared_cannot_be_calibrated(tmp_path, capsys):
     assert "calibration.bodies: combined not in bodies = lower" in capsys.readouterr().err
 
 
-def test_equal_planes_have_nothing_to_fit_which_is_known_before(tmp_path, capsys, monkeypatch):
+def test_calibration_of_equal_planes_is_refused_before_computation(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     assert exit_code(["calibrate", "flat", "--out", str(tmp_path)]) == WRONG_INPUT
     assert "calibration: xn: all of its ICs are 0" in capsys.readouterr().err
 
 
-def test_scenes_of_one_name_are_refused(tmp_path, capsys):
+def test_two_scenes_with_same_name_are_refused(tmp_path, capsys):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "same.toml").write_text(scene_text(engine=HARMONIC), encoding="utf-8")
@@ -361,13 +356,13 @@ def test_scenes_of_one_name_are_refused(tmp_path, capsys):
     assert "two have the same name" in capsys.readouterr().err
 
 
-def test_a_table_of_properties_without_one_is_refused(tmp_path):
+def test_table_without_effective_properties_is_refused(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(scene_text() + '\n[effective.combined]\ncurvature = "apart"\n', encoding="utf-8")
     with pytest.raises(WrongInput, match=r"effective\.combined: names no property"):
         load_scene(str(path))
 
 
-def test_no_scene_is_not_a_calibration(capsys):
+def test_calibration_without_scene_is_refused(capsys):
     assert exit_code(["calibrate"]) == WRONG_INPUT
     assert "give 1 to 5" in capsys.readouterr().err

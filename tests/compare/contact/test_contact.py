@@ -33,7 +33,7 @@ def scene(upper_radius=WHEEL, inclination=FLANKS, **contact):
 CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
 
 
-def test_loads_that_hardly_differ_are_cases_of_their_own(tmp_path):
+def test_loads_that_hardly_differ_are_separate_cases(tmp_path):
     """One that is given twice is refused: cases are known by their names."""
     results = compute_contact(scene(10.2, loads=[1e4, 2000.0001, 2e3], elements=8, ics=["A"]))
     assert list(to_dataset(results).case.values) == ["10000 N", "2000.0001 N", "2000 N"]
@@ -43,7 +43,7 @@ def test_loads_that_hardly_differ_are_cases_of_their_own(tmp_path):
             scene(**{key: same})
 
 
-def test_scenes_without_loads_and_with_ics_that_cannot_be_made_are_refused():
+def test_scenes_without_loads_or_with_unavailable_ics_are_refused():
     with pytest.raises(BadScene, match=r"\[contact\]: give loads = .* in N, or approaches = .* in mm"):
         compute_contact(scene())
     with pytest.raises(BadScene, match=r"contact\.ics: Bhat_prime needs effective properties of both bodies"):
@@ -59,9 +59,6 @@ def with_gap(folder, points, **contact):
     return scene(extra_gap=str(file), **contact)
 
 
-CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
-
-
 @pytest.mark.parametrize(
     ("points", "says"),
     [
@@ -75,7 +72,7 @@ def test_files_of_an_extra_gap_are_checked(points, says, tmp_path):
         with_gap(tmp_path, points, loads=[SMALL])
 
 
-def test_gaps_that_raise_a_surface_far_are_refused(tmp_path):
+def test_gaps_that_raise_a_surface_too_far_are_refused(tmp_path):
     """Far beside reference_length, here 10 mm: the surface would have another shape."""
     with_gap(tmp_path, [(*at, -1.0) for at in CORNERS], loads=[SMALL])
     with pytest.raises(
@@ -90,7 +87,7 @@ def sideways(upper_radius=10.3, **contact):
     return to_dataset(results).sel(ics="Bhat").isel(case=0)
 
 
-def test_a_lateral_force_that_the_contours_cannot_bear_is_refused():
+def test_lateral_force_beyond_the_steepest_flank_is_refused():
     """Nearly all of what the steepest flank would bear if it alone touched; and more, before any work."""
     steepest = 2e4 * np.tan(np.radians(FLANKS))
     with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):

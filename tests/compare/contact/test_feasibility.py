@@ -100,14 +100,14 @@ LIMITS = {  # what is allowed, what is not, and what is said
 
 
 @pytest.mark.parametrize("name", LIMITS)
-def test_what_has_no_solution_is_refused_from_its_limit_on(name):
+def test_contact_without_solution_is_refused_beyond_its_limit(name):
     allowed, refused, says = LIMITS[name]
     require_solvable(scene(**allowed))
     with pytest.raises(BadScene, match=rf"pair: 1 error\(s\)\n  {says}"):
         require_solvable(scene(**refused))
 
 
-def test_a_gap_that_ends_a_contact_along_x_makes_one_of_two_cylinders(tmp_path):
+def test_parallel_cylinders_are_allowed_with_a_gap_that_varies_along_x(tmp_path):
     """It is refused where the gap is the same at all x."""
     x, s = (values.ravel() for values in np.meshgrid(np.linspace(-9, 9, 19), [-9.0, 9.0]))
     gap = tmp_path / "gap.txt"
@@ -135,9 +135,9 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
         return list(impossible(scene(loads=[load], friction=[0.3, friction], **of).contact_problem))
 
     assert misfits(0.98 * limit) == []
-    (told,) = misfits(1.02 * limit)
-    assert told.startswith(f"contact.friction.1 = {1.02 * limit:g}: tractions are compared at F_x = ")
-    assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in told
+    (message,) = misfits(1.02 * limit)
+    assert message.startswith(f"contact.friction.1 = {1.02 * limit:g}: tractions are compared at F_x = ")
+    assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in message
 
 
 def test_enormous_friction_is_refused_before_any_work():

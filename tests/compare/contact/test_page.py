@@ -39,7 +39,7 @@ def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
     assert (tmp_path / "contact.html").stat().st_size > 1e5
 
 
-def test_the_summary_says_how_far_a_is_off_and_from_which_angle_on(results):
+def test_summary_states_the_error_of_a_and_its_onset(results):
     dataset = to_dataset(results["tall"])
     off = dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat") - 1
     assert f"A: p_max {float(off.max()):+.1%}" in summary(dataset)
@@ -48,12 +48,18 @@ def test_the_summary_says_how_far_a_is_off_and_from_which_angle_on(results):
     assert f"p_max is off by more than 5% already at {first:.0f} degrees, the least" in summary(dataset)
 
 
-def test_where_a_fails_lies_between_the_last_case_within_and_the_first_one_beyond(results):
+def test_onset_lies_between_the_last_case_within_and_the_first_case_beyond(results):
     dataset = to_dataset(results["tall"])
     within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
     low, high = sorted(dataset.angle.sel(ics="Bhat").values)
     text = summary(within)
     assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in text
+
+
+def test_the_lateral_force_of_one_ics_alone_is_in_the_summary(results):
+    dataset = to_dataset(results["tall"]).sel(ics=["Bhat"])
+    aside = dataset.assign(F_y=(("case", "ics"), [[0.0], [31e3]]))
+    assert "lateral force on the upper body is +0.100 of the load with B̂ at 310000 N. " in summary(aside)
 
 
 def shapes(results):
@@ -66,7 +72,7 @@ def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
     np.testing.assert_allclose(mapped(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
 
 
-def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
+def test_maps_show_displacements_with_a_minus_displacements_with_bhat(results, tmp_path):
     """Of every pair of scenes; A turns no load away from the normals, so it moves them further."""
     maps = list(sensitivities(shapes(results)))
     assert [(one.pressures, one.patch) for one in maps] == [
@@ -81,7 +87,7 @@ def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
     assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
 
 
-def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
+def test_summary_names_the_worst_pressures_on_each_patch(results):
     """Those of `wide`, which are spread, on both, as [BVSV] says."""
     largest = {
         (one.pressures, one.patch): np.max(np.abs(one.inside)) for one in sensitivities(shapes(results))

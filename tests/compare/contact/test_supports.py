@@ -30,8 +30,8 @@ SUPPORTS = "femic.contact.pairs.supports"
 def test_flatter_flanks_begin_where_the_core_inclines_by_as_much_less(contour):
     flatter = with_flatter_flanks(contour)
     ends = np.abs([contour.inclination(np.array(s)) for s in contour.limits])
-    found = np.abs([flatter.inclination(np.array(s)) for s in flatter.limits])
-    np.testing.assert_allclose(found, ends - FIVE, atol=2e-3)
+    inclinations = np.abs([flatter.inclination(np.array(s)) for s in flatter.limits])
+    np.testing.assert_allclose(inclinations, ends - FIVE, atol=2e-3)
     inner = np.linspace(*flatter.limits, 7)
     np.testing.assert_array_equal(flatter.position(inner), contour.position(inner))
 
@@ -61,9 +61,9 @@ def in_place_of_c(monkeypatch):
 def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
     for shift, names in ((0.0, [NEARER]), (0.05, [NEARER, FLATTER])):
         results = compute_contact(scene(10.3, loads=[1e3, 5e3], elements=8, ics=["C"], shift=shift))
-        found = changed_supports(results.solved)
-        assert list(found) == names
-        dataset = with_supports(to_dataset(results), found)
+        changes = changed_supports(results.solved)
+        assert list(changes) == names
+        dataset = with_supports(to_dataset(results), changes)
         assert list(dataset.supports.values) == names
         assert {f"supported_{name}" for name in OF_FRICTIONLESS} <= {*dataset.data_vars}
         largest = dataset.isel(case=int(dataset.attrs["supported_case"])).sel(ics="C")
@@ -72,14 +72,14 @@ def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
 
 
 @pytest.mark.usefixtures("in_place_of_c")
-def test_supports_are_left_out_where_the_scene_says_so_or_has_no_c():
+def test_other_supports_are_left_out_without_c_or_if_the_scene_excludes_them():
     for keys in ({"ics": ["Bhat"]}, {"ics": ["C"], "supports": False}):
         results = compute_contact(scene(10.3, loads=[1e3], elements=8, **keys))
         assert changed_supports(results.solved) == {}
         assert "supports" not in with_supports(to_dataset(results), {}).coords
 
 
-def test_flanks_that_are_tangents_of_points_stay():
+def test_contours_through_points_have_no_flatter_flanks():
     y = np.linspace(-6, 6, 13)
     contour = through_points(y, -0.03 * y**2, 0.0)
     assert np.all(np.isfinite(contour.extent))

@@ -63,27 +63,27 @@ def by_hand_each():
     return "\n".join(lines) + "\n"
 
 
-def test_one_matrix_by_hand(tmp_path):
+def test_handmade_file_with_one_matrix_is_read(tmp_path):
     (tmp_path / "hand.txt").write_text(BY_HAND_ONE)
-    found = read(tmp_path / "hand.txt")
-    assert (found.values.shape, found.n_x, found.n_s) == ((1, 5, 2, 3, 3), 2, 3)
-    assert (found.dx, found.ds, found.convex, found.one_for_all) == (0.4, 0.6, 2, True)
+    file = read(tmp_path / "hand.txt")
+    assert (file.values.shape, file.n_x, file.n_s) == ((1, 5, 2, 3, 3), 2, 3)
+    assert (file.dx, file.ds, file.convex, file.one_for_all) == (0.4, 0.6, 2, True)
     x, s, n = range(3)
-    at = found.values[0, 3, 1]  # one strip further, one element on: 64 ... 72
+    at = file.values[0, 3, 1]  # one strip further, one element on: 64 ... 72
     assert [at[n, n], at[n, x], at[n, s], at[x, n], at[x, x]] == [64, 65, 66, 67, 68]
     assert [at[x, s], at[s, n], at[s, x], at[s, s]] == [69, 70, 71, 72]
 
 
-def test_a_matrix_for_each_strip_by_hand(tmp_path):
+def test_handmade_file_with_matrix_per_strip_is_read(tmp_path):
     (tmp_path / "hand.txt").write_text(by_hand_each())
-    found = read(tmp_path / "hand.txt")
-    assert (found.values.shape, found.convex) == ((3, 5, 2, 3, 3), 1)
-    assert found.values[1, 0, 0, 2, 2] == 91
-    assert found.values[2, 4, 1, 1, 1] == 270
+    file = read(tmp_path / "hand.txt")
+    assert (file.values.shape, file.convex) == ((3, 5, 2, 3, 3), 1)
+    assert file.values[1, 0, 0, 2, 2] == 91
+    assert file.values[2, 4, 1, 1, 1] == 270
 
 
 @pytest.mark.parametrize("text", [BY_HAND_ONE, by_hand_each()])
-def test_what_is_read_is_written_exactly(text, tmp_path):
+def test_file_that_was_read_is_written_unchanged(text, tmp_path):
     (tmp_path / "hand.txt").write_text(text)
     write(read(tmp_path / "hand.txt"), tmp_path / "again.txt")
 
@@ -95,7 +95,7 @@ def test_what_is_read_is_written_exactly(text, tmp_path):
     assert content("hand.txt") == content("again.txt")
 
 
-def test_every_digit_is_kept(tmp_path):
+def test_written_values_are_read_back_exactly(tmp_path):
     decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
     values = np.random.default_rng(1).normal(size=(3, 5, 2, 3, 3)) * decades
     write(ContactFile(values, 0.1 + 0.2, 1 / 3, 2), tmp_path / "all.txt")
@@ -120,23 +120,23 @@ UNLIKE = {
 }
 
 
-def test_a_of_a_plane_is_the_closed_form_in_every_entry(tmp_path, capsys):
+def test_exported_a_of_plane_equals_closed_form_in_every_entry(tmp_path, capsys):
     """One matrix for all strips: one lag and one strip more than the grid."""
     scene = scene_from_table(UNLIKE, "plane")
     out = tmp_path / "out"
     (tmp_path / "plane.toml").write_text(scene.text)
     assert exit_code(["export", str(tmp_path / "plane.toml"), "--ics", "A", "--out", str(out)]) == 0
     assert "MX = 5 or less, MY = 4 or less," in capsys.readouterr().out
-    found = read(out / "contact_A.txt")
-    assert (found.values.shape, found.convex, found.dx, found.ds) == ((1, 9, 6, 3, 3), 2, 0.4, 0.6)
+    file = read(out / "contact_A.txt")
+    assert (file.values.shape, file.convex, file.dx, file.ds) == ((1, 9, 6, 3, 3), 2, 0.4, 0.6)
     constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
     assert abs(constants.mismatch_k) > 0.01
     x, s = 0.4 * np.arange(-5, 6)[None, :], 0.6 * np.arange(-4, 5)[:, None]
     closed = np.moveaxis(HalfSpace(constants).ics(scene.patch, x, s), (0, 1), (2, 3)) * constants.G
-    np.testing.assert_allclose(as_contact_reads(found)[0], closed, rtol=2e-14, atol=1e-18)
+    np.testing.assert_allclose(as_contact_reads(file)[0], closed, rtol=2e-14, atol=1e-18)
     # the two signs that are easily lost: upper softer, K > 0; a push moves the surface towards the load
-    assert found.values[0, 4, 1, 0, 2] < 0 < found.values[0, 4, 1, 2, 0]
-    assert found.values[0, 5, 0, 1, 2] < 0 < found.values[0, 5, 0, 2, 1]
+    assert file.values[0, 4, 1, 0, 2] < 0 < file.values[0, 4, 1, 2, 0]
+    assert file.values[0, 5, 0, 1, 2] < 0 < file.values[0, 5, 0, 2, 1]
 
 
 CURVED = UNLIKE | {
@@ -146,7 +146,7 @@ CURVED = UNLIKE | {
 }
 
 
-def test_a_curved_contour_has_its_observers_at_their_offsets():
+def test_file_of_curved_contour_has_observers_at_their_offsets():
     scene = scene_from_table(CURVED, "curved")
     file = approximated(scene, "B")
     assert (file.n_x, file.n_s, len(file.values)) == (5, 4, 4)  # no strip and no lag more
@@ -163,20 +163,20 @@ ARC = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 30}
 ON_ARC = CURVED | {name: CURVED[name] | {"contour": ARC} for name in ("lower", "upper")}
 
 
-def test_bhat_on_one_arc_needs_one_matrix_and_beyond_the_joint_more():
+def test_bhat_has_one_matrix_on_arc_and_one_per_strip_beyond_joint():
     scene = scene_from_table(ON_ARC, "arc")
-    one = approximated(scene, "Bhat")
-    assert (len(one.values), one.n_x, one.n_s) == (1, 6, 5)
+    single = approximated(scene, "Bhat")
+    assert (len(single.values), single.n_x, single.n_s) == (1, 6, 5)
     each = to_contact(scene, matrix("Bhat", scene.pair, scene.grid))
     assert len(each.values) == 4
-    np.testing.assert_allclose(one.values[0, 1:5, :5], each.values[3, :4], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(one.values[0, 4:8, :5], each.values[0, 3:], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(single.values[0, 1:5, :5], each.values[3, :4], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(single.values[0, 4:8, :5], each.values[0, 3:], rtol=1e-9, atol=1e-12)
     beyond = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": 4.5}}, "beyond")
     assert len(approximated(beyond, "Bhat").values) == 4
 
 
 @pytest.mark.parametrize("s", [0.3, 10.0 * np.radians(30) - 1.2])  # in the last the arc ends with the grid
-def test_what_such_a_file_has_more_is_what_a_larger_grid_has(s):
+def test_additional_strip_and_lag_equal_values_on_larger_grid(s):
     """Where the grid fills the arc to its end, strips beyond it would lie on the flank."""
     scene = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": float(s)}}, "arc")
     larger = scene_from_table(ON_ARC | {"grid": {"n_x": 6, "n_s": 5, "s": 0.0}}, "larger")
@@ -196,7 +196,7 @@ def preconditioner(values, n_x, n_s, i, j):
     return np.fft.fft2(ring).real
 
 
-def test_with_one_strip_more_what_contact_inverts_is_definite():
+def test_preconditioner_is_definite_with_additional_strip():
     """Steel planes, 51 x 39 elements: with zeros at offset -MY twelve eigenvalues of ss are negative."""
     steel = {"E": 210e3, "nu": 0.28, "contour": PLANE}
     table = {"patch": {"a": 0.2, "b": 0.2}, "grid": {"n_x": 51, "n_s": 39}, "upper": steel, "lower": steel}
@@ -206,56 +206,56 @@ def test_with_one_strip_more_what_contact_inverts_is_definite():
     assert np.sum(preconditioner(values[:, 1:-1], 51, 39, 1, 1) < 0) == 12
 
 
-def test_a_single_strip_has_no_neighbour():
+def test_file_of_single_strip_has_no_additional_strip():
     """CONTACT's solution in 2D wants zeros beside it."""
     scene = scene_from_table(ON_ARC | {"grid": {"n_x": 5, "n_s": 1}}, "strip")
     assert approximated(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
 
 
-def test_signs_of_negative_lags_are_those_of_the_grid_operator():
+def test_signs_at_negative_lags_agree_with_grid_operator():
     np.testing.assert_array_equal(PARITY, [[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])
 
 
-def test_a_wheel_keeps_the_signs_that_the_reader_assumes():
+def test_ics_of_wheel_have_parity_that_reader_assumes():
     scene = load_scene("geometry2", {"grid": {"n_x": 4, "n_s": 3}})
     patch, strips = scene.grid.patch(0), scene.grid.strips
     forward, backward = (scene.pair.approximate("Bhat", patch, (lag, strips)) for lag in (0.9, -0.9))
     np.testing.assert_allclose(backward, PARITY[..., None] * forward, rtol=1e-12, atol=1e-20)
 
 
-def test_which_body_is_convex():
+def test_convex_body_is_identified():
     groove = CURVED | {"lower": CURVED["lower"] | {"contour": {"kind": "points", "points": VALLEY}}}
     groove["upper"] = CURVED["upper"] | {"contour": {"kind": "points", "points": VALLEY}}
     assert to_contact(scene_from_table(groove, "groove"), np.ones((5, 4, 4, 3, 3))).convex == 1
     assert to_contact(scene_from_table(CURVED, "curved"), np.ones((5, 4, 4, 3, 3))).convex == 2
 
 
-def told_of(table, tmp_path, capsys, *arguments):
-    """What `femic export` prints, without its line breaks."""
-    path = tmp_path / "told.toml"
-    path.write_text(scene_from_table(table, "told").text)
+def output_of(table, tmp_path, capsys, *arguments):
+    """Return the exit code of `femic export` and its output without line breaks."""
+    path = tmp_path / "scene.toml"
+    path.write_text(scene_from_table(table, "scene").text)
     code = exit_code(["export", str(path), *arguments, "--out", str(tmp_path / "out")])
     return code, " ".join("".join(capsys.readouterr()).split())
 
 
-def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
+def test_settings_for_contact_are_printed(tmp_path, capsys):
     """Edges of the grid, not centres; the upper body first; G in MPa."""
-    code, said = told_of(CURVED, tmp_path, capsys, "--ics", "B")
+    code, output = output_of(CURVED, tmp_path, capsys, "--ics", "B")
     assert code == 0
-    assert "contact_B.txt: 4 matrices, one a loaded strip, 5 lags" in said
-    assert "MX = 5 or less, MY = 4, XL = -1, YL = -0.9, DX = 0.4, DY = 0.6 mm" in said
-    assert "CHI = 0, DQ = 0.4 if it rolls" in said
-    assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in said
-    assert "MAXOUT > 1" in said
-    assert "docs/contact-export.md" in said
+    assert "contact_B.txt: 4 matrices, one a loaded strip, 5 lags" in output
+    assert "MX = 5 or less, MY = 4, XL = -1, YL = -0.9, DX = 0.4, DY = 0.6 mm" in output
+    assert "CHI = 0, DQ = 0.4 if it rolls" in output
+    assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in output
+    assert "MAXOUT > 1" in output
+    assert "docs/how-to/contact-file.md" in output
 
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
-def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("asked"))
-    code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
+def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
+    code, output = output_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
-    assert f"discount = none, ics = {ics}: approximations have no discount" in said
+    assert f"discount = none, ics = {ics}: approximations have no discount" in output
     assert not (tmp_path / "out").exists()
 
 
@@ -285,15 +285,15 @@ def test_damaged_files_are_refused(old, new, message, tmp_path):
 
 
 @pytest.mark.parametrize("shape", [(1, 5, 2, 3), (1, 4, 2, 3, 3), (2, 5, 2, 3, 3), (1, 5, 2, 3, 2)])
-def test_values_of_other_shapes_are_refused(shape):
+def test_values_of_wrong_shape_are_refused(shape):
     with pytest.raises(WrongInput, match="is needed"):
         ContactFile(np.zeros(shape), 0.1, 0.1, 2)
 
 
-DOCS = Path(__file__).parents[3] / "docs" / "contact-export.md"
+DOCS = Path(__file__).parents[3] / "docs/how-to/contact-file.md"
 
 
-def test_the_example_of_the_documentation_is_what_is_printed():
+def test_example_in_documentation_agrees_with_printed_settings():
     """Its note, and the numbers of its input lines, are those of the scene; PEN is 0 and the list does it."""
     scene = load_scene("geometry2")
     n_x, n_s = scene.grid.n_x, scene.grid.n_s

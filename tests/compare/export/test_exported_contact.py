@@ -43,7 +43,7 @@ def by_file(path, folder, ics):
 
 
 @pytest.mark.parametrize("ics", [pytest.param("C", marks=pytest.mark.slow), "Bhat"])
-def test_the_file_gives_the_contact_of_the_program_beside_the_crown(ics, tmp_path):
+def test_contact_computed_from_file_agrees_with_program_beside_crown(ics, tmp_path):
     path = tmp_path / "shifted.toml"
     path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
     results = compute_contact(load_scene(str(path)), RunOptions(2, Store(tmp_path / "store")))

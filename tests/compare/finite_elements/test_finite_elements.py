@@ -1,4 +1,4 @@
-"""Contact by finite elements beside that by ICs: numbers, approaches, what is kept, what is refused.
+"""Contact by finite elements beside contact with ICs: numbers, approaches, storage, refusals.
 
 The finite elements themselves are tested in tests/femic/contact; here others are in their place.
 """
@@ -50,8 +50,8 @@ def by_bhat():
 
 
 @pytest.fixture
-def asked(monkeypatch, by_bhat):
-    """Loads and cells that were asked for."""
+def fe_calls(monkeypatch, by_bhat):
+    """Loads and cells for which finite elements were called."""
     calls = []
 
     def like_bhat(bodies, load, *, cells):
@@ -85,28 +85,28 @@ def asked(monkeypatch, by_bhat):
     def rigid(jobs, _means, *, combined):
         assert combined
         assert all(job.grid.n_s == 1 for job in jobs.values())
-        found = {name: np.zeros((4, 4)) for name in jobs}
-        for name, m in found.items():
+        compliances = {name: np.zeros((4, 4)) for name in jobs}
+        for name, m in compliances.items():
             m[FZ, FZ] = COMPLIANCE[name]
-        return {name: SimpleNamespace(discount=m) for name, m in found.items()}
+        return {name: SimpleNamespace(discount=m) for name, m in compliances.items()}
 
     monkeypatch.setattr(compute, "fe_contact", like_bhat)
     monkeypatch.setattr("femic.contact.finite_elements.supports.matrices", rigid)
     return calls
 
 
-def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
+def test_numbers_by_finite_elements_join_numbers_with_ics(fe_calls, by_bhat):
     dataset = by_fe(pressed())
     assert list(dataset.ics.values) == ["A", "Bhat", FE]
-    assert [load for load, _ in asked] == LOADS
+    assert [load for load, _ in fe_calls] == LOADS
     for name in ("a", "b", "p_max", "angle"):
         np.testing.assert_allclose(dataset[name].sel(ics=FE), by_bhat[name])
         np.testing.assert_allclose(dataset[f"estimate_{name}"].sel(ics=FE), KNOWN * by_bhat[name])
     assert float(abs(dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics=FE) - 1).max()) > 0.005
 
 
-@pytest.mark.usefixtures("asked")
-def test_the_rigid_part_of_the_compliance_is_taken_from_approaches_as_from_c(by_bhat):
+@pytest.mark.usefixtures("fe_calls")
+def test_rigid_part_of_the_compliance_is_subtracted_from_approaches(by_bhat):
     dataset = by_fe(pressed())
     assert float(dataset.rigid_compliance) == pytest.approx(RIGID)
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
@@ -114,8 +114,8 @@ def test_the_rigid_part_of_the_compliance_is_taken_from_approaches_as_from_c(by_
     np.testing.assert_array_equal(dataset.approach.sel(ics="Bhat"), by_bhat.approach)
 
 
-@pytest.mark.usefixtures("asked")
-def test_nothing_is_taken_from_approaches_where_c_keeps_its_own(by_bhat):
+@pytest.mark.usefixtures("fe_calls")
+def test_nothing_is_subtracted_from_approaches_if_c_contains_the_rigid_part(by_bhat):
     """Nor is anything fitted: other ICs beside finite elements do not change these."""
     whole = replace(pressed(), discount="none")
     dataset = by_fe(whole)
@@ -123,23 +123,23 @@ def test_nothing_is_taken_from_approaches_where_c_keeps_its_own(by_bhat):
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach + RIGID * np.array(LOADS))
 
 
-@pytest.mark.usefixtures("asked")
-def test_supports_are_those_that_c_has(monkeypatch):
+@pytest.mark.usefixtures("fe_calls")
+def test_supports_are_the_same_as_with_c(monkeypatch):
     monkeypatch.setattr(compute, "fe_contact", lambda bodies, *_, **__: pytest.fail(str(bodies.upper.domain)))
     with pytest.raises(pytest.fail.Exception, match=r"far_radius=90\.0, half_length=270\.0"):
         by_fe(replace(pressed(), support_radius=90.0))
 
 
-@pytest.mark.usefixtures("asked")
-def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
+@pytest.mark.usefixtures("fe_calls")
+def test_force_moment_and_centre_of_pressure_join_numbers_with_ics():
     dataset = by_fe(pressed())
     np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
     np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
     np.testing.assert_allclose(estimates(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
 
 
-@pytest.mark.usefixtures("asked")
-def test_pressures_along_s_are_those_at_x_0(by_bhat):
+@pytest.mark.usefixtures("fe_calls")
+def test_pressures_along_s_are_at_x_0(by_bhat):
     dataset = by_fe(pressed())
     s, p = dataset.s_fe_1.values, dataset.p_fe_1.values
     assert np.all(np.diff(s) > 0)
@@ -148,19 +148,19 @@ def test_pressures_along_s_are_those_at_x_0(by_bhat):
     np.testing.assert_allclose(p, float(by_bhat.p_max[1]) * np.sqrt(np.maximum(1 - (s / b) ** 2, 0)))
 
 
-def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_path):
+def test_finished_loads_are_stored_by_load_cells_and_bodies(fe_calls, tmp_path):
     options = RunOptions(store=Store(tmp_path))
     first = by_fe(pressed(loads=LOADS[:2]), options)
     again = by_fe(pressed(), options, 15.0)
-    assert [load for load, _ in asked] == LOADS
+    assert [load for load, _ in fe_calls] == LOADS
     np.testing.assert_array_equal(first.a.sel(ics=FE), again.a.sel(ics=FE)[:2])
     by_fe(pressed(loads=LOADS[:1]), options, 20.0)
-    assert asked[3:] == [(LOADS[0], 20.0)]
+    assert fe_calls[3:] == [(LOADS[0], 20.0)]
     by_fe(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), options)
-    assert len(asked) == 5
+    assert len(fe_calls) == 5
 
 
-def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
+def test_loads_at_which_finite_elements_fail_are_left_out(fe_calls, monkeypatch):
     like_bhat = compute.fe_contact
 
     def failing(bodies, load, *, cells):
@@ -175,30 +175,30 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
     assert not np.any(np.isnan(dataset.a.sel(ics="A")))
     np.testing.assert_allclose(dataset.F_y.sel(ics=FE)[::2], SIDEWAYS * np.array(LOADS)[::2])
     assert "p_fe_1" not in dataset
-    assert len(asked) == 2
+    assert len(fe_calls) == 2
     with pytest.raises(Failure, match="5000 N: no mesh"):
         by_fe(pressed(loads=LOADS[1:2]))
 
 
-def test_too_few_cells_are_refused_before_any_work(asked, by_bhat):
+def test_too_few_cells_are_refused_before_any_work(fe_calls, by_bhat):
     with pytest.raises(WrongInput, match=r"cells = 2\.0: at least"):
         compute_fe_contact(pressed(), by_bhat, cells=2.0)
-    assert not asked
+    assert not fe_calls
 
 
-def test_what_is_kept_is_found_without_work(asked, tmp_path):
+def test_stored_loads_are_read_without_work(fe_calls, tmp_path):
     """The first two loads have been solved; the third has no numbers."""
     store = Store(tmp_path)
     first = by_fe(pressed(loads=LOADS[:2]), RunOptions(store=store))
     contacts = to_dataset(compute_contact(pressed()))
-    kept = stored_fe_contact(pressed(), contacts, store)
-    assert len(asked) == 2
-    np.testing.assert_array_equal(kept.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
-    assert np.isnan(kept.a.sel(ics=FE)[2])
-    assert kept.attrs["left_out"] == "10000 N (not stored)"
+    stored = stored_fe_contact(pressed(), contacts, store)
+    assert len(fe_calls) == 2
+    np.testing.assert_array_equal(stored.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
+    assert np.isnan(stored.a.sel(ics=FE)[2])
+    assert stored.attrs["left_out"] == "10000 N (not stored)"
     assert stored_fe_contact(pressed(), contacts, Store(tmp_path / "other")) is None
     assert stored_fe_contact(pressed(gap="exact"), contacts, store) is None
-    assert float(kept.rigid_compliance) == pytest.approx(RIGID)
+    assert float(stored.rigid_compliance) == pytest.approx(RIGID)
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
         ({"lateral_force": 100.0}, r"contact\.lateral_force: .* give the `shift`"),
     ],
 )
-def test_what_finite_elements_cannot_do_is_said_before_any_work(keys, message):
+def test_unsupported_scenes_are_refused_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
         require_suitable(pressed(**keys))
 
@@ -220,7 +220,7 @@ def test_c_without_the_bending_of_bodies_is_refused():
         require_suitable(replace(pressed(), discount="source"))
 
 
-def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(asked, tmp_path):
+def test_page_of_contact_has_a_row_of_stored_finite_elements(fe_calls, tmp_path):
     """Its numbers, and a figure; nothing of that without them."""
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
@@ -232,4 +232,4 @@ def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(as
     assert (tmp_path / "figures" / "contact_fe.png").is_file()
     without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
     assert '<th class="name">FE</th>' not in without
-    assert len(asked) == 1
+    assert len(fe_calls) == 1

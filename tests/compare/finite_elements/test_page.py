@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.finite_elements.page import cost, deviations, exceeds, summary, write_fe_contact
+from compare.finite_elements.page import approach_note, cost, deviations, exceeds, summary, write_fe_contact
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
 KNOWN = 0.005
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def dataset():
     """ICs that are off by known shares, all numbers alike."""
     off = 1 + np.array([OFF[name] for name in OFF]).T
@@ -46,64 +46,68 @@ def dataset():
     )
 
 
-def test_deviations_are_those_from_finite_elements(dataset):
+@pytest.fixture(scope="module")
+def path(dataset, tmp_path_factory):
+    """The page of the dataset."""
+    return write_fe_contact(dataset, tmp_path_factory.mktemp("fe"))
+
+
+def test_deviations_are_ratios_to_finite_elements_minus_1(dataset):
     for name in ("p_max", "b", "approach"):
         np.testing.assert_allclose(deviations(dataset, name).sel(ics="A"), OFF["A"], rtol=1e-9)
     assert "FE" not in deviations(dataset, "b").ics
 
 
-def test_from_which_angle_on_ics_fail_by_a_share_counts_only_what_is_beyond_the_estimate(dataset):
+def test_only_deviations_beyond_the_estimate_exceed_a_share(dataset):
     for share, beyond in ((0.0099, 3), (0.0101, 2), (0.05, 2), (0.056, 1)):
         assert list(exceeds(dataset, "A", share).values) == [False] * (3 - beyond) + [True] * beyond
     assert not exceeds(dataset, "C", 0.0).any()
 
 
-def test_the_summary_says_so(dataset):
-    told = summary(dataset)
-    assert "Estimated error of the patch by finite elements: 0.5%" in told
-    assert "A: at worst +20.0% in p_max" in told
-    assert "off by more than 1% from between 20 and 60 degrees on, more than 2% from between" in told
-    assert "C: at worst +0.4% in p_max" in told
-    assert "within 1% and the estimate." in told
+def test_summary_states_deviations_and_their_onset(dataset):
+    text = summary(dataset)
+    assert "Estimated error of the patch by finite elements: 0.5%" in text
+    assert "A: at worst +20.0% in p_max" in text
+    assert "off by more than 1% from between 20 and 60 degrees on, more than 2% from between" in text
+    assert "C: at worst +0.4% in p_max" in text
+    assert "within 1% and the estimate." in text
 
 
-def test_the_summary_says_what_happens_beside_the_crown_and_nothing_where_all_is_symmetric(dataset):
-    told = summary(dataset)
-    assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in told
+def test_summary_states_lateral_force_and_centre_of_pressure_unless_all_is_symmetric(dataset):
+    text = summary(dataset)
+    assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in text
     assert (
-        "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm with A and -0.200, -0.80 mm with C." in told
+        "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm with A and -0.200, -0.80 mm with C." in text
     )
     symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
     assert "Beside the crown" not in summary(symmetric)
 
 
-def test_numbers_that_vanish_are_compared_in_their_unit_and_are_0_where_all_is_symmetric(dataset, tmp_path):
-    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
-    assert "-0.8<br><small>± 0.05, +0.1</small>" in page
+def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetric(dataset, path, tmp_path):
+    assert "-0.8<br><small>± 0.05, +0.1</small>" in path.read_text(encoding="utf-8")
     symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
     assert "-8e-10" not in write_fe_contact(symmetric, tmp_path).read_text(encoding="utf-8")
 
 
-def test_the_page_says_what_is_in_approaches(dataset, tmp_path):
-    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
+def test_page_states_which_compliance_approaches_contain(dataset, path):
+    page = path.read_text(encoding="utf-8")
     assert "exclude the rigid part M_zz" in page
     assert "M_zz = 1e-07 mm/N" in page
-    raw = write_fe_contact(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
-    assert "contain the compliance of the whole bodies" in raw
+    assert "contain the compliance of the whole bodies" in approach_note(dataset.assign(rigid_compliance=0.0))
 
 
-def test_the_balance_of_forces_is_told(dataset):
+def test_cost_states_the_balance_of_forces(dataset):
     assert "Pressures and reactions carry the load to 0.002" in cost(dataset)
 
 
-def test_file_and_page_are_written(dataset, tmp_path):
-    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
+def test_file_and_page_are_written(path):
+    page = path.read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 2
     assert "+20.00%" in page
-    assert xr.open_dataset(tmp_path / "fe_contact.nc").attrs["title"] == "a title"
+    assert xr.open_dataset(path.with_suffix(".nc")).attrs["title"] == "a title"
 
 
-def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them(dataset, tmp_path):
+def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_it(dataset, tmp_path):
     some, unsolved = dataset.drop_vars("p_fe_2"), (dataset.ics == "FE") & (dataset.case == "100000 N")
     for name in ("a", "b", "p_max", "approach", "angle"):
         some[name] = dataset[name].where(~unsolved)
@@ -111,8 +115,8 @@ def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them
         some[name] = dataset[name].where(dataset.case != "100000 N")
     assert "Finite elements: 2,000 unknowns of the modelled parts, 2 s a load" in cost(some)
     assert "carry the load to 0.002" in cost(some)
-    told = summary(some.assign_attrs(left_out="100000 N: too much"))
-    assert told.endswith("Finite elements did not solve 100000 N: too much")
-    assert "A: at worst +6.0% in p_max" in told
+    text = summary(some.assign_attrs(left_out="100000 N: too much"))
+    assert text.endswith("Finite elements did not solve 100000 N: too much")
+    assert "A: at worst +6.0% in p_max" in text
     page = write_fe_contact(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
     assert page.read_text(encoding="utf-8").count("data:image/png;base64,") == 2

@@ -1,6 +1,11 @@
-"""A wheel on a rail with friction, small or conforming, for tests."""
+"""A wheel on a rail with friction, small or conforming, for tests; B-hat in the place of its C."""
 
+from approx.matrix import matrix
+from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.scenes.load import scene_from_table
+
+REFERENCE_ICS = "femic.contact.pairs.pair_with_friction.full_reference_ics"
 
 RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0
 
@@ -20,3 +25,14 @@ def scene(upper_radius=WHEEL, rolling_radius=ROLLING, tolerance=0.01, **contact)
         },
         "pair",
     )
+
+
+def bhat_as_c(share=0.02):
+    """Return a function for `full_reference_ics` that gives B-hat, with an estimate of a share of it."""
+
+    def reference_ics(of, on_grid, *_, **__):
+        operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
+        perturbed = GridOperator((1 + share) * operator.transformed, operator.n_x)
+        return ReferenceICs(operator, perturbed, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
+
+    return reference_ics

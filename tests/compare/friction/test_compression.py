@@ -16,8 +16,7 @@ from femic.contact.pairs.solved_compression import in_halves
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.patches import N, S, X
-from tests.compare.friction.scenes import scene
-from tests.compare.friction.test_rolling import in_place_of_c
+from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 LOADS = [2e3, 5e3, 1e4]
 
@@ -31,7 +30,7 @@ def dataset():
     return compute_with_friction(pressed(friction=[1e-4, 0.3, 100.0]))
 
 
-def test_with_hardly_any_friction_all_slides_and_pressures_are_frictionless(dataset):
+def test_almost_without_friction_all_slides_and_pressures_are_frictionless(dataset):
     least = dataset.sel(friction=1e-4)
     np.testing.assert_allclose(least.sliding_share, 1.0)
     frictionless = frictionless_dataset(compute_contact(scene(10.3, loads=LOADS)))
@@ -63,20 +62,20 @@ def test_contact_is_symmetric_and_carries_the_load(dataset):
     np.testing.assert_allclose(p.sel(direction="n"), p.sel(direction="n")[:, :, ::-1, ::-1], atol=1e-3)
 
 
-def test_c_has_the_change_by_its_error_in_its_estimates(monkeypatch):
-    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", in_place_of_c)
+def test_estimates_with_c_include_the_change_by_its_error(monkeypatch):
+    monkeypatch.setattr(REFERENCE_ICS, bhat_as_c())
     dataset = compute_with_friction(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
     both = dataset.isel(friction=0, load=0)
     assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
     assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))
 
 
-def test_loads_are_halved_from_nothing_on():
+def test_steps_of_load_are_halved_from_zero_on():
     assert in_halves([2.0, 5.0]) == [1.0, 2.0, 3.5, 5.0]
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.2])
-def test_estimates_bound_what_steps_of_load_do(friction):
+def test_estimates_bound_the_effect_of_steps_of_load(friction):
     """Against sixteen steps in the place of two, on the same elements: sliding is most sensitive to them."""
     few, many = (
         compute_with_friction(
@@ -99,7 +98,7 @@ def test_failures_name_friction_ics_and_load(monkeypatch):
         compute_with_friction(pressed())
 
 
-def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
+def test_ns_matters_in_compression_and_nx_does_not():
     """Tractions along s, by which conforming surfaces resist the approach, cause displacements along n.
 
     Without them largest pressures are 4 % too large, on both grids; tractions along x hardly arise.

@@ -6,46 +6,29 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from approx.matrix import matrix
 from compare.friction.compute import compute_with_friction
 from compare.friction.rolling import _distances
 from femic.contact.estimates import Measured
-from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
-from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.contact.pairs.solved_curve import between, deciding
-from tests.compare.friction.scenes import scene
+from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 XI = [-1e-3, 0.0, 2e-3]
-
-
-def c_with(share):
-    """The matrix of B-hat in the place of C, with an estimate of this share."""
-
-    def made(of, on_grid, *_, **__):
-        operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
-        larger = GridOperator((1 + share) * operator.transformed, operator.n_x)
-        return ReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
-
-    return made
 
 
 @pytest.fixture(scope="module")
 def solved():
     """Datasets by motion and the estimate of what stands for C."""
-    found, patch = {}, pytest.MonkeyPatch()
+    datasets, patch = {}, pytest.MonkeyPatch()
     common = {"loads": [1e4], "friction": [0.3], "ics": ["C"], "elements": 8, "shift": 0.05}
-    motions = {
-        "rolling": {"longitudinal": XI, "equal_force": 0.3},
-        "compression": {},
-    }
+    motions = {"rolling": {"longitudinal": XI, "equal_force": 0.3}, "compression": {}}
     for share in (0.0, 0.04):
-        patch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", c_with(share))
+        patch.setattr(REFERENCE_ICS, bhat_as_c(share))
         for motion, keys in motions.items():
             of = scene(10.3, motion=motion, **common, **keys)
-            found[motion, share] = compute_with_friction(of).isel(friction=0, ics=0)
+            datasets[motion, share] = compute_with_friction(of).isel(friction=0, ics=0)
     patch.undo()
-    return found
+    return datasets
 
 
 def test_the_estimate_of_c_is_added_at_all_creepages_and_loads(solved):
@@ -59,7 +42,7 @@ def test_the_estimate_of_c_is_added_at_all_creepages_and_loads(solved):
             assert np.all(with_it[f"estimate_{name}"] >= without[f"estimate_{name}"]), name
 
 
-def test_creepages_and_slopes_are_known_to_the_change_by_c(solved):
+def test_estimates_of_creepages_and_slopes_include_the_change_by_c(solved):
     """Softer bodies have flatter curves: by about as much as ICs are larger."""
     with_it, without = (solved["rolling", share] for share in (0.04, 0.0))
     for name in OF_CURVE:
@@ -69,7 +52,7 @@ def test_creepages_and_slopes_are_known_to_the_change_by_c(solved):
     assert 0.01 * abs(float(with_it.slope)) < added < 0.08 * abs(float(with_it.slope))
 
 
-def test_no_number_is_known_to_nothing(solved):
+def test_all_estimates_are_positive(solved):
     for (motion, _), dataset in solved.items():
         names = OF_ROLLING if motion == "rolling" else OF_COMPRESSION
         for name in names:
@@ -98,7 +81,7 @@ def curves(force, known, ics=("A", "C")):
     return xr.Dataset({"F_x": (dims, force), "estimate_F_x": (dims, known)}, coords, {"load": 1e3})
 
 
-def test_distances_of_curves_are_as_large_as_their_estimates_allow_and_no_larger():
+def test_estimates_of_distances_bound_them_and_are_nearly_reached():
     """Whatever errors both curves have within their estimates; and some of them change it that much."""
     random = np.random.default_rng(3)
     force, known = random.normal(size=(2, 2, 7)) * 100, random.random((2, 2, 7)) * 20

@@ -7,7 +7,6 @@ import xarray as xr
 from compare.friction import compression_page, rolling_page
 from compare.friction.compute import compute_with_friction
 from compare.friction.page import cost
-from compare.report.parts import join_words
 from tests.compare.friction.scenes import scene
 
 COARSE = 8  # elements across the patch
@@ -26,8 +25,8 @@ def pressed():
     )
 
 
-def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_path):
-    page = rolling_page.write_rolling(rolled, tmp_path).read_text(encoding="utf-8")
+def test_page_and_file_of_rolling_agree(rolled, tmp_path):
+    page = rolling_page.ROLLING.write(rolled, tmp_path).read_text(encoding="utf-8")
     written = xr.open_dataset(tmp_path / "contact.nc")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
         f"contact_{name}" for name in ("creep_force", "centre_line", "stick", "work")
@@ -40,11 +39,11 @@ def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_
     assert np.all(written.F_x.diff("xi") > 0)
 
 
-def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
+def test_summary_of_rolling_states_distances_of_curves(rolled):
     dataset = rolled.copy()
-    told, worst = rolling_page.summary(dataset), dataset[["largest", "rms"]].sel(ics="A").max()
-    assert f"A: its creep-force curve is up to {float(worst.largest):.1%} of friction times load" in told
-    assert f"(root mean square over the creepages at most {float(worst.rms):.1%})" in told
+    text, worst = rolling_page.summary(dataset), dataset[["largest", "rms"]].sel(ics="A").max()
+    assert f"A: its creep-force curve is up to {float(worst.largest):.1%} of friction times load" in text
+    assert f"(root mean square over the creepages at most {float(worst.rms):.1%})" in text
 
 
 @pytest.mark.parametrize(
@@ -66,24 +65,15 @@ def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
         ([0.060, 0.063, 0.0], 0.004, "with 6.0%. A and B tie: they differ by less than their estimates."),
     ],
 )
-def test_the_verdict_is_by_the_largest_difference_and_its_estimate(rolled, largest, known, verdict):
+def test_verdict_follows_from_the_largest_difference_and_its_estimate(rolled, largest, known, verdict):
     """Though all are within 2 % by root mean square."""
     wide = rolled.reindex(ics=["A", "B", "Bhat"], fill_value=0)
     values = (("friction", "ics"), [largest])
-    told = rolling_page.summary(
+    text = rolling_page.summary(
         wide.assign(largest=values, estimate_largest=(values[0], [[known] * 3]), rms=0.01 * wide.rms)
     )
-    assert verdict in told
-    assert ("tie" in told) == ("tie" in verdict)
-
-
-def test_without_an_estimate_of_its_own_a_difference_has_those_of_both_curves(rolled):
-    scale = 0.5 * rolled.attrs["load"]
-    of_curves = rolled.estimate_F_x.sel(friction=0.5).max("xi") / scale
-    expected = float(of_curves.sel(ics="A") + of_curves.sel(ics="Bhat"))
-    assert rolling_page._distance_estimate(rolled, "A") == pytest.approx(expected)
-    with_estimate = rolled.assign(estimate_largest=0 * rolled.largest + 0.3)
-    assert rolling_page._distance_estimate(with_estimate, "A") == 0.3
+    assert verdict in text
+    assert ("tie" in text) == ("tie" in verdict)
 
 
 def test_the_summary_says_which_contacts_are_less_accurate(rolled):
@@ -93,12 +83,12 @@ def test_the_summary_says_which_contacts_are_less_accurate(rolled):
     assert "B̂: " not in rolling_page.summary(some).split("all creepages")[-1]
 
 
-def test_one_ics_alone_have_a_page_too(rolled):
+def test_summary_states_that_nothing_is_compared_with_one_ics_alone(rolled):
     alone = rolled.sel(ics=["A"])
     assert "No other ICs than A are compared." in rolling_page.summary(alone)
 
 
-def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
+def test_summary_states_the_effect_of_the_displaced_wheel_if_known(rolled):
     moved = rolled.assign(
         displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
     )
@@ -113,7 +103,7 @@ def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
 def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
     keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "friction": [0.5]}
     dataset = compute_with_friction(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
-    page = rolling_page.write_rolling(dataset, tmp_path).read_text(encoding="utf-8")
+    page = rolling_page.ROLLING.write(dataset, tmp_path).read_text(encoding="utf-8")
     assert "B̂ (sn B): its creep-force curve is" in page
     assert (
         1e-4
@@ -123,7 +113,7 @@ def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
 
 
 def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
-    page = compression_page.write_compression(pressed, tmp_path).read_text(encoding="utf-8")
+    page = compression_page.COMPRESSION.write(pressed, tmp_path).read_text(encoding="utf-8")
     dataset = pressed
     last = dataset.isel(load=-1).sel(friction=0.2)
     slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
@@ -133,7 +123,7 @@ def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
     assert (tmp_path / "contact.nc").is_file()
 
 
-def test_what_c_took_and_is_known_to_is_told(rolled):
+def test_cost_states_seconds_and_quality_of_c(rolled):
     dataset = rolled.copy()
     assert "C on this grid" not in cost(dataset)
     dataset.attrs |= {
@@ -142,11 +132,6 @@ def test_what_c_took_and_is_known_to_is_told(rolled):
         "C_asymmetry": 0.061,
         "C_asymmetry_component": "sn",
     }
-    told = cost(dataset)
-    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in told
-    assert "both differ by up to 6.1% of the largest C_sn" in told
-
-
-def test_words_are_listed_with_commas_and_and():
-    assert join_words(["a"]) == "a"
-    assert join_words(["a", "b", "c"]) == "a, b and c"
+    text = cost(dataset)
+    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in text
+    assert "both differ by up to 6.1% of the largest C_sn" in text

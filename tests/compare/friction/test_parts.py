@@ -1,4 +1,4 @@
-"""Finished results with friction are kept: what a second run solves, what scenes share."""
+"""Finished results with friction are stored: a second run and other scenes use them."""
 
 from dataclasses import replace
 
@@ -10,8 +10,7 @@ from femic.cache import digests
 from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
-from tests.compare.friction.scenes import scene
-from tests.compare.friction.test_rolling import in_place_of_c
+from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
 COMPRESSION = {"motion": "compression", "loads": [100.0, 200.0], "friction": [0.2, 0.5]}
@@ -45,7 +44,7 @@ def same(first, second):
 
 
 @pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
-def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_path):
+def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path):
     calls, interrupted = solved
     of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
@@ -60,7 +59,7 @@ def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_pa
     same(resumed, compute_with_friction(of))
 
 
-def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
+def test_scenes_share_equal_solutions_only(solved, tmp_path):
     options, (calls, _) = RunOptions(store=Store(tmp_path)), solved
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
     compute_with_friction(scene(13.0, **alone), options)
@@ -71,14 +70,14 @@ def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
     assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
 
 
-def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(solved, tmp_path, monkeypatch):
+def test_c_and_its_quality_are_taken_from_stored_curves(solved, tmp_path, monkeypatch):
     made, (calls, _) = [], solved
 
     def of_c(*on_grid, **how):
         made.append(on_grid)
-        return in_place_of_c(*on_grid, **how)
+        return bhat_as_c()(*on_grid, **how)
 
-    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", of_c)
+    monkeypatch.setattr(REFERENCE_ICS, of_c)
     options = RunOptions(store=Store(tmp_path))
     of = scene(13.0, **ROLLING | {"ics": ["C"], "friction": [0.2]})
     first, again = compute_with_friction(of, options), compute_with_friction(of, options)
@@ -91,7 +90,7 @@ def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(sol
 
 
 @pytest.mark.parametrize("name", LABELS)
-def test_what_solves_a_motion_counts_for_its_stored_solutions(name):
+def test_digests_of_stored_solutions_cover_the_solver_of_the_motion(name):
     """Solvers are registered by place, which digests do not follow: the module of the arrays imports them."""
     solver = MOTIONS[name].solve.place.partition(":")[0]
     counted = digests._needed((LABELS[name].labelled.__module__,))

@@ -3,21 +3,19 @@
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
 from compare.friction.compute import compute_with_friction
 from compare.friction.rolling import scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.pairs.reference_ics import ReferenceICs, approximation
+from femic.contact.pairs.reference_ics import approximation
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import both_bodies
-from tests.compare.friction.scenes import scene
+from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 SMALL = 2.0  # N: a patch of a degree in all
 XI = [-2e-3, -2e-4, 0.0, 2e-4, 2e-3]
@@ -43,19 +41,19 @@ def test_small_contacts_have_the_slope_of_kalker(small):
     assert float(of_bhat.slope) == pytest.approx(expected, rel=0.05)
 
 
-def test_small_contacts_slide_whole_at_large_creepages(small):
+def test_small_contacts_slide_fully_at_large_creepages(small):
     force = scaled_force(small).sel(friction=0.3)
     np.testing.assert_allclose(force.isel(xi=-1), 1.0, atol=2e-3)
     np.testing.assert_allclose(small.sliding_share.isel(xi=-1), 1.0)
     np.testing.assert_allclose(force.isel(xi=0), -force.isel(xi=-1), atol=2e-3)
 
 
-def test_without_inclination_all_ics_are_those_of_half_spaces(small):
+def test_without_inclination_all_ics_agree(small):
     assert float(small.rms.max()) < 5e-3
     assert float(small.rms.sel(ics="Bhat").max()) == 0.0
 
 
-def test_tractions_are_compared_at_the_force_that_is_asked_for(small):
+def test_tractions_are_compared_at_the_specified_force(small):
     area = float(np.diff(small.x)[0] * np.diff(small.s)[0])
     force = small.p.sel(direction="x").sum(["x", "s"]) * area
     np.testing.assert_allclose(force / (0.3 * SMALL), 0.5, rtol=1e-3)
@@ -78,15 +76,9 @@ def conforming():
         10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[-1e-3, 0.0, 1e-3]
     )
     patch = pytest.MonkeyPatch()
-    patch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", in_place_of_c)
+    patch.setattr(REFERENCE_ICS, bhat_as_c())
     yield of, compute_with_friction(of)
     patch.undo()
-
-
-def in_place_of_c(of, on_grid, *_, **__):
-    operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
-    perturbed = GridOperator(1.02 * operator.transformed, operator.n_x)
-    return ReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
 
 def test_fast_operators_and_matrices_give_the_same_curve(conforming):
@@ -96,7 +88,7 @@ def test_fast_operators_and_matrices_give_the_same_curve(conforming):
     assert float(dataset.rms.sel(ics="A")[0]) > float(dataset.rms.sel(ics="Bhat")[0])
 
 
-def test_the_largest_difference_of_curves_is_that_at_the_worst_creepage(conforming):
+def test_largest_difference_of_curves_is_at_the_worst_creepage(conforming):
     _, dataset = conforming
     force = scaled_force(dataset).sel(friction=0.3)
     for name in ("A", "Bhat", "C"):
@@ -107,14 +99,14 @@ def test_the_largest_difference_of_curves_is_that_at_the_worst_creepage(conformi
     assert 0 < float(dataset.rms.sel(ics="A")[0]) < float(dataset.largest.sel(ics="A")[0])
 
 
-def test_estimates_of_c_have_the_change_by_its_error(conforming):
+def test_estimates_with_c_include_the_change_by_its_error(conforming):
     _, dataset = conforming
     assert np.all(dataset.estimate_F_x.sel(ics="C") > 0)
     known = dataset.estimate_approach.sel(ics="C") / dataset.approach.sel(ics="C")
     assert np.all(known > 0.005)  # ICs are 2 % larger
 
 
-def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
+def test_search_over_creepages_agrees_with_prescribed_forces(conforming):
     of, dataset = conforming
     on_grid = pair_on_grid(of.contact_problem, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
     pair = PairWithFriction(of.contact_problem, on_grid)
@@ -130,10 +122,15 @@ def steps(dataset):
 
 
 def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkeypatch):
-    told = []
-    monkeypatch.setattr("femic.contact.pairs.solved_curve._coarse", lambda *of: told.append(of[2]))
+    labels = []
+
+    def failing(_, __, label):
+        labels.append(label)
+        raise Failure("no contact")
+
+    monkeypatch.setattr("femic.contact.pairs.solved_curve._curve", failing)
     dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
-    assert told == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
+    assert labels == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
     assert not np.any(np.isnan(dataset.F_x))
 
@@ -146,19 +143,12 @@ def test_forces_beyond_the_curve_are_refused():
 
 
 def path_of(of):
-    found = []
-    with pytest.raises(InterruptedError):
-        solve_with_friction(of.contact_problem, lambda pair: stop(found, pair))
-    (pair,) = found
-    return Continuation.of(pair, pair.frictional(pair.operator("A"), 0.3), "A")
+    return solve_with_friction(
+        of.contact_problem, lambda pair: Continuation.of(pair, pair.frictional(pair.operator("A"), 0.3), "A")
+    )
 
 
-def stop(found, pair):
-    found.append(pair)
-    raise InterruptedError
-
-
-def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
+def test_short_grids_are_made_longer_unless_the_scene_gives_them():
     tried = []
 
     def short_at_first(pair):

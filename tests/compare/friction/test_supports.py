@@ -1,8 +1,5 @@
 """What supports do to a contact with friction: which contact is solved again, what the file and page say."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-
 import pytest
 
 from compare.friction.compute import compute_with_friction
@@ -10,32 +7,13 @@ from compare.friction.pages import PAGES
 from compare.friction.supports import with_supports
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
 from femic.reference.run_options import RunOptions
+from tests.compare.friction.conftest import SAME, SOFTER
 from tests.compare.friction.scenes import scene
-from tests.compare.friction.test_rolling import in_place_of_c as stand_in
 
 ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [-2e-3, 1e-4, 2e-3]}
 COMPRESSION = {"motion": "compression", "loads": [1e3, 2e3]}
 MOTIONS = [(ROLLING, OF_ROLLING), (COMPRESSION, OF_COMPRESSION)]
 KEYS = {"friction": [0.5, 0.2], "ics": ["A", "C"], "shift": 0.1}
-SAME, SOFTER = "the same", "a fifth softer"
-
-
-@pytest.fixture
-def in_place_of_c(monkeypatch):
-    """C is B-hat; that of other supports is the same, and a fifth more."""
-    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", stand_in)
-
-    def supports(problem, name, factor):
-        def scaled(on_grid, **_):
-            operator = stand_in(problem, on_grid).operator
-            return replace(operator, transformed=factor * operator.transformed)
-
-        return SimpleNamespace(name=name, operator=scaled)
-
-    def others(problem, *_):
-        return [supports(problem, SAME, 1.0), supports(problem, SOFTER, 1.2)]
-
-    monkeypatch.setattr("femic.contact.pairs.supports.other_supports", others)
 
 
 @pytest.mark.usefixtures("in_place_of_c")
@@ -56,18 +34,17 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys,
 
 @pytest.mark.usefixtures("in_place_of_c")
 @pytest.mark.parametrize(("keys", "place"), [(ROLLING, "0.01 %"), (COMPRESSION, "2000 N")])
-def test_the_page_says_what_changes_and_what_does_not(keys, place, tmp_path):
+def test_page_has_a_table_of_changes_with_other_supports(keys, place, tmp_path):
     of = scene(13.0, **KEYS, **keys)
-    page = PAGES[keys["motion"]](
-        with_supports(of, compute_with_friction(of), RunOptions(1)), tmp_path
-    ).read_text(encoding="utf-8")
+    dataset = with_supports(of, compute_with_friction(of), RunOptions(1))
+    page = PAGES[keys["motion"]].write(dataset, tmp_path).read_text(encoding="utf-8")
     assert "changes with other supports, computed with C, friction 0.2, " + place in page
     assert f'<th class="name">{SOFTER}</th>' in page
 
 
 @pytest.mark.usefixtures("in_place_of_c")
 @pytest.mark.parametrize("changes", [{"ics": ["A"]}, {"ics": ["A", "C"], "supports": False}])
-def test_nothing_is_solved_where_there_is_no_c_or_the_scene_wants_none(changes):
+def test_other_supports_are_not_solved_without_c_or_if_the_scene_excludes_them(changes):
     of = scene(13.0, **KEYS | {"friction": [0.2]} | changes, **COMPRESSION)
     dataset = compute_with_friction(of)
     assert with_supports(of, dataset, RunOptions(1)) is dataset

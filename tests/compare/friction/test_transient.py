@@ -7,7 +7,7 @@ import xarray as xr
 from compare.friction import transient_page
 from compare.friction.compute import compute_with_friction
 from compare.friction.supports import with_supports
-from compare.friction.transient_page import settled, summary, write_transient
+from compare.friction.transient_page import TRANSIENT, settled, summary
 from femic.campaigns.results.contact import NAMES
 from femic.campaigns.results.contact import contact as numbers_of
 from femic.contact.pairs.quantities import OF_ROLLING
@@ -15,7 +15,6 @@ from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from tests.compare.friction.scenes import scene
-from tests.compare.friction.test_supports import in_place_of_c  # noqa: F401 (a fixture)
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
 
@@ -43,7 +42,7 @@ def test_arrays_have_estimates_at_all_distances_and_maps_at_the_last(dataset):
     assert dataset.slip.attrs["units"] == "1"
 
 
-def test_it_ends_where_steady_rolling_of_a_curve_at_the_same_creepage_is(dataset):
+def test_transient_rolling_ends_at_steady_rolling_with_the_same_creepage(dataset):
     keys = {"motion": "rolling", "longitudinal": [-5e-3, 1e-3, 5e-3]}
     of = {key: value for key, value in KEYS.items() if key not in ("creepage", "motion")}
     curve = compute_with_friction(scene(13.0, **of | keys)).sel(xi=1e-3)
@@ -53,8 +52,8 @@ def test_it_ends_where_steady_rolling_of_a_curve_at_the_same_creepage_is(dataset
     assert np.all(dataset.F_x.isel(distance=2) < 0.9 * curve.F_x)
 
 
-def test_the_page_and_file_are_written_and_hang_together(dataset, tmp_path):
-    page = write_transient(dataset, tmp_path).read_text(encoding="utf-8")
+def test_page_and_file_agree(dataset, tmp_path):
+    page = TRANSIENT.write(dataset, tmp_path).read_text(encoding="utf-8")
     written = xr.open_dataset(tmp_path / "contact.nc")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
         f"contact_{name}" for name in ("growth", "stick", "work")
@@ -65,7 +64,7 @@ def test_the_page_and_file_are_written_and_hang_together(dataset, tmp_path):
         assert f"<td>{float(number):.4g}<br>" in page
 
 
-def test_the_summary_says_from_where_on_the_force_is_steady(dataset):
+def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
     one = dataset.isel(friction=0, ics=1)
     at = settled(one)
     assert f"keeps within 5% from {at:.3g} mm on" in summary(dataset)
@@ -78,7 +77,7 @@ def test_the_summary_says_from_where_on_the_force_is_steady(dataset):
     assert np.isnan(settled(one.assign(steady_F_x=np.nan)))
 
 
-def test_small_forces_are_not_drawn_and_steady_ones_are_lines(dataset):
+def test_small_forces_are_not_drawn_and_steady_forces_are_lines(dataset):
     figure = transient_page.growth(dataset)
     assert len(figure.axes) == 4  # F_x and sliding, by two coefficients
     aside = dataset.assign(
@@ -98,20 +97,20 @@ def test_small_forces_are_not_drawn_and_steady_ones_are_lines(dataset):
 @pytest.mark.usefixtures("in_place_of_c")
 def test_supports_are_changed_at_the_last_distance():
     of = rolling(ics=["A", "C"], friction=[0.5], distance=2.0)
-    found = with_supports(of, compute_with_friction(of), RunOptions(1))
-    last = found.sel(ics="C", friction=0.5).isel(distance=-1)
-    assert float(found.supported_distance) == float(last.distance)
-    assert float(found.supported_F_x[0]) == pytest.approx(float(last.F_x), rel=1e-6)
-    assert float(found.supported_F_x[1]) < float(last.F_x)
+    supported = with_supports(of, compute_with_friction(of), RunOptions(1))
+    last = supported.sel(ics="C", friction=0.5).isel(distance=-1)
+    assert float(supported.supported_distance) == float(last.distance)
+    assert float(supported.supported_F_x[0]) == pytest.approx(float(last.F_x), rel=1e-6)
+    assert float(supported.supported_F_x[1]) < float(last.F_x)
 
 
-def test_campaigns_keep_its_numbers_by_distance():
-    found = numbers_of(rolling(distance=2.0, friction=[0.5], ics=["A"]), RunOptions(1))
-    assert {"F_x", "estimate_F_x", "distance", "sliding_share"} <= set(found.variables) <= NAMES
-    assert found.F_x.dims == ("friction", "ics", "distance")
+def test_campaigns_store_numbers_by_distance():
+    numbers = numbers_of(rolling(distance=2.0, friction=[0.5], ics=["A"]), RunOptions(1))
+    assert {"F_x", "estimate_F_x", "distance", "sliding_share"} <= set(numbers.variables) <= NAMES
+    assert numbers.F_x.dims == ("friction", "ics", "distance")
 
 
-def test_keys_are_shown_and_those_of_other_motions_refused():
+def test_keys_are_listed_and_keys_of_other_motions_are_refused():
     assert "creepage = 0.002" in listing("rolling")
     assert "of transient rolling: rolled distance [mm]" in listing("rolling")
     with pytest.raises(BadScene, match="equal_force is only of motion = 'rolling', not 'transient'"):

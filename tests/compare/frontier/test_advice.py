@@ -56,19 +56,19 @@ def hand_made(components, known=1e-5):
 
 def frontier_of(results):
     """All approximations, and C as the one reference."""
-    tried = [*frontier_compute._approximations(results.scene), frontier_compute._way_result(BEST, results)]
-    return frontier_compute._dataset(results.scene, tried, (BEST.name, results), {})
+    ways = [*frontier_compute._approximations(results.scene), frontier_compute._way_result(BEST, results)]
+    return frontier_compute._dataset(results.scene, ways, (BEST.name, results), {})
 
 
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn"]])
-def test_a_zero_is_no_good_approximation_of_a_small_component(components):
+def test_zero_is_poor_approximation_of_small_component(components):
     """Of 0.05 C_nn, A_xn = 0 would be 2 % wrong; it is 100 % wrong."""
-    found = frontier_of(hand_made(components))
-    at = found.sel(way="A", body="combined", component="xn")
+    dataset = frontier_of(hand_made(components))
+    at = dataset.sel(way="A", body="combined", component="xn")
     assert at.error == pytest.approx(1.0)
     assert at.weight == pytest.approx(SMALL)
     assert not at.vanishes
-    advice = advise(found, Question("combined", tuple(components), 0.05))
+    advice = advise(dataset, Question("combined", tuple(components), 0.05))
     assert advice.way == BEST.name
     assert "Use C" in sentence(advice)
     assert "xn" in sentence(advice)
@@ -76,64 +76,64 @@ def test_a_zero_is_no_good_approximation_of_a_small_component(components):
     assert not advice.vanishes
 
 
-def test_where_it_is_not_asked_for_approximations_do():
-    found = frontier_of(hand_made(["nn", "xn"]))
-    advice = advise(found, Question("combined", ("nn",), 0.05))
-    assert found.kind.sel(way=advice.way) == "approximation"
+def test_advice_without_small_component_is_an_approximation():
+    dataset = frontier_of(hand_made(["nn", "xn"]))
+    advice = advise(dataset, Question("combined", ("nn",), 0.05))
+    assert dataset.kind.sel(way=advice.way) == "approximation"
 
 
-def test_what_c_does_not_know_is_said_to_vanish():
+def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     """The sum of the estimates is a fifth of C_xn: A is tested as a zero, and that is said."""
     results = hand_made(["xn"], known=SMALL / 10)
     nn = np.abs(ics_of(results, "C", "combined")[N, N])
     nn_away = np.max(nn[np.abs(results.points.x) >= 1.6]) / np.max(nn)  # four elements from the load
-    found = frontier_of(results)
-    at = found.sel(way="A", body="combined", component="xn")
+    dataset = frontier_of(results)
+    at = dataset.sel(way="A", body="combined", component="xn")
     assert at.vanishes
     assert not at.by_symmetry
     assert at.error == pytest.approx(SMALL / (0.05 * nn_away))
-    advice = advise(found, Question("combined", ("xn",), 0.5))
+    advice = advise(dataset, Question("combined", ("xn",), 0.5))
     assert advice.vanishes
     assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in sentence(advice)
-    table = evidence(found, advice)
+    table = evidence(dataset, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
-    assert "vanishes" in figure(found, "combined").axes[0].get_title()
+    assert "vanishes" in figure(dataset, "combined").axes[0].get_title()
 
 
-def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(monkeypatch):
+def test_advice_computes_tighter_c_before_small_component_counts_as_zero(monkeypatch):
     """The estimate is a hundred times the tolerance of the tightest C, in parts of C_xn's size."""
     tightest = []
 
-    def tried(_, asked, __):
-        tightest.append(asked.ways[-1].engine["tolerance"])
+    def compute(_, request, __):
+        tightest.append(request.ways[-1].engine["tolerance"])
         return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
 
-    monkeypatch.setattr(advising, "compute_frontier", tried)
-    asked, found = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
+    monkeypatch.setattr(advising, "compute_frontier", compute)
+    request, dataset = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
     assert tightest == [0.1, 0.01]
-    assert asked.ways[-1].engine["tolerance"] == 0.01
-    assert not found.vanishes.sel(body="combined", component="xn")
+    assert request.ways[-1].engine["tolerance"] == 0.01
+    assert not dataset.vanishes.sel(body="combined", component="xn")
 
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: frontier_of(hand_made(["xn"], known=SMALL))
     )
-    asked, found = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
-    assert asked.ways[-1].engine["tolerance"] == 1e-4  # there is none tighter
-    assert found.vanishes.sel(body="combined", component="xn")
+    request, dataset = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
+    assert request.ways[-1].engine["tolerance"] == 1e-4  # there is none tighter
+    assert dataset.vanishes.sel(body="combined", component="xn")
 
 
-def test_no_tighter_c_is_asked_for_what_vanishes_by_symmetry(monkeypatch):
-    tried = []
+def test_no_tighter_c_is_computed_for_components_that_vanish_by_symmetry(monkeypatch):
+    calls = []
     monkeypatch.setattr(
-        advising, "compute_frontier", lambda *_, **__: tried.append(1) or frontier_of(hand_made(["sn"]))
+        advising, "compute_frontier", lambda *_, **__: calls.append(1) or frontier_of(hand_made(["sn"]))
     )
-    _, found = frontier_for("geometry1", Question("combined", ("sn",), 0.9), RunOptions(1))
-    assert found.vanishes.sel(body="combined", component="sn")
-    assert len(tried) == 1
+    _, dataset = frontier_for("geometry1", Question("combined", ("sn",), 0.9), RunOptions(1))
+    assert dataset.vanishes.sel(body="combined", component="sn")
+    assert len(calls) == 1
 
 
-def test_shares_of_both_scales_and_weights_of_results():
+def test_shares_on_both_scales_and_weights():
     results = hand_made(["nn", "xn", "sn"])
     off = results.approximations["A", "combined"] - sum(r.c.ic for r in results.references.values())
     (line,) = results.lines
@@ -141,32 +141,32 @@ def test_shares_of_both_scales_and_weights_of_results():
     assert measure.shares(off)[line][X, N] == pytest.approx(1)
     assert measure.weights(off)[line][X, N] == pytest.approx(SMALL)
     assert refinement_shares_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL / 0.05)
-    gone = measure.vanishing
-    assert gone[S, N]  # on s = 0
-    assert not gone[X, N]
-    assert not gone[N, N]
+    vanishing = measure.vanishing
+    assert vanishing[S, N]  # on s = 0
+    assert not vanishing[X, N]
+    assert not vanishing[N, N]
 
 
-def test_errors_of_a_run_and_its_tables():
+def test_errors_of_run_and_their_tables():
     results = hand_made(["nn", "xn", "sn"])
-    found = errors(results, to_dataset_of(results))
+    run_errors = errors(results, to_dataset_of(results))
     (line,) = results.lines
-    at = found.sel(body="combined", line=line)
+    at = run_errors.sel(body="combined", line=line)
     assert at.error.sel(variant="A", i="x", j="n") == pytest.approx(1)
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
-    rows = {row.name: row.cells for row in _error_table(results, found, "combined").rows}
+    rows = {row.name: row.cells for row in _error_table(results, run_errors, "combined").rows}
     shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, (_, *cells) in rows.items()}
     assert {cells[0] for cells in rows.values()} == {line}
     assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
     assert shown["C"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
-    rms_errors = found.assign(error=found.rms, weight=np.nan)
+    rms_errors = run_errors.assign(error=run_errors.rms, weight=np.nan)
     rms = {row.name: row.cells for row in _error_table(results, rms_errors, "combined").rows}
     of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
     assert rms["A"][2].text == f"{100 * of_a_sine:.1f} %"
 
 
-def test_the_summary_says_what_vanishes_and_how_well_c_is_known_on_both_scales():
+def test_summary_names_vanishing_components_and_accuracy_of_c_on_both_scales():
     results = hand_made(["nn", "xn", "sn"])
     text = summary(results, errors(results, to_dataset_of(results)))
     assert "A 100.0 % (xn on s = 0 mm)" in text
@@ -176,14 +176,14 @@ def test_the_summary_says_what_vanishes_and_how_well_c_is_known_on_both_scales()
     assert "On the scale of refinement it is at most 0.04% (xn on s = 0 mm)" in text
 
 
-def test_a_scene_of_nothing_but_zeros_has_a_summary():
+def test_summary_of_scene_with_only_vanishing_components():
     results = hand_made(["sn"])
     text = summary(results, errors(results, to_dataset_of(results)))
     assert text.startswith("sn of C vanishes")
     assert "Closest" not in text
 
 
-def test_marks_of_what_vanishes_are_hollow():
+def test_marks_of_vanishing_components_are_hollow():
     results = hand_made(["nn", "xn", "sn"])
     drawn = error_against_seconds(results, errors(results, to_dataset_of(results)))
     marks = {line.get_label(): line for line in drawn.axes[0].get_lines()}
@@ -194,7 +194,7 @@ def test_marks_of_what_vanishes_are_hollow():
     assert len(hollow) == len(results.variants)
 
 
-def test_c_that_vanishes_has_a_weight_but_no_share_of_itself():
+def test_cell_of_vanishing_c_has_weight_but_no_share():
     assert error_cell(0.7, 0.002, vanishes=True, is_estimate=True).text == "vanishes"
     assert error_cell(0.7, 0.002, vanishes=True, is_estimate=True).below == "0.20 %"
     assert error_cell(0.007, 0.002, is_estimate=True).text == "0.70 %"

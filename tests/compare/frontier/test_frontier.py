@@ -51,7 +51,7 @@ points = st.tuples(st.integers(0, 6), st.integers(0, 6))
 
 
 @given(st.lists(points, min_size=1, max_size=12))
-def test_the_front_has_all_that_is_not_dominated_and_nothing_else(ways):
+def test_front_contains_exactly_the_ways_that_are_not_dominated(ways):
     seconds, errors = np.array(ways, dtype=float).T
     chosen = front(seconds, errors)
     assert np.any(chosen)
@@ -60,29 +60,29 @@ def test_the_front_has_all_that_is_not_dominated_and_nothing_else(ways):
         assert chosen[k] == (not beaten)
 
 
-def test_all_ways_are_there_with_what_they_took(made):
-    _, _, found = made
-    assert list(found.way.values) == [
+def test_frontier_contains_all_ways_with_their_costs(made):
+    _, _, dataset = made
+    assert list(dataset.way.values) == [
         *("A", "B", "Bbar", "Bhat", "mix"),
         *("harmonic 0.1", "harmonic 0.01"),
     ]
-    worst = found.estimate.max(["body", "component"])
-    assert worst.sel(way=found.attrs["best"]) == worst.where(found.kind == "harmonic").min()
-    assert np.all(found.seconds > 0)
-    approximations = found.kind == "approximation"
-    assert found.seconds.where(approximations).max() < 0.1 * found.seconds.where(~approximations).min()
-    np.testing.assert_array_equal(found.unknowns > 0, ~approximations)
-    assert found.seconds.sel(body="combined", way="harmonic 0.1") > found.seconds.sel(
+    worst = dataset.estimate.max(["body", "component"])
+    assert worst.sel(way=dataset.attrs["best"]) == worst.where(dataset.kind == "harmonic").min()
+    assert np.all(dataset.seconds > 0)
+    approximations = dataset.kind == "approximation"
+    assert dataset.seconds.where(approximations).max() < 0.1 * dataset.seconds.where(~approximations).min()
+    np.testing.assert_array_equal(dataset.unknowns > 0, ~approximations)
+    assert dataset.seconds.sel(body="combined", way="harmonic 0.1") > dataset.seconds.sel(
         body="lower", way="harmonic 0.1"
     )
 
 
-def test_errors_are_those_of_a_run_against_the_best_c(made):
+def test_errors_agree_with_run_at_tolerance_of_best_c(made):
     """By another route: the report's table of `femic run` at the tolerance of the best."""
-    path, store, found = made
+    path, store, dataset = made
     results = compute(
         load_scene(
-            str(path), {"engine": {"tolerance": float(found.attrs["best"].split()[1]), "check": False}}
+            str(path), {"engine": {"tolerance": float(dataset.attrs["best"].split()[1]), "check": False}}
         ),
         RunOptions(2, store),
     )
@@ -90,80 +90,80 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
     for i, j in COMPONENTS:
         for variant in ("A", "Bhat", "mix"):
             expected = worst.sel(variant=variant, i=i, j=j, body="combined").item()
-            got = found.error.sel(way=variant, component=i + j, body="combined").item()
+            got = dataset.error.sel(way=variant, component=i + j, body="combined").item()
             assert got == pytest.approx(expected, rel=1e-9)
         own = worst.sel(variant="C", i=i, j=j, body="lower").item()
-        best = found.sel(way=found.attrs["best"], component=i + j, body="lower")
+        best = dataset.sel(way=dataset.attrs["best"], component=i + j, body="lower")
         assert best.error.item() == pytest.approx(own) == best.estimate.item()
 
 
-def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
-    _, _, found = made
+def test_c_deviates_from_best_c_by_no_more_than_its_tolerance(made):
+    _, _, dataset = made
     for way in engine_ways("harmonic", 1e-2):
-        assert np.all(found.error.sel(way=way.name) <= way.engine["tolerance"])
-        assert np.all(found.estimate.sel(way=way.name) <= way.engine["tolerance"])
-    assert np.all(found.estimate.sel(way=["A", "mix"]) == 0)
+        assert np.all(dataset.error.sel(way=way.name) <= way.engine["tolerance"])
+        assert np.all(dataset.estimate.sel(way=way.name) <= way.engine["tolerance"])
+    assert np.all(dataset.estimate.sel(way=["A", "mix"]) == 0)
 
 
 @pytest.mark.parametrize("tolerance", [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.004])
 @pytest.mark.parametrize("components", [("nn",), ("sn",), ("nn", "xn"), COMPONENTS])
 @pytest.mark.parametrize("body", ["combined", "lower"])
-def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance, components, body):
-    _, _, found = made
-    advice = advise(found, Question(body, components, tolerance))
-    at_most = error_bounds(found, body).sel(component=list(components)).max("component")
+def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body):
+    _, _, dataset = made
+    advice = advise(dataset, Question(body, components, tolerance))
+    at_most = error_bounds(dataset, body).sel(component=list(components)).max("component")
     assert float(at_most.sel(way=advice.way)) <= tolerance
-    measured = found.error.sel(way=advice.way, body=body, component=list(components)).max()
+    measured = dataset.error.sel(way=advice.way, body=body, component=list(components)).max()
     assert float(measured) <= advice.error <= tolerance
-    seconds = found.seconds.sel(body=body)
-    far_cheaper = found.way.values[(AS_CHEAP * seconds < advice.seconds).values]
+    seconds = dataset.seconds.sel(body=body)
+    far_cheaper = dataset.way.values[(AS_CHEAP * seconds < advice.seconds).values]
     assert np.all(at_most.sel(way=far_cheaper) > tolerance)
-    as_cheap = found.way.values[(seconds <= advice.seconds).values]
+    as_cheap = dataset.way.values[(seconds <= advice.seconds).values]
     enough = at_most.sel(way=as_cheap).where(at_most.sel(way=as_cheap) <= tolerance)
     assert advice.error == float(enough.min())
 
 
-def test_what_no_way_meets_is_a_failure(made):
-    _, _, found = made
+def test_tolerance_that_no_way_meets_is_a_failure(made):
+    _, _, dataset = made
     with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, has errors up to"):
-        advise(found, Question("combined", COMPONENTS, 1e-7))
+        advise(dataset, Question("combined", COMPONENTS, 1e-7))
 
 
 @pytest.mark.parametrize(
     ("components", "body", "message"),
     [(("ss",), "combined", "component = ss: the scene has nn"), (("nn",), "upper", "body = upper")],
 )
-def test_advice_on_what_is_not_there_is_refused(made, components, body, message):
-    _, _, found = made
+def test_advice_on_missing_component_or_body_is_refused(made, components, body, message):
+    _, _, dataset = made
     with pytest.raises(WrongInput, match=message):
-        advise(found, Question(body, components, 0.1))
+        advise(dataset, Question(body, components, 0.1))
 
 
-def test_only_what_the_advice_needs_is_tried():
-    asked = request_for("geometry1", Question("lower", ("nn",), 0.02))
-    assert [way.name for way in asked.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
-    scene = asked.scene("geometry1", asked.ways[0].engine)
+def test_request_contains_only_ways_that_advice_needs():
+    request = request_for("geometry1", Question("lower", ("nn",), 0.02))
+    assert [way.name for way in request.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
+    scene = request.scene("geometry1", request.ways[0].engine)
     assert (scene.components, scene.compared, scene.solved) == (("nn",), ("lower",), ("lower",))
     with pytest.raises(WrongInput, match="--tolerance 0"):
         request_for("geometry1", Question("lower", ("nn",), 0.0))
 
 
-def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
+def test_ways_beyond_budget_are_skipped_and_listed(made, monkeypatch):
     """Ways that are predicted to take longer are not begun."""
     path, store, _ = made
     predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
     steps = iter(predicted.values())
     monkeypatch.setattr(frontier, "run_plans", lambda *_: [])
     monkeypatch.setattr(frontier, "total_seconds", lambda *_: next(steps))
-    found = compute_frontier(
+    dataset = compute_frontier(
         str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
     )
-    assert "harmonic 0.01" not in found.way.values
-    assert found.attrs["best"] == "harmonic 0.1"
-    assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.01"]
+    assert "harmonic 0.01" not in dataset.way.values
+    assert dataset.attrs["best"] == "harmonic 0.1"
+    assert "about 100000 s" in json.loads(dataset.attrs["skipped"])["harmonic 0.01"]
 
 
-def test_without_a_reference_there_is_no_frontier(made):
+def test_frontier_without_reference_is_a_failure(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
         compute_frontier(
@@ -171,8 +171,8 @@ def test_without_a_reference_there_is_no_frontier(made):
         )
 
 
-def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
-    path, store, found = made
+def test_b_hat_prime_is_computed_where_effective_properties_are_given(made, tmp_path):
+    path, store, dataset = made
     fitted = tmp_path / "fitted.toml"
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
@@ -182,31 +182,31 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
-    assert "Bhat_prime" not in found.way.values
+    assert "Bhat_prime" not in dataset.way.values
     advice = advise(with_fit, Question("lower", ("nn",), 0.5))
     assert advice.way != "Bhat_prime"
     frontier_report.write_frontier(with_fit, tmp_path / "out")
 
 
-def test_a_way_that_is_none_is_not_on_the_front():
+def test_way_without_result_is_not_on_front():
     assert list(front(np.array([1.0, np.nan, 2.0]), np.array([0.2, np.nan, 0.1]))) == [True, False, True]
 
 
-def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
+def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    asked = FrontierRequest((*engine_ways("harmonic", 0.1), *engine_ways("solid")))
-    monkey = [way.name for way in asked.ways if way.kind == "solid"]
+    request = FrontierRequest((*engine_ways("harmonic", 0.1), *engine_ways("solid")))
+    solid_ways = [way.name for way in request.ways if way.kind == "solid"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
         skipped = {}
-        frontier._sorted_by_cost(str(soft), asked, 2, skipped)
-    assert list(skipped) == monkey
-    assert "lower.nu = 0.4995" in skipped[monkey[0]]
+        frontier._sorted_by_cost(str(soft), request, 2, skipped)
+    assert list(skipped) == solid_ways
+    assert "lower.nu = 0.4995" in skipped[solid_ways[0]]
 
 
-def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, monkeypatch, capsys):
+def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
     monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
     looser = replace(
@@ -247,34 +247,34 @@ def test_auto_chooses_what_advise_names(made, tolerance, kind):
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
     chosen = choose(str(path), question_of(scene), RunOptions(2, store))
     question = Question("combined", scene.components, tolerance)
-    found = compute_frontier(str(path), request_for(str(path), question), RunOptions(2, store))
-    way = advise(found, question).way
+    dataset = compute_frontier(str(path), request_for(str(path), question), RunOptions(2, store))
+    way = advise(dataset, question).way
     assert chosen.advice.way == way
     assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
-    assert found.kind.sel(way=way) == kind
+    assert dataset.kind.sel(way=way) == kind
     if kind == "approximation":
         assert (chosen.ics, chosen.engine) == (way, {})
     else:
         assert (chosen.ics, chosen.engine["tolerance"]) == ("C", float(way.split()[1]))
 
 
-def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
+def test_ways_keep_domain_and_limit_of_scene(made, tmp_path):
     """A far radius is part of the answer; cells follow from the tolerance, other engines have their own."""
     path, *_ = made
     mine = tmp_path / "mine.toml"
     engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
     mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
-    asked = request_for("geometry1", Question("lower", ("nn",), 0.1))
-    scene = asked.scene(str(mine), asked.ways[0].engine)
+    request = request_for("geometry1", Question("lower", ("nn",), 0.1))
+    scene = request.scene(str(mine), request.ways[0].engine)
     assert scene.bodies["lower"].domain.far_radius == 2000.0
     assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
     assert scene.first_cells.smallest != 0.01
-    other = asked.scene(str(mine), next(engine_ways("solid")).engine)
+    other = request.scene(str(mine), next(engine_ways("solid")).engine)
     assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
 
 
 @pytest.mark.slow
-def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
+def test_run_and_export_print_and_use_choice_of_auto(made, tmp_path, capsys):
     path, store, _ = made
     mine = tmp_path / "mine.toml"
     auto = 'ics = "auto"\nics_tolerance = 0.5\n'
@@ -295,12 +295,12 @@ def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     assert f"Use {of_run.advice.label}" in capsys.readouterr().out
 
 
-def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, capsys):
+def test_export_refuses_scene_before_choosing_ics(made, tmp_path, monkeypatch, capsys):
     path, *_ = made
     mine = tmp_path / "mine.toml"
     text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
     mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("asked"))
+    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
     assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
     assert "add 'combined'" in capsys.readouterr().err
 

@@ -15,13 +15,13 @@ from geometries.patches import Load
 from tests.compare.conftest import on_line
 
 
-def test_combined_is_the_sum_of_the_bodies(small):
+def test_combined_ics_are_sum_of_bodies(small):
     _, dataset, _ = small
     total = dataset.ic.sel(body="upper") + dataset.ic.sel(body="lower")
     np.testing.assert_allclose(dataset.ic.sel(body="combined"), total, rtol=1e-14)
 
 
-def test_combined_a_is_the_half_space_of_combined_constants(small):
+def test_combined_a_is_half_space_with_combined_constants(small):
     results, dataset, _ = small
     scene = results.scene
     constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
@@ -36,7 +36,7 @@ def far_away(dataset):
     return dataset.isel(point=np.flatnonzero(elements >= 4 - 1e-9))
 
 
-def test_errors_follow_the_definition(small):
+def test_errors_follow_definition(small):
     _, dataset, errors = small
     line = on_line(dataset, "s = 1.6 mm").sel(body="upper")
     c, b = (line.ic.sel(variant=v, i="x", j="n").values for v in ("C", "Bhat"))
@@ -49,7 +49,7 @@ def test_errors_follow_the_definition(small):
     assert not at.vanishes
 
 
-def test_the_estimate_of_c_is_there_on_both_scales(small):
+def test_estimate_of_c_is_given_on_both_scales(small):
     _, dataset, errors = small
     line = on_line(dataset, "s = 1.6 mm").sel(body="combined", i="x", j="n")
     c, nn = (on_line(dataset, "s = 1.6 mm").ic.sel(variant="C", body="combined", i=i, j="n") for i in "xn")
@@ -72,7 +72,7 @@ def test_raw_and_discount_give_c(small):
         np.testing.assert_allclose(dataset.ic.sel(variant="C", body=name), c, rtol=1e-12, atol=1e-20)
 
 
-def test_file_round_trip(small, tmp_path):
+def test_dataset_is_read_as_written(small, tmp_path):
     _, dataset, _ = small
     write_dataset(dataset, tmp_path / "ics.nc")
     with xr.open_dataset(tmp_path / "ics.nc", engine="h5netcdf") as read:
@@ -80,7 +80,7 @@ def test_file_round_trip(small, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["ics.nc"]
 
 
-def test_csv_has_the_curves_under_their_names(small, tmp_path):
+def test_csv_contains_curves_under_their_names(small, tmp_path):
     results, dataset, _ = small
     data.write_curves(dataset, results.scene.components, tmp_path)
     table = np.genfromtxt(tmp_path / "curves_x1.6mm.csv", delimiter=",", names=True, deletechars="")
@@ -90,7 +90,7 @@ def test_csv_has_the_curves_under_their_names(small, tmp_path):
     np.testing.assert_allclose(table["B_sn_lower_[mm/N]"], b_sn, rtol=1e-9, atol=1e-25)
 
 
-def test_summary_names_the_worst_and_the_best(small):
+def test_summary_names_worst_and_best_variants(small):
     results, _, errors = small
     text = report.summary(results, errors)
     worst = errors.error.sel(body="combined", variant="A")

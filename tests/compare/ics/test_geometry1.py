@@ -13,7 +13,7 @@ from tests.compare.conftest import estimated_errors, on_line
 BODIES = ("lower", "upper", "combined")
 
 
-def test_every_component_of_each_body_is_known_to_a_thousandth(geometry1):
+def test_estimate_of_each_component_is_below_one_thousandth(geometry1):
     results, *_ = geometry1
     estimates = estimated_errors(results)
     assert {body for body, _ in estimates} == {"lower", "upper"}
@@ -23,7 +23,7 @@ def test_every_component_of_each_body_is_known_to_a_thousandth(geometry1):
 
 
 @pytest.mark.parametrize("line", ["s = 1.6 mm", "s = 0 mm", "x = 1.6 mm"])
-def test_combined_xn_is_known_to_one_percent_and_to_two_of_its_own_maximum(geometry1, line):
+def test_estimate_of_combined_xn_is_below_one_percent_and_two_of_its_maximum(geometry1, line):
     """What is left of it where the bodies' xn, 60 times as large, cancel."""
     _, dataset, errors = geometry1
     known = errors.sel(variant="C", body="combined", line=line, i="x", j="n")
@@ -35,7 +35,7 @@ def test_combined_xn_is_known_to_one_percent_and_to_two_of_its_own_maximum(geome
 
 @pytest.mark.slow
 @pytest.mark.parametrize("body", BODIES)
-def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1_checked, body):
+def test_solid_engine_agrees_within_sum_of_estimates(geometry1_checked, body):
     results, dataset, _ = geometry1_checked
     of_body = dataset.sel(body=body)
     apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
@@ -50,7 +50,7 @@ def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1_check
 
 
 @pytest.mark.slow
-def test_the_report_says_that_both_engines_agree(geometry1_checked):
+def test_agreement_table_tells_whether_engines_agree(geometry1_checked):
     results, _, _ = geometry1_checked
     rows = list(agreement(results))
     assert [row.body for row in rows] == [body for body in results.scene.compared for _ in range(3)]
@@ -63,7 +63,7 @@ def test_the_report_says_that_both_engines_agree(geometry1_checked):
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_sn_has_the_sign_and_size_of_b(geometry1, body):
+def test_sn_has_sign_and_size_of_b(geometry1, body):
     _, dataset, _ = geometry1
     line = on_line(dataset, "x = 1.6 mm")
     part = line.isel(point=np.flatnonzero((abs(line.s) >= 4) & (abs(line.s) <= 12))).sel(
@@ -76,7 +76,7 @@ def test_sn_has_the_sign_and_size_of_b(geometry1, body):
         assert np.all(c * a < 0)
 
 
-def test_c_is_reciprocal_at_the_crown(geometry1):
+def test_c_is_reciprocal_at_crown(geometry1):
     """At s = 0 load and observer change places by x -> -x: xn(x) = nx(-x), xs = sx = 0."""
     _, dataset, _ = geometry1
     ic = on_line(dataset, "s = 0 mm").ic.sel(variant="C")
@@ -89,7 +89,7 @@ def test_c_is_reciprocal_at_the_crown(geometry1):
     assert np.all(np.abs(ic.sel(i="x", j="s")).max("point") < 1e-12 * scale)
 
 
-def test_the_approximations_are_of_the_right_size(geometry1):
+def test_approximations_have_right_size(geometry1):
     """B and its kin follow C_nn laterally better than A does; A_sn of equal materials vanishes."""
     _, dataset, errors = geometry1
     nn = errors.error.sel(body="combined", i="n", j="n", line="x = 1.6 mm")

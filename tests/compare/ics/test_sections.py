@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import trapezoid
 from skfem import MeshTri
 
-from compare.ics import run
 from compare.ics.compute import jobs
+from compare.ics.figures import RunOutput, _solid_meshes
 from compare.ics.sections import _closing, surface_mesh
 from compare.report import views
 from femic.reference.level import Level
@@ -40,7 +40,7 @@ def closing(body):
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_a_section_is_closed_along_far_arc_and_hub_between_the_ends_of_the_contour(name):
+def test_section_is_closed_along_far_arc_and_hub(name):
     body = BODIES[name]
     far = body.domain.far_radius
     ends, (y, z) = closing(body)
@@ -52,7 +52,7 @@ def test_a_section_is_closed_along_far_arc_and_hub_between_the_ends_of_the_conto
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_contour_and_closing_enclose_the_section(name):
+def test_contour_and_closing_enclose_section(name):
     body = BODIES[name]
     far = body.domain.far_radius
     s = np.linspace(*body.s_range, 4001)
@@ -65,7 +65,7 @@ def test_contour_and_closing_enclose_the_section(name):
     assert enclosed == pytest.approx(area, rel=1e-3)
 
 
-def test_the_clamped_line_of_a_ball_is_no_longer_than_its_hub():
+def test_clamped_line_of_ball_ends_with_hub():
     ends, (y, z) = closing(BALL)
     assert np.abs(y).max() <= np.abs(ends[0]).max() < 60
     np.testing.assert_allclose(z, 40.0, rtol=1e-9)
@@ -80,7 +80,7 @@ def off_centre(s, folder, flanks="25.0"):
 
 
 @pytest.mark.parametrize(("s", "side"), [(2.0, 1), (-2.0, 1), (-2.0, -1)])
-def test_the_surface_mesh_is_shown_where_the_patch_is_modelled(s, side, tmp_path):
+def test_surface_mesh_is_shown_on_modelled_side_of_patch(s, side, tmp_path):
     chart = MeshTri.init_tensor(np.linspace(0, 10, 5), np.linspace(0 if side * s > 0 else -10, 10, 5))
     patch = [side * s - 0.2, side * s + 0.2]
     whole, near = surface_mesh(chart, off_centre(s, tmp_path), "lower", side=side).axes
@@ -95,13 +95,13 @@ def test_the_surface_mesh_is_shown_where_the_patch_is_modelled(s, side, tmp_path
 @pytest.mark.parametrize(
     ("s", "flanks", "shown"), [(2.0, "25.0", 2.0), (-2.0, "25.0", 2.0), (-2.0, "[25.0, 30.0]", -2.0)]
 )
-def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monkeypatch):
+def test_close_up_is_centred_on_modelled_side(s, flanks, shown, tmp_path, monkeypatch):
     scene = off_centre(s, tmp_path, flanks)
     reference = SimpleNamespace(level=Level(cells=-1))
     results = SimpleNamespace(scene=scene, jobs=jobs(scene), references={"lower": reference})
     drawn = []
     monkeypatch.setattr(views, "can_render", lambda: True)
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
-    names = [picture.name for picture in run._draw_meshes(results, scene.settings.engine.fields, tmp_path)]
+    names = [picture.name for picture in _solid_meshes(RunOutput(results, None, None, tmp_path))]
     assert names == ["mesh_lower", "mesh_surface"]
     np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])

@@ -14,7 +14,7 @@ from compare.export.export import SUFFIXES
 from compare.ics.compute import jobs
 from compare.matrix import compute as matrix
 from compare.matrix import page
-from compare.matrix.check import check, checked_strips
+from compare.matrix.check import check_columns, checked_strips
 from compare.matrix.compute import compute_matrix, file_size, matrix_jobs, matrix_plans
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
@@ -47,7 +47,7 @@ def made(tmp_path_factory):
     return path, out
 
 
-def test_the_file_has_what_its_attributes_say(made):
+def test_file_contains_ics_estimates_and_attributes(made):
     _, out = made
     with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
         assert file.ic.dims == ("body", "lag", "observed", "loaded", "i", "j")
@@ -69,7 +69,7 @@ def test_the_file_has_what_its_attributes_say(made):
         assert file.ic.attrs["units"] == file.estimate.attrs["units"] == "mm/MPa"
 
 
-def test_the_report_shows_maps_and_is_self_contained(made):
+def test_report_shows_maps_and_is_self_contained(made):
     _, out = made
     html = (out / "matrix.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
@@ -77,7 +77,7 @@ def test_the_report_shows_maps_and_is_self_contained(made):
     assert "expected / actual" in html
 
 
-def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
+def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
     path, out = made
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
@@ -93,7 +93,7 @@ def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     assert again.seconds > 0
 
 
-def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
+def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
     """The text of the scene is the same."""
     table = {"E": 210e3, "nu": 0.3, "contour": {"kind": "points", "file": str(tmp_path / "rail.txt")}}
     scene = {
@@ -109,7 +109,7 @@ def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
     assert keys[0] == keys[1] != keys[2]
 
 
-def test_other_maps_need_no_new_models(made, monkeypatch):
+def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
     path, out = made
     before = (out / "figures" / "matrix_combined_C.png").read_bytes()
     monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
@@ -118,7 +118,7 @@ def test_other_maps_need_no_new_models(made, monkeypatch):
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
 
 
-def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
+def test_large_matrices_are_not_held_as_a_whole(made, monkeypatch):
     path, out = made
     monkeypatch.setattr(matrix, "LARGEST_WHOLE_MATRIX", 100)
     monkeypatch.setattr("femic.reference.matrix.reference.REMEMBERED_ENTRIES", 100)
@@ -140,13 +140,13 @@ def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
         ("n_s = 600", r"grid\.n_s = 600"),
     ],
 )
-def test_a_grid_that_does_not_fit_is_refused_before_any_work(write_scene, grid, text, capsys, tmp_path):
+def test_unsuitable_grid_is_refused_before_computation(write_scene, grid, text, capsys, tmp_path):
     path = write_scene(engine=HARMONIC + f"\n[grid]\n{grid}\n")
     assert exit_code(["matrix", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
     assert re.search(text, capsys.readouterr().err.replace("\n", " "))
 
 
-def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
+def test_grid_beyond_measured_contour_is_refused_only_by_matrix():
     y = np.linspace(-4, 4, 21)
     contour = {"kind": "points", "points": np.column_stack([y, -(y**2) / 20]).tolist()}
     body = {"E": 210e3, "nu": 0.3, "contour": contour}
@@ -158,7 +158,7 @@ def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
         scene_from_table(table | {"grid": {"n_s": 40}}, "short")
 
 
-def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
+def test_interrupted_matrix_continues_where_it_stopped(write_scene, tmp_path, monkeypatch):
     engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
     path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"
     path.write_text(path.read_text(encoding="utf-8").replace(*WIDER), encoding="utf-8")
@@ -180,7 +180,7 @@ def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monke
     assert len(set(solved)) == len(solved) > 25
 
 
-def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
+def test_file_that_cannot_be_written_is_an_error(made, tmp_path, capsys):
     path, out = made
     (tmp_path / "o" / "matrix.nc").mkdir(parents=True)
     place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
@@ -189,7 +189,7 @@ def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("damaged", ["matrix.nc", "matrix.html"])
-def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, monkeypatch, capsys, damaged):
+def test_changed_results_are_computed_again(made, tmp_path, monkeypatch, capsys, damaged):
     path, out = made
     folder = tmp_path / "o"
     shutil.copytree(out, folder, ignore=shutil.ignore_patterns("store"))
@@ -209,11 +209,11 @@ def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, monkeypat
 
 def first_chunk(variable):
     """Where the first piece of a variable is in its file, and its size [bytes]."""
-    found = variable.id.get_chunk_info(0)
-    return found.byte_offset, found.size
+    chunk = variable.id.get_chunk_info(0)
+    return chunk.byte_offset, chunk.size
 
 
-def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
+def test_damaged_chunk_of_matrix_is_not_read(made, tmp_path):
     """Damaged values are not read."""
     _, out = made
     with h5py.File(out / "matrix.nc", "r") as file:
@@ -231,7 +231,7 @@ def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
 # --- plan ------------------------------------------------------------------------------------------------
 
 
-def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
+def test_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
     for module, name in ((harmonic, "SectionSolver"), (solid, "assemble")):
         monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
     path = write_scene(engine=HARMONIC + GRID + "\n")
@@ -242,7 +242,7 @@ def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, c
     assert "5 lags of 0.6 mm" in text
 
 
-def test_a_plan_knows_the_unknowns_and_the_file(made):
+def test_plan_predicts_unknowns_wavenumbers_and_file_size(made):
     path, out = made
     scene = load_scene(str(path))
     with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
@@ -255,41 +255,41 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
     assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
 
 
-def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
+def test_plan_of_solid_engine_is_right_to_factor_of_two(write_scene):
     scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
-    asked = jobs(scene)["lower"].request(Level())
-    cells = solid.build_mesh(asked)
-    assert 0.5 < SOLID.models.expected_cost(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+    request = jobs(scene)["lower"].request(Level())
+    cells = solid.build_mesh(request)
+    assert 0.5 < SOLID.models.expected_cost(request, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
 
 
 # --- the solid engine --------------------------------------------------------------------------------
 
 
-def test_strips_that_are_checked_are_spread_over_the_grid(made):
+def test_checked_strips_are_spread_over_grid(made):
     path, _ = made
     for count, strips in ((0, []), (1, [2]), (2, [0, 3]), (3, [0, 2, 3])):
         assert checked_strips(load_scene(str(path), {"grid": {"check": count}})) == strips
 
 
 @pytest.mark.slow
-def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path):
+def test_column_computed_with_solid_engine_agrees_within_estimates(made, tmp_path):
     path, _ = made
     scene = load_scene(str(path), {"bodies": ["lower"], "grid": {"check": 1, "n_x": 8}})
     results = compute_matrix(scene, tmp_path / "matrix.nc", RunOptions(2))
-    (one,) = check(results, RunOptions(2, Store(tmp_path / "store")))
-    assert (one.body, one.strip) == ("lower", 2)
-    assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
-    assert one.closest <= 1.0
-    assert one.difference < 5e-3
+    (column,) = check_columns(results, RunOptions(2, Store(tmp_path / "store")))
+    assert (column.body, column.strip) == ("lower", 2)
+    assert column.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
+    assert column.closest <= 1.0
+    assert column.difference < 5e-3
 
 
-def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(made):
+def test_export_is_matrix_times_combined_shear_modulus(made):
     path, out = made
     assert exit_code(["export", str(path), "--out", str(out)]) == DONE
     file, scene = read(out / "contact_C.txt"), load_scene(str(path))
     assert (file.n_x, file.n_s, len(file.values), file.convex) == (5, 4, 4, 2)
-    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as kept:
-        both = kept.ic.sel(body="combined").values
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as dataset:
+        both = dataset.ic.sel(body="combined").values
     for loaded, observed in np.ndindex(4, 4):
         expected = scene.pair.constants.G * both[:, observed, loaded]
         np.testing.assert_array_equal(file.values[loaded, observed - loaded + 3], expected)
@@ -304,8 +304,10 @@ def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys, dis
     path, out = made
     command = ["export", str(path), "--out", str(out), "--discount"]
     assert exit_code([*command, discount]) == exit_code([*command, "none"]) == DONE
-    said = " ".join(capsys.readouterr().out.split())
-    assert "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid compliance" in said
+    output = " ".join(capsys.readouterr().out.split())
+    assert (
+        "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid compliance" in output
+    )
     ruled, raw = (read(out / f"contact_C{name}.txt") for name in (SUFFIXES[discount], "_raw"))
     assert raw.values.shape == ruled.values.shape == (4, 7, 5, 3, 3)
     taken = raw.values - ruled.values

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.ics.curves import line_panel
 from compare.ics.run import key_of
-from compare.overlay.curves import curve, is_mirrored
+from compare.overlay.curves import is_mirrored
 from compare.overlay.differences import differences
 from compare.overlay.figures import curves, drawn_variants
 from compare.overlay.page import _rank, summary
@@ -79,7 +80,7 @@ def read(folder, name):
     return xr.load_dataset(folder / "results" / name, engine="h5netcdf")
 
 
-def test_an_overlay_writes_report_figures_and_csv(compared):
+def test_overlay_writes_report_figures_and_csv(compared):
     out = compared / "results" / "gentle_steep"
     assert {path.name for path in out.iterdir()} - {LOCK} == {"report.html", "figures", "curves_x1.6mm.csv"}
     assert {path.name for path in (out / "figures").iterdir()} == {"curves_nn.png", "curves_sn.png"}
@@ -90,8 +91,8 @@ def test_an_overlay_writes_report_figures_and_csv(compared):
 
 
 @pytest.mark.parametrize(("k", "name", "E", "L"), [(0, "gentle", 210e3, 10.0), (1, "steep", 70e3, 4.0)])
-def test_curves_are_those_of_ics_nc_in_the_unit_of_the_scene(k, name, E, L, compared):
-    drawn = curve(opened(compared).results[k], LINE, "lower", "sn")
+def test_curves_agree_with_ics_file_in_unit_of_scene(k, name, E, L, compared):
+    drawn = line_panel(opened(compared).results[k].ics, LINE, "lower", "sn")
     line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
     assert drawn.across == "s / L  [-]"
     np.testing.assert_allclose(drawn.at, line.s / L, rtol=1e-13)
@@ -102,13 +103,13 @@ def test_curves_are_those_of_ics_nc_in_the_unit_of_the_scene(k, name, E, L, comp
         )
 
 
-def test_the_figure_draws_the_curves_of_all_scenes(compared):
+def test_figure_draws_curves_of_all_scenes(compared):
     overlay = opened(compared)
     assert drawn_variants(overlay) == ("C", "A", "Bhat")
     (panel,) = curves(overlay, "sn").axes
     drawn = np.reshape(panel.get_lines(), (2, 3))  # scenes, variants
     for result, lines in zip(overlay.results, drawn, strict=True):
-        expected = curve(result, LINE, "lower", "sn")
+        expected = line_panel(result.ics, LINE, "lower", "sn")
         half = expected.at >= 0
         for variant, line in zip(("C", "A", "Bhat"), lines, strict=True):
             np.testing.assert_allclose(line.get_xdata(), expected.at[half])
@@ -119,7 +120,7 @@ def test_the_figure_draws_the_curves_of_all_scenes(compared):
     assert len(DASHES) == MOST_SCENES
 
 
-def test_both_halves_of_a_line_are_shown_if_a_scene_is_not_symmetric(compared):
+def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
     overlay = opened(compared)
     assert is_mirrored(overlay, LINE)
     gentle, steep = overlay.results
@@ -130,28 +131,30 @@ def test_both_halves_of_a_line_are_shown_if_a_scene_is_not_symmetric(compared):
     assert min(panel.get_lines()[0].get_xdata()) == -6.0 / 10.0
 
 
-def test_the_csv_has_the_curves(compared):
+def test_csv_contains_curves(compared):
     path = compared / "results" / "gentle_steep" / "curves_x1.6mm.csv"
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
-    steep = curve(opened(compared).results[1], LINE, "lower", "sn")
+    steep = line_panel(opened(compared).results[1].ics, LINE, "lower", "sn")
     expected = {"s/L": steep.at, "A": steep.curves["A"], "C": steep.curves["C"], "estimate": steep.estimate}
     for column, values in expected.items():
         np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
 
 
-def test_errors_are_those_of_errors_nc_on_the_common_lines(compared):
+def test_errors_agree_with_errors_file_on_common_lines(compared):
     overlay = opened(compared)
     assert overlay.common.lines == (LINE,)  # not s = 1.6 mm, which only one has
     for result in overlay.results:
         file = read(compared, f"{result.name}/errors.nc").error.sel(body="lower", line=LINE)
         for component in ("nn", "sn"):
-            found = worst(overlay, result, "lower", component).error
+            worst_errors = worst(overlay, result, "lower", component).error
             for variant in ("A", "Bbar", "Bhat", "C"):
-                assert found.sel(variant=variant) == file.sel(variant=variant, i=component[0], j=component[1])
+                assert worst_errors.sel(variant=variant) == file.sel(
+                    variant=variant, i=component[0], j=component[1]
+                )
 
 
-def test_the_table_has_the_errors_of_both_scenes(compared):
+def test_table_contains_errors_of_both_scenes(compared):
     html = (compared / "results" / "gentle_steep" / "report.html").read_text(encoding="utf-8")
     (rows,) = re.findall(r'name">A</th>(.*?)name">B', html, flags=re.DOTALL)
     shown = [float(error) for error in re.findall(r">([\d.]+) %<br>", rows)]
@@ -162,7 +165,7 @@ def test_the_table_has_the_errors_of_both_scenes(compared):
     np.testing.assert_allclose(shown, expected, atol=0.05)
 
 
-def test_the_summary_names_the_scene_of_the_larger_error_and_the_factor(compared):
+def test_summary_names_scene_with_larger_error_and_factor(compared):
     overlay = opened(compared)
     errors = {
         result.name: {v: worst(overlay, result, "lower", "sn").error.sel(variant=v).item() for v in "AC"}
@@ -189,19 +192,19 @@ RANKS = {
 
 
 @pytest.mark.parametrize("case", RANKS)
-def test_factors_are_no_finer_than_c_is_known(case):
+def test_factors_respect_accuracy_of_c(case):
     errors, expected = RANKS[case]
     assert _rank(errors) == expected
 
 
-def test_only_what_differs_is_listed(compared):
+def test_only_differences_are_listed(compared):
     listed = list(differences(opened(compared)))
-    found = {difference.key: difference.values for difference in listed}
-    assert found["lower.E"] == ["210000", "70000"]
-    assert found["lower.contour.flank_inclination_deg"] == ["20", "50"]
-    assert found["reference_length"] == ["10", "4"]  # that of gentle is a default
-    assert found["lines.1.along"] == ["s", "–"]
-    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & found.keys()
+    values = {difference.key: difference.values for difference in listed}
+    assert values["lower.E"] == ["210000", "70000"]
+    assert values["lower.contour.flank_inclination_deg"] == ["20", "50"]
+    assert values["reference_length"] == ["10", "4"]  # that of gentle is a default
+    assert values["lines.1.along"] == ["s", "–"]
+    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & values.keys()
     assert "Young's modulus [MPa]" in {difference.meaning for difference in listed}
 
 
@@ -209,37 +212,40 @@ def differences_with(overlay, **attributes):
     """The table of differences if the second results had other attributes."""
     first, second = overlay.results
     second = replace(second, ics=second.ics.assign_attrs(attributes))
-    return {found.key: found.values for found in differences(replace(overlay, results=(first, second)))}
+    return {
+        difference.key: difference.values
+        for difference in differences(replace(overlay, results=(first, second)))
+    }
 
 
-def test_programs_of_another_version_are_listed(compared):
+def test_programs_with_different_versions_are_listed(compared):
     overlay = opened(compared)
     attributes = overlay.results[1].ics.attrs
     assert not {key for key in differences_with(overlay) if key.startswith("computed with")}
     versions = json.loads(attributes["versions"]) | {"gmsh": "0.1"}
-    found = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
-    assert found["computed with gmsh"][1] == "0.1"
-    assert found["computed with code"] == [attributes["code"], "0123456789ab"]
-    assert "computed with femic" not in found
+    values = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
+    assert values["computed with gmsh"][1] == "0.1"
+    assert values["computed with code"] == [attributes["code"], "0123456789ab"]
+    assert "computed with femic" not in values
 
 
-def test_defaults_that_depend_on_the_scene_are_listed_with_their_values(compared):
+def test_computed_defaults_are_listed_with_their_values(compared):
     overlay = opened(compared)
     assert differences_with(overlay)["moment_arm"] == ["3.75", "2"]  # 60 / 16, 4 / 2
     settings = json.loads(overlay.results[1].ics.attrs["settings"])
     other = {"first smallest_cell [mm]": 0.05, "first growth": 0.2, "first line_growth": 0.07}
-    found = differences_with(overlay, settings=json.dumps(settings | other))
-    assert found["engine.smallest_cell"] == ["0.1", "0.05"]
-    assert found["engine.growth"] == ["0.3", "0.2"]
-    assert found["engine.line_growth"] == ["0.2", "0.07"]
+    values = differences_with(overlay, settings=json.dumps(settings | other))
+    assert values["engine.smallest_cell"] == ["0.1", "0.05"]
+    assert values["engine.growth"] == ["0.3", "0.2"]
+    assert values["engine.line_growth"] == ["0.2", "0.07"]
 
 
-def test_results_that_are_up_to_date_are_not_computed_again(copied, computed):
+def test_results_up_to_date_are_not_computed_again(copied, computed):
     assert compare(copied, *SCENES) == DONE
     assert computed == []
 
 
-def test_results_of_another_text_are_computed_again(copied):
+def test_results_of_changed_scene_are_computed_again(copied):
     changed = (copied / "steep.toml").read_text(encoding="utf-8") + "# changed\n"
     (copied / "steep.toml").write_text(changed, encoding="utf-8")
     before = (copied / "results/gentle/ics.nc").stat().st_mtime_ns
@@ -270,7 +276,7 @@ def test_missing_and_broken_results_are_computed_again(name, content, copied, co
     assert computed == ["steep"]
 
 
-def test_results_of_another_file_of_points_are_out_of_date(tmp_path):
+def test_results_of_changed_contour_file_are_out_of_date(tmp_path):
     y = np.linspace(-40, 40, 41)
     np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
     arc = '"arc", radius = 10.0, flank_inclination_deg = 25.0'
@@ -281,20 +287,23 @@ def test_results_of_another_file_of_points_are_out_of_date(tmp_path):
     )
     for name in ("mine", "other"):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
-    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
-    assert not up_to_date(mine)
-    with receipts.renewed(mine.folder, "run", key_of(mine.scene), []):
+
+    def mine():
+        """The source of the scene, read again."""
+        return sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)[0]
+
+    source = mine()
+    assert not up_to_date(source)
+    with receipts.renewed(source.folder, "run", key_of(source.scene), []):
         pass
-    assert up_to_date(mine)
+    assert up_to_date(source)
     (tmp_path / "rail.txt").touch()  # the same points
-    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
-    assert up_to_date(mine)
+    assert up_to_date(mine())
     np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 90]))
-    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
-    assert not up_to_date(mine)
+    assert not up_to_date(mine())
 
 
-def test_a_folder_whose_files_have_changed_since_is_not_shown(copied, capsys):
+def test_folder_with_changed_files_is_refused(copied, capsys):
     """Its numbers would not be what its text says."""
     path = copied / "results" / "steep" / "errors.nc"
     errors = read(copied, "steep/errors.nc")
@@ -304,7 +313,7 @@ def test_a_folder_whose_files_have_changed_since_is_not_shown(copied, capsys):
 
 
 @pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
-def test_results_of_an_older_compare_are_computed_again(copied, computed, name):
+def test_results_written_by_older_code_are_computed_again(copied, computed, name):
     """The models' code is the same, the formula of what is written has changed."""
     path = copied / "results" / "gentle" / name
     xr.load_dataset(path, engine="h5netcdf").assign_attrs(code=code_digest()).to_netcdf(
@@ -314,7 +323,7 @@ def test_results_of_an_older_compare_are_computed_again(copied, computed, name):
     assert computed == ["gentle"]
 
 
-def test_a_result_folder_is_taken_as_it_is(copied, computed):
+def test_folder_of_results_is_not_computed_again(copied, computed):
     (copied / "steep.toml").unlink()
     out = copied / "elsewhere"
     assert compare(copied, "gentle.toml", "results/steep", out=out) == DONE
@@ -343,7 +352,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_wrong_scenes_are_refused_before_any_work(case, copied, computed, capsys):
+def test_unsuitable_scenes_are_refused_before_computation(case, copied, computed, capsys):
     scenes, expected = BAD[case]
     (copied / "empty").mkdir()
     (copied / "other.toml").write_text(scene_text(ALL, lines=ALONG_X), encoding="utf-8")
@@ -364,7 +373,7 @@ def test_wrong_scenes_are_refused_before_any_work(case, copied, computed, capsys
         ("results/steep", "has the results of a scene; name another"),
     ],
 )
-def test_an_overlay_overwrites_no_results(out, expected, copied, computed, capsys):
+def test_overlay_does_not_overwrite_results(out, expected, copied, computed, capsys):
     (copied / "results" / "gentle" / "ics.nc").unlink()
     assert compare(copied, *SCENES, out=copied / out) == WRONG_INPUT
     assert f"{out}: {expected}" in capsys.readouterr().err

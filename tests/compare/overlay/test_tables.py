@@ -35,14 +35,14 @@ def overlay():
     return Overlay(COMMON, (a, b))
 
 
-def test_what_vanishes_in_a_scene_is_not_ranked(overlay):
+def test_component_that_vanishes_in_a_scene_is_not_ranked(overlay):
     """A's nn: 2 and 5 % at worst; its xn is 100 % wrong in both."""
     assert (
         _ranking(overlay, "lower", "A") == f"more in b: nn 2.50 ×; {WITHIN_ACCURACY}: xn; vanishing in b: sn"
     )
 
 
-def test_tables_mark_what_vanishes_and_show_weights(overlay):
+def test_tables_mark_vanishing_components_and_show_weights(overlay):
     rows = [(row.name, *row.cells) for row in _rows(overlay, "lower")]
     shown = {(name, scene): [(cell.text, cell.below) for cell in cells] for name, scene, *cells in rows}
     assert shown["A", "a"] == [("2.00 %", "0.02 %"), ("100.0 %", "1.00 %"), ("10.0 %", "0.10 %")]

@@ -55,13 +55,13 @@ def test_a_cell_is_a_number_in_its_format_or_a_text(one, text):
     assert one.text == text
 
 
-def test_an_estimate_stands_below_a_number_and_none_where_it_is_unknown():
+def test_known_estimate_is_below_the_number():
     assert cell(2.0, 0.0123).below == "± 0.012"
     assert cell(2.0, np.nan).below == ""
 
 
 @pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "-0.5"), (2.0 + 1e-12, "0")])
-def test_a_change_is_told_with_its_sign_and_rounding_is_none(value, text):
+def test_change_has_a_sign_and_rounding_is_0(value, text):
     one = changed_cell(*map(xr.DataArray, (value, 2.0, 0.01)))
     assert (one.text, one.below) == (text, "of 2 ± 0.01")
 
@@ -87,7 +87,7 @@ def test_a_table_of_texts_has_no_groups_where_all_rows_have_names(tmp_path):
 
 
 def test_colours_and_links_of_cells_are_in_the_page(tmp_path):
-    rows = [Row("a", [Cell("b", colour="#abcdef"), Cell("c", link="there")])]
+    rows = [Row("a", [Cell("b", colour="#abcdef"), Cell("c", link="#there")])]
     target = Section("d", [], "#fedcba", "there")
     html = html_of(tmp_path, Table("", ["", ""], rows), target)
     assert '<td style="background: #abcdef">b</td>' in html
@@ -126,7 +126,7 @@ def test_blocks_appear_in_their_order(tmp_path):
     assert "<p></p>" not in html
 
 
-def test_texts_are_escaped_and_indices_of_ics_are_set(tmp_path):
+def test_texts_are_escaped_and_indices_of_ics_are_subscripts(tmp_path):
     html = html_of(tmp_path, "C_nn & <b>", Verbatim("C_nn <b>"), "p_max, M_zz, curves_nn.png, C_seconds")
     assert "<p>C<sub>nn</sub> &amp; &lt;b&gt;</p>" in html
     assert "<pre>C_nn &lt;b&gt;</pre>" in html  # a scene stays as it is
@@ -146,7 +146,7 @@ def test_figures_are_embedded_and_written_beside_the_page(tmp_path):
     assert re.findall(r'alt="(\w+)" src="data:image/png;base64,iVBOR', html) == ["first", "second"]
 
 
-def test_a_picture_that_is_drawn_already_is_embedded_as_it_is(tmp_path):
+def test_existing_picture_is_embedded(tmp_path):
     drawn = tmp_path / "mesh.png"
     drawn.write_bytes(b"a picture")
     assert 'src="data:image/png;base64,YSBwaWN0dXJl"' in html_of(tmp_path, Picture("mesh", drawn))

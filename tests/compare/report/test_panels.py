@@ -44,14 +44,14 @@ def test_the_estimate_is_a_band_of_its_size_around_c():
         assert np.max(at_k) == pytest.approx(CURVES["C"][k] + estimate[k])
 
 
-def test_a_curve_that_is_not_there_is_not_drawn():
+def test_curves_of_nan_are_not_drawn():
     assert set(lines(axes_of(Panel("", "", AT, "", CURVES | {"B̂′": np.full_like(AT, np.nan)})))) == set(
         CURVES
     )
 
 
 @pytest.mark.parametrize("known", [None, 0.2 + 0 * AT])
-def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
+def test_c_of_the_other_engine_is_marks_with_bars_of_its_estimate(known):
     other = SYMBOLS["C_solid"]
     axes = axes_of(Panel("", "", AT, "", {other: AT**2}, check_estimate=known))
     marks = axes.get_lines()[0]
@@ -63,7 +63,7 @@ def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
     assert bool(bars) == (known is not None)
 
 
-def test_a_part_of_a_panel_has_the_same_points_of_everything():
+def test_part_of_a_panel_selects_the_same_points_of_all_curves():
     panel = Panel("", "", AT, "", CURVES, 0.1 * AT, 0.2 * AT).beyond(1.0)
     assert panel.at[0] == 1.0
     for values in (*panel.curves.values(), panel.estimate, panel.check_estimate):
@@ -71,7 +71,7 @@ def test_a_part_of_a_panel_has_the_same_points_of_everything():
     np.testing.assert_array_equal(panel.curves["A"], 1 - panel.at)
 
 
-def test_what_vanishes_is_not_blown_up():
+def test_curves_of_rounding_errors_are_shown_as_zero():
     panel = Panel("", "", AT, "", {"C": 1e-17 * np.sin(AT)})
     axes = axes_of(panel)
     finish(axes, panel)
@@ -82,7 +82,7 @@ def test_what_vanishes_is_not_blown_up():
     assert axes.get_ylim()[1] < 1e-5
 
 
-def test_joints_are_marked_and_labels_are_those_of_the_panel():
+def test_joints_are_marked_and_axes_have_the_labels_of_the_panel():
     panel = Panel("a title", "s / L  [-]", AT, "sn  [-]", CURVES, marks=(0.5, 1.5))
     axes = axes_of(panel)
     finish(axes, panel)
@@ -90,7 +90,7 @@ def test_joints_are_marked_and_labels_are_those_of_the_panel():
     assert (axes.get_title(), axes.get_xlabel(), axes.get_ylabel()) == ("a title", "s / L  [-]", "sn  [-]")
 
 
-def test_a_figure_has_a_place_for_each_panel_and_one_legend_of_all_labels():
+def test_figure_has_axes_for_each_panel_and_one_legend():
     of_panels = [Panel(f"{k}", "", AT, "", {name: CURVES[name]}) for k, name in enumerate("CAC")]
     figure = panel_figure(of_panels, columns=2)
     assert [axes.get_title() for axes in figure.axes] == ["0", "1", "2"]
@@ -98,7 +98,7 @@ def test_a_figure_has_a_place_for_each_panel_and_one_legend_of_all_labels():
     assert [text.get_text() for text in legend.get_texts()] == ["C", "A"]
 
 
-def test_further_curves_have_styles_of_their_own():
+def test_further_curves_have_different_styles():
     names = [f"a curve {k}" for k in range(len(panels.FURTHER))]
     given = styles_of([Panel("", "", AT, "", dict.fromkeys(names, AT))])
     assert len({str(given[name]) for name in names}) == len(names)
@@ -107,7 +107,7 @@ def test_further_curves_have_styles_of_their_own():
 # --- looks ------------------------------------------------------------------------------------------------
 
 
-def test_each_variant_has_a_symbol_a_style_and_a_marker_unlike_those_of_others():
+def test_each_variant_has_a_unique_symbol_style_and_marker():
     for name in (*VARIANTS, "C", "C_solid"):
         assert SYMBOLS[name]
         assert mpl.colors.is_color_like(STYLES[name]["color"])
@@ -116,7 +116,7 @@ def test_each_variant_has_a_symbol_a_style_and_a_marker_unlike_those_of_others()
     assert list(STYLES)[-1] == "C"  # behind all others
 
 
-def test_a_new_variant_looks_like_none_of_the_others():
+def test_new_variants_have_unique_looks():
     looks = with_further([*VARIANTS, "Btilde", "Bcheck"])
     markers, of_lines = zip(*looks.values(), strict=True)
     assert len(set(markers)) == len(markers)
@@ -124,7 +124,7 @@ def test_a_new_variant_looks_like_none_of_the_others():
     assert {"Btilde", "Bcheck", *VARIANTS} <= set(looks)
 
 
-def test_there_is_a_look_for_each_scene_of_an_overlay():
+def test_overlays_have_a_colour_for_each_line_style():
     assert len(set(map(str, DASHES))) == len(DASHES) == len(COLOURS)
 
 

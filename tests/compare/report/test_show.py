@@ -66,7 +66,7 @@ def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
 
 
 @pytest.mark.usefixtures("renders")
-def test_a_file_is_drawn_beside_itself(write_scene, tmp_path):
+def test_picture_of_a_file_is_written_beside_it(write_scene, tmp_path):
     assert exit_code(["show", str(write_scene(ONE)), "--out", "elsewhere/first.png"]) == DONE
     first, again = Path("elsewhere/first.png"), FILES / "upper_n.png"
     assert not again.exists()
@@ -81,7 +81,7 @@ def test_the_first_solved_body_and_the_normal_load_are_the_default(write_scene, 
     assert (FILES / "upper_n.vtu").is_file()
 
 
-def test_a_body_that_the_scene_does_not_compare(write_scene, drawn):
+def test_a_body_that_the_scene_does_not_compare_is_drawn(write_scene, drawn):
     assert exit_code(["show", str(write_scene(ONE)), "--body", "lower", "--load", "x"]) == DONE
     assert drawn[0][0] == FILES / "lower_x.png"
 
@@ -97,7 +97,7 @@ def test_contact_surfaces_face_the_camera(write_scene):
         assert 0.3 < loaded.reach < 5  # the patch has half-sides 0.3 and 0.2 mm
 
 
-def test_where_nothing_can_be_drawn_the_file_is_written_all_the_same(write_scene, monkeypatch, capsys):
+def test_without_rendering_the_file_is_written_all_the_same(write_scene, monkeypatch, capsys):
     monkeypatch.setattr(views, "can_render", lambda: False)
     assert exit_code(["show", str(write_scene(ONE))]) == FAILED
     assert "apt-get install libegl1" in capsys.readouterr().err
@@ -146,7 +146,7 @@ def test_no_window_without_a_screen():
     assert not on_screen(False)
 
 
-def test_a_run_writes_the_fields_of_the_finest_model_where_asked(write_scene, capsys):
+def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, capsys):
     pyvista = pytest.importorskip("pyvista")
     path = write_scene(f"fields = true\n{ONE}")
     assert exit_code(["run", str(path), "--out", "o", "--workers", "1"]) == DONE

@@ -47,14 +47,14 @@ def test_a_file_stays_as_it_was_where_writing_fails(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_dataset_that_cannot_be_read_back_takes_no_place(tmp_path, monkeypatch):
+def test_dataset_that_cannot_be_read_back_is_not_written(tmp_path, monkeypatch):
     path = write_dataset(DATASET, tmp_path / "a.nc")
     opened = xr.open_dataset
 
     def other(*args, **named):
-        found = opened(*args, **named).load()
-        found["p"][2] = np.nan  # what a disk has lost
-        return found
+        result = opened(*args, **named).load()
+        result["p"][2] = np.nan  # what a disk has lost
+        return result
 
     monkeypatch.setattr(files, "open_dataset", other)
     with pytest.raises(Failure, match=r"a\.nc: p of it cannot be read back"):
@@ -72,12 +72,12 @@ def test_of_two_processes_that_write_a_file_one_has_written_it(tmp_path):
     path = tmp_path / "a.nc"
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(write_often, [path] * 2, [1.0, 2.0]))
-    found = xr.load_dataset(path, engine="h5netcdf")
-    np.testing.assert_array_equal(found.u, np.full(20000, found.mark))
+    result = xr.load_dataset(path, engine="h5netcdf")
+    np.testing.assert_array_equal(result.u, np.full(20000, result.mark))
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_killed_process_leaves_the_file_as_it_was_and_the_next_run_removes_the_rest(tmp_path):
+def test_killed_process_leaves_the_old_file_and_the_next_run_removes_the_unfinished_one(tmp_path):
     path = write_text("before", tmp_path / "a.txt")
     code = (
         "import sys, time; from pathlib import Path; from femic.cache.files import replacing\n"

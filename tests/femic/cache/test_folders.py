@@ -49,7 +49,7 @@ def test_a_second_run_of_the_same_process_is_refused_too(tmp_path):
             pass
 
 
-def test_a_run_removes_what_killed_ones_have_not_finished(tmp_path):
+def test_run_removes_unfinished_files_of_killed_runs(tmp_path):
     (tmp_path / "figures").mkdir()
     mine = [tmp_path / "mine.txt", tmp_path / "figures" / "mine.png"]
     left = [path.with_name(f"{UNFINISHED}0.{path.name}") for path in mine]
@@ -60,7 +60,7 @@ def test_a_run_removes_what_killed_ones_have_not_finished(tmp_path):
         assert not any(path.exists() for path in left)
 
 
-def test_a_run_in_a_folder_leaves_alone_what_runs_in_folders_within_it_are_writing(tmp_path):
+def test_run_does_not_remove_unfinished_files_of_runs_in_subfolders(tmp_path):
     """As `femic calibrate` of several scenes writes into out/, where each scene has out/SCENE/."""
     with locked(tmp_path / "scene"), replacing(tmp_path / "scene" / "ics.nc") as unfinished:
         unfinished.touch()
@@ -77,7 +77,7 @@ def test_a_run_in_a_folder_leaves_alone_what_runs_in_folders_within_it_are_writi
         ("a/contact.nc/", "contact.nc in it is a folder"),
     ],
 )
-def test_what_is_in_the_way_is_told_before_any_work(tmp_path, path_in_the_way, text):
+def test_obstacles_are_reported_before_any_work(tmp_path, path_in_the_way, text):
     path = tmp_path / path_in_the_way
     (path if path_in_the_way.endswith("/") else path.parent).mkdir(parents=True, exist_ok=True)
     if not path_in_the_way.endswith("/"):
@@ -88,7 +88,7 @@ def test_what_is_in_the_way_is_told_before_any_work(tmp_path, path_in_the_way, t
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, where nobody can write")
 @pytest.mark.parametrize("where", ["/proc/nowhere", "/proc/self/task", "/dev/null/below"])
-def test_a_folder_that_cannot_be_written_to_is_told_before_any_work(where):
+def test_unwritable_folder_is_reported_before_any_work(where):
     with pytest.raises(
         WrongInput, match=rf"--out {where}: nothing can be written there \(.*\): name another"
     ):
@@ -104,6 +104,6 @@ def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch):
         require_usable(tmp_path)
 
 
-def test_a_folder_that_is_looked_at_has_a_lock_and_nothing_else(tmp_path):
+def test_checked_folder_has_only_a_lock(tmp_path):
     require_usable(tmp_path / "new")
     assert [path.name for path in (tmp_path / "new").iterdir()] == [LOCK]

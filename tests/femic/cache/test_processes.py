@@ -75,7 +75,7 @@ def test_workers_end_with_a_parent_that_is_killed(started, work):
     assert until(lambda: not any(alive(pid) for pid in workers), 2.0)
 
 
-def test_what_is_made_comes_once_each_and_one_worker_is_this_process():
+def test_each_result_is_yielded_once_and_a_single_worker_is_this_process():
     assert sorted(in_processes(abs, range(-3, 3), workers=2)) == [0, 1, 1, 2, 2, 3]
     assert set(in_processes(_process, range(3), workers=1)) == {os.getpid()}
     assert os.getpid() not in set(in_processes(_process, range(3), workers=2))
@@ -85,7 +85,7 @@ def _process(_):
     return os.getpid()
 
 
-def test_where_no_signal_comes_a_thread_looks_whether_the_parent_is_there(monkeypatch):
+def test_thread_watches_the_parent_where_there_is_no_signal(monkeypatch):
     """On other systems: with the parent there it goes on, without it the process ends."""
     ended, looked = [], []
     monkeypatch.setattr(processes.os, "_exit", ended.append)

@@ -21,7 +21,7 @@ from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.refinement import solve_models
 from femic.reference.run_options import RunOptions
-from tests.femic.reference.kept_model import TASK
+from tests.femic.reference.small_model import TASK
 
 ENTRY = xr.Dataset({"u": (("i",), np.arange(5.0))})
 
@@ -107,7 +107,7 @@ def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
 
 
 @pytest.mark.parametrize("kind", ["entry", "part"])
-def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplog):
+def test_exchanged_entries_are_not_read(tmp_path, kind, caplog):
     """Its content is undamaged; it may be copied, moved, or come from other code."""
     store = Store(tmp_path)
     for name, value in (("one", 1.0), ("other", 2.0)):
@@ -126,7 +126,7 @@ def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplo
     assert "another entry" in caplog.text
 
 
-def test_an_entry_of_other_code_is_not_believed(tmp_path, monkeypatch):
+def test_entries_of_other_code_are_not_read(tmp_path, monkeypatch):
     store = Store(tmp_path)
     monkeypatch.setattr("femic.cache.store.code_digest", lambda: "0123456789ab")
     store.put("key", ENTRY)
@@ -150,7 +150,7 @@ def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog
 
 
 @pytest.mark.parametrize("read", ["get", "part"])
-def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog, monkeypatch):
+def test_unparsable_entries_are_logged_and_computed_again(tmp_path, read, caplog, monkeypatch):
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
@@ -162,7 +162,7 @@ def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
-def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path, error, monkeypatch, caplog):
+def test_run_goes_on_with_one_warning_where_nothing_can_be_stored(tmp_path, error, monkeypatch, caplog):
     store, key = Store(tmp_path), Store().key("kind")
     store.put(key, ENTRY)
 
@@ -193,8 +193,8 @@ def write_often(location, mark):
 def test_two_processes_may_write_the_same(tmp_path):
     with ProcessPoolExecutor(2) as pool:
         assert all(pool.map(write_often, [tmp_path] * 2, ["one", "other"]))
-    found = Store(tmp_path).get("key")
-    np.testing.assert_array_equal(found.u, ENTRY.u)
+    result = Store(tmp_path).get("key")
+    np.testing.assert_array_equal(result.u, ENTRY.u)
 
 
 # --- models ----------------------------------------------------------------------------------------------
@@ -211,11 +211,11 @@ def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch)
     assert again.cached
     assert not first.cached
     assert again.model.cost == first.model.cost
-    for (name, found, k_max), (_, expected, same_k) in zip(
+    for (name, result, k_max), (_, expected, same_k) in zip(
         again.model.variations(), first.model.variations(), strict=True
     ):
-        np.testing.assert_array_equal(found.responses, expected.responses, err_msg=name)
-        np.testing.assert_array_equal(found.k, expected.k)
+        np.testing.assert_array_equal(result.responses, expected.responses, err_msg=name)
+        np.testing.assert_array_equal(result.k, expected.k)
         assert k_max == same_k
 
 
@@ -233,14 +233,14 @@ def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monke
     monkeypatch.setattr(SectionSolver, "__call__", counted)
     with pytest.raises(KeyboardInterrupt):
         list(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path))))
-    found = next(iter(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path)))))
-    samples = found.model.samples
+    result = next(iter(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path)))))
+    samples = result.model.samples
     assert sorted(solved) == sorted([*samples.k, *samples.sparser.k])  # once each, and with coarser cells
 
 
 def killed_again_and_again(folder, times):
     """Number of wavenumbers solved and kept by processes that are killed at random moments, and the last."""
-    script = Path(__file__).parents[1] / "reference" / "kept_model.py"
+    script = Path(__file__).parents[1] / "reference" / "small_model.py"
     log = folder / "log"
     command = [sys.executable, str(script), str(folder / "store"), str(log)]
     chance = random.Random(1)
@@ -261,12 +261,12 @@ def killed_again_and_again(folder, times):
 @pytest.mark.parametrize("times", [3, pytest.param(20, marks=pytest.mark.slow)])
 def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
     solved = killed_again_and_again(tmp_path, times)
-    found, alone = solve(Store(tmp_path / "store")), solve(Store())
-    assert found.cached
-    np.testing.assert_array_equal(found.model.samples.k, alone.model.samples.k)
+    result, alone = solve(Store(tmp_path / "store")), solve(Store())
+    assert result.cached
+    np.testing.assert_array_equal(result.model.samples.k, alone.model.samples.k)
     np.testing.assert_allclose(
-        found.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18
+        result.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18
     )
-    samples = found.model.samples
+    samples = result.model.samples
     once = len(samples.k) + len(samples.sparser.k)  # with the request's cells and with coarser ones
     assert once <= len(solved) <= once + 2 * times  # at most what two threads had begun

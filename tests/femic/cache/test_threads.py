@@ -14,13 +14,13 @@ def test_results_come_in_the_order_of_arguments(workers):
         time.sleep(0.01 * (4 - n))
         return n, current_thread() is main_thread()
 
-    found = list(in_threads(late, range(5), workers))
-    assert [n for n, _ in found] == list(range(5))
-    assert {in_main for _, in_main in found} == {workers == 1}
+    result = list(in_threads(late, range(5), workers))
+    assert [n for n, _ in result] == list(range(5))
+    assert {in_main for _, in_main in result} == {workers == 1}
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_an_early_end_waits_for_what_is_at_work_and_begins_nothing_more(error):
+def test_early_end_waits_for_running_calls_and_starts_no_others(error):
     begun, ended, go_on = [], [], Event()
 
     def work(n):

@@ -9,6 +9,7 @@ from distributed import Client, LocalCluster
 from compare.ics.dataset import errors, to_dataset
 from femic.cache.store import Store
 from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.results import registry
@@ -48,6 +49,20 @@ count = 9
 keys = ["upper.nu"]
 values = [0.1, 0.2, 0.3]
 """
+LONGER = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")  # by a value of E
+RANDOM = """
+scene = "geometry1"
+points = "random"
+samples = %d
+[sweep.E]
+keys = ["lower.E"]
+from = 1
+to = 9
+[sweep.nu]
+keys = ["upper.nu"]
+from = 0.1
+to = 0.3
+"""
 CELLS_OF_PATCHES = """
 scene = "geometry1"
 [sweep.cell]
@@ -80,10 +95,18 @@ def light(scene, options):
 LIGHT_KINDS = {"errors": ResultKind(light, lambda _: [])}
 
 
-def of_parts(monkeypatch, **parts):
-    """Results of other kinds than those of the program."""
-    kinds = {name: ResultKind(of, lambda _: []) for name, of in parts.items()}
-    monkeypatch.setattr(registry, "KINDS", kinds)
+def register(monkeypatch, **kinds):
+    """Register other kinds of results than those of the program, without models."""
+    registered = {name: ResultKind(compute, lambda _: []) for name, compute in kinds.items()}
+    monkeypatch.setattr(registry, "KINDS", registered)
+
+
+def assert_sums(dataset):
+    """All scenes have the results of `light`; those with E = 7 have failed."""
+    computed = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(computed["sum"], (computed.E + computed.nu).transpose("E", "nu"))
+    assert dataset["sum"].sel(E=7).isnull().all()
+    assert set(dataset.failure.sel(E=7).values) == {"seven"}
 
 
 def clusters_of(client):
@@ -96,15 +119,16 @@ def clusters_of(client):
     return cluster
 
 
+def threads(**options):
+    """A cluster of workers in this process, by default of one."""
+    here = {"threads_per_worker": 1, "processes": False, "scheduler_kwargs": NO_DASHBOARD}
+    return LocalCluster(**{"n_workers": 1, **here, **options})
+
+
 @contextmanager
-def in_this_process():
-    """A client of a cluster of one thread in this process."""
-    with (
-        LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, scheduler_kwargs=NO_DASHBOARD
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+def in_this_process(**options):
+    """A client of a cluster in this process."""
+    with threads(**options) as cluster, Client(cluster, set_as_default=False) as client:
         yield client
 
 
@@ -115,7 +139,18 @@ def swept(campaign, folder, client, options=None, store=None):
     return done, open_sweep(folder)
 
 
+def collect(campaign, folder, compute, failing=()):
+    """The path of a dataset of results that are computed in this process; some scenes have failed."""
+    collected = Collected(campaign, folder)
+    for number in range(campaign.size):
+        if number in failing:
+            collected.add(number, SceneOutcome(failure="did not converge"))
+        else:
+            collected.add(number, SceneOutcome(compute(campaign.scene(campaign.point(number)))))
+    return collected.write()
+
+
 def errors_of(results):
-    """The errors of a run by itself, of the components that its scene asks for, as floats."""
-    asked = [[i + j in results.scene.components for j in "xsn"] for i in "xsn"]
-    return errors(results, to_dataset(results)).astype(float).where(xr.DataArray(asked, dims=("i", "j")))
+    """The errors of a single run, of the components of its scene, as floats."""
+    compared = [[i + j in results.scene.components for j in "xsn"] for i in "xsn"]
+    return errors(results, to_dataset(results)).astype(float).where(xr.DataArray(compared, dims=("i", "j")))

@@ -2,9 +2,7 @@
 
 import pytest
 
-from femic.campaigns.results import registry
-from femic.campaigns.results.kind import ResultKind
-from tests.femic.campaigns.campaigns import in_this_process, light
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, in_this_process, light, register, swept
 
 
 @pytest.fixture(scope="module")
@@ -15,13 +13,22 @@ def client():
 
 @pytest.fixture
 def light_scenes(monkeypatch):
-    """Scenes are not computed, only their names are added up; who was computed is listed."""
-    made = []
+    """A list of the scenes that are computed, which have the results of `light` only."""
+    computed = []
 
-    def noted(scene, options):
-        made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
+    def compute(scene, options):
+        computed.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
         return light(scene, options)
 
-    kinds = {"errors": ResultKind(noted, lambda _: [])}
-    monkeypatch.setattr(registry, "KINDS", kinds)
-    return made
+    register(monkeypatch, errors=compute)
+    return computed
+
+
+@pytest.fixture
+def sweep(client, tmp_path):
+    """A function that runs the campaign of a text: the progress at its end, and the dataset."""
+
+    def run(text=LIGHT, options=None, folder=tmp_path, store=None):
+        return swept(campaign_in(tmp_path, text), folder, client, options, store)
+
+    return run

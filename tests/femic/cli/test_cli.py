@@ -21,16 +21,16 @@ def ran(tmp_path_factory):
     scene, out = folder / "mine.toml", folder / "results"
     scene.write_text(scene_text(ONE), encoding="utf-8")
     load, assemble = solid.patch_load, solid.assemble
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as said:
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
         patch.setattr(solid, "patch_load", lambda *a: directions.append(a[1].direction) or load(*a))
         patch.setattr(solid, "assemble", lambda s: sides.append(s.body.side) or assemble(s))
         assert exit_code(["run", str(scene), "--out", str(out), "--workers", "1"]) == DONE
-    return out, said.getvalue(), directions, sides
+    return out, printed.getvalue(), directions, sides
 
 
 def test_a_run_writes_data_figures_and_report(ran):
-    out, said, *_ = ran
-    assert str(out / "report.html") in said.replace("\n", "")
+    out, printed, *_ = ran
+    assert str(out / "report.html") in printed.replace("\n", "")
     names = {path.name for path in out.iterdir()}
     assert {"ics.nc", "errors.nc", "report.html", "scene.toml", "figures", "curves_s1.6mm.csv"} <= names
     with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
@@ -46,15 +46,13 @@ def test_a_run_writes_data_figures_and_report(ran):
 HARMONIC = "[engine]\nfar_radius = 60.0\ntolerance = 0.5\n"
 
 
-def test_nn_of_one_body_solves_one_load_per_model(ran):
+def test_nn_alone_solves_only_the_normal_load(ran):
     *_, directions, sides = ran
     assert directions == [2, 2, 2]  # the normal load on the fine, the coarse and the small model
     assert sides == [-1, -1, -1]
 
 
-def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_did(
-    write_scene, tmp_path, monkeypatch
-):
+def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tmp_path, monkeypatch):
     monkeypatch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model"))
     path = write_scene(ONE, engine=HARMONIC)
     out = tmp_path / "results"

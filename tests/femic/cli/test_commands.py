@@ -65,12 +65,12 @@ def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeyp
     assert capsys.readouterr().err.startswith(says)
 
 
-def test_exit_codes_are_those_of_the_manual():
+def test_exit_codes():
     assert (DONE, FAILED, WRONG_INPUT, INTERRUPTED) == (0, 1, 2, 130)
     assert exit_code(["no-such-command"]) == WRONG_INPUT
 
 
-def test_errors_of_the_program_itself_are_not_hidden(monkeypatch):
+def test_internal_errors_are_not_hidden(monkeypatch):
     def failing(_):
         raise ZeroDivisionError
 
@@ -83,7 +83,7 @@ def test_errors_of_the_program_itself_are_not_hidden(monkeypatch):
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 0.02])
-def test_statements_are_judged_at_tolerances_up_to_the_limits(tolerance, recorded, command, tmp_path):
+def test_validate_passes_statements_tolerance_and_folder(tolerance, recorded, command, tmp_path):
     calls = recorded("femic.validation.statements.page.validate", "there")
     assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
     ((numbers, runs, folder),) = calls
@@ -91,14 +91,14 @@ def test_statements_are_judged_at_tolerances_up_to_the_limits(tolerance, recorde
 
 
 @pytest.mark.parametrize("tolerance", ["0.99e-4", "0.0201"])
-def test_tolerances_beyond_the_limits_are_told_with_them(tolerance, recorded, command, capsys):
+def test_validate_refuses_tolerances_beyond_the_limits(tolerance, recorded, command, capsys):
     calls = recorded("femic.validation.statements.page.validate")
     assert command("validate", "--tolerance", tolerance) == WRONG_INPUT
     assert f"--tolerance {float(tolerance):g}: 0.0001 ... 0.02" in capsys.readouterr().err
     assert not calls
 
 
-def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recorded, command):
+def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command):
     calls = recorded("femic.validation.statements.page.validate", "there")
     assert command("validate") == DONE
     assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
@@ -108,7 +108,7 @@ def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recor
 
 
 @pytest.mark.parametrize(("options", "budget"), [((), 600.0), (("--budget", "7.5"), 7.5)])
-def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, command):
+def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, command):
     calls = recorded("compare.frontier.compute.compute_frontier")
     recorded("compare.frontier.page.summary", "")
     recorded("compare.frontier.page.write_frontier", "there")
@@ -126,7 +126,7 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
         ),
     ],
 )
-def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, question, recorded, command):
+def test_advise_defaults_to_what_the_scene_compares(options, question, recorded, command):
     tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
     for name in ("page.evidence", "advice.sentence"):
@@ -152,7 +152,7 @@ def exported(recorded, monkeypatch):
     ("options", "ics", "discount"),
     [((), "C", None), (("--ics", "Bhat"), "Bhat", None), (("--discount", "none"), "C", "none")],
 )
-def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
+def test_export_defaults_to_the_ics_of_the_scene(options, ics, discount, exported, command):
     assert command("export", "flat", *options) == DONE
     ((scene, specification),) = exported
     assert (scene.ics, specification.ics, specification.discount) == (ics, ics, discount)
@@ -162,7 +162,7 @@ def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics,
     ("choice", "tolerance"),
     [(Choice("Bhat", ADVICE), 0.01), (Choice("C", ADVICE, {"tolerance": 0.05}), 0.05)],
 )
-def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
+def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
     questions = recorded("compare.frontier.choice.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
@@ -193,7 +193,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 # --- run, compare, plan ---------------------------------------------------------------------------------
 
 
-def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
+def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
     recorded("compare.ics.run.run_scene", "there")
     questions = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
@@ -203,7 +203,7 @@ def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command
     assert (question.body, question.tolerance) == ("upper", 0.07)
 
 
-def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
+def test_compare_computes_only_scenes_without_current_results(recorded, monkeypatch, tmp_path):
     ran = recorded("compare.ics.run.run_scene", "there")
     recorded("compare.overlay.results.load", "curves")
     written = recorded("compare.overlay.page.write", "there")
@@ -217,7 +217,7 @@ def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, mo
 PLANNED = ExpectedCost(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
 
 
-def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
+def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
     """A solid model is solved by one of four workers, a harmonic one by all."""
     steps = [
         ModelPlan("lower, fine", HARMONIC, 1.5, 1280.0, "infinite", PLANNED),
@@ -238,12 +238,17 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
         assert shown in output
 
 
-def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
-    """Without friction C_nn alone, on the grids that contact has."""
-    step, planned_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
-    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
-    monkeypatch.setattr(planning, "matrix_plans", lambda *_: [step])
-    monkeypatch.setattr(planning, "plans", lambda jobs, _: planned_jobs.append(jobs) or [step])
+@pytest.fixture
+def planned_jobs(monkeypatch):
+    """The jobs of contact that plans count, where each takes one model."""
+    step, recorded_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
+    for name in ("run_plans", "matrix_plans"):
+        monkeypatch.setattr(planning, name, lambda *_: [step])
+    monkeypatch.setattr(planning, "plans", lambda jobs, _: recorded_jobs.append(jobs) or [step])
+    return recorded_jobs
+
+
+def test_plan_of_contact_counts_nn_on_the_grids_of_contact(planned_jobs, capsys):
     assert exit_code(["plan", "tall"]) == DONE
     ((grid, _),) = grids_of(load_scene("tall").contact_problem)
     (jobs,) = planned_jobs
@@ -253,18 +258,14 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
     assert "310000 N; nn of C:" in " ".join(capsys.readouterr().out.split())
 
 
-def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, capsys):
-    step, planned_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
-    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
-    monkeypatch.setattr(planning, "matrix_plans", lambda *_: [step])
-    monkeypatch.setattr(planning, "plans", lambda jobs, _: planned_jobs.append(jobs) or [step])
+def test_plan_of_contact_with_friction_counts_all_components(planned_jobs, capsys):
     assert exit_code(["plan", "rolling"]) == DONE
     (jobs,) = planned_jobs
     assert {job.components for job in jobs.values()} == {COMPONENTS}
     assert "100000 N; xx, xs, xn" in " ".join(capsys.readouterr().out.split())
 
 
-def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(monkeypatch, capsys):
+def test_plan_with_the_solid_engine_refuses_matrix_and_contact(monkeypatch, capsys):
     step = ModelPlan("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
     monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
     small = {"contact": {"loads": [7.4e3], "elements": 8}}
@@ -289,11 +290,12 @@ def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
-def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
+def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
     computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
     supported = recorded("compare.friction.supports.with_supports", returns="with supports")
     written = []
-    monkeypatch.setitem(PAGES, motion, lambda *of: written.append(of) or tmp_path / "contact.html")
+    page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
+    monkeypatch.setitem(PAGES, motion, page)
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
@@ -301,7 +303,7 @@ def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, record
     assert written == [("with supports", tmp_path / "here")]
 
 
-def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
+def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, command, tmp_path):
     recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
     recorded("femic.contact.pairs.supports.changed_supports")
     recorded("compare.finite_elements.beside.stored_solution")
@@ -314,7 +316,7 @@ def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(re
 
 
 @pytest.mark.parametrize("words", [(), ("contact",)])
-def test_the_help_of_contact_says_that_it_has_friction(words, capsys):
+def test_help_of_contact_mentions_friction(words, capsys):
     assert exit_code([*words, "--help"]) == DONE
     output = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "without or with friction" in output
@@ -331,6 +333,6 @@ def test_scenes_of_one_name_are_refused(capsys):
 
 
 @pytest.mark.slow
-def test_without_bhat_there_are_no_maps_of_it(tmp_path):
+def test_contact_without_bhat_writes_no_maps(tmp_path):
     assert exit_code(["contact", "wide", "tall", "--ics", "A", "--out", str(tmp_path)]) == DONE
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tall", "wide"]

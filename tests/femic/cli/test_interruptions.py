@@ -29,14 +29,14 @@ def work():
     sleep(60.0)
 
 
-def test_an_interruption_in_a_destructor_ends_the_work():
+def test_interruption_in_a_destructor_ends_the_work():
     start = perf_counter()
     with pytest.raises(KeyboardInterrupt), delivered():
         work()
     assert perf_counter() - start < 30.0  # it does not wait for the end of a blocking call
 
 
-def test_other_errors_in_destructors_are_told_as_before(monkeypatch):
+def test_other_errors_in_destructors_reach_the_previous_hook(monkeypatch):
     forwarded = []
     monkeypatch.setattr(sys, "unraisablehook", forwarded.append)
 
@@ -46,4 +46,4 @@ def test_other_errors_in_destructors_are_told_as_before(monkeypatch):
 
     with delivered():
         Failing()
-    assert [one.exc_type for one in forwarded] == [ValueError]
+    assert [error.exc_type for error in forwarded] == [ValueError]

@@ -39,7 +39,7 @@ def scene(tmp_path):
     return written
 
 
-def test_a_run_compares_them_with_c(scene, tmp_path, monkeypatch):
+def test_run_compares_new_variants_with_c(scene, tmp_path, monkeypatch):
     register(monkeypatch)
     assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
     loaded = load_scene(str(tmp_path / "mine.toml"))
@@ -54,7 +54,7 @@ def test_a_run_compares_them_with_c(scene, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("motion", ["none", "compression", "transient"])
-def test_contact_is_solved_with_them(motion, scene, tmp_path, monkeypatch):
+def test_contact_is_solved_with_new_variants(motion, scene, tmp_path, monkeypatch):
     """Without friction nn alone counts."""
     register(monkeypatch)
     assert exit_code(["contact", scene(motion), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
@@ -67,9 +67,7 @@ def test_contact_is_solved_with_them(motion, scene, tmp_path, monkeypatch):
     assert approach["Bfaded"] != pytest.approx(approach["Btilde"], rel=1e-5)
 
 
-def test_they_are_listed_and_unknown_names_are_refused_with_the_known_ones(
-    scene, tmp_path, monkeypatch, capsys
-):
+def test_new_variants_are_listed_and_unknown_names_refused(scene, tmp_path, monkeypatch, capsys):
     assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out")]) == WRONG_INPUT
     assert "variants.1 = 'Btilde': Input should be 'A', 'B', 'Bbar'" in " ".join(
         capsys.readouterr().err.split()

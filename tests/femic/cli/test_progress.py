@@ -37,7 +37,7 @@ def heard():
     return ProgressLines(written.append, clock), clock, written
 
 
-def test_a_model_has_a_line_when_it_begins_then_at_most_one_every_few_seconds(heard):
+def test_model_writes_a_line_at_its_start_and_every_few_seconds(heard):
     lines, clock, written = heard
     lines.on_step(Step(LOWER, "mesh and assembly"))
     assert written == [f"{NAMES[LOWER]}: mesh and assembly"]
@@ -51,7 +51,7 @@ def test_a_model_has_a_line_when_it_begins_then_at_most_one_every_few_seconds(he
     )  # more than expected
 
 
-def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
+def test_silent_models_have_lines_until_they_are_finished(heard):
     """Solids are solved in other processes: only the clock goes on."""
     lines, clock, written = heard
     for task in (LOWER, UPPER):
@@ -87,11 +87,11 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
         (Step(LOWER, "first wavenumbers", 45, None), "45 wavenumbers"),
     ],
 )
-def test_what_a_model_is_at(step, text):
+def test_step_text(step, text):
     assert step_text(step) == text
 
 
-def test_on_a_terminal_the_bar_says_it():
+def test_terminal_shows_a_progress_bar():
     console = Console(file=StringIO(), force_terminal=True, width=120)
     with show_progress(console) as watch:
         watch.on_round([LOWER, UPPER])
@@ -100,7 +100,7 @@ def test_on_a_terminal_the_bar_says_it():
     assert "0/2" in console.file.getvalue()
 
 
-def test_in_a_file_a_thread_looks_at_the_clock(monkeypatch):
+def test_file_output_is_written_by_the_clock_thread(monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.02)
     monkeypatch.setattr(progress, "LOOK_EVERY", 0.01)
     line_written, waited = progress.Event(), StringIO()
@@ -117,7 +117,7 @@ def test_in_a_file_a_thread_looks_at_the_clock(monkeypatch):
     assert f"{NAMES[LOWER]}: solid engine at work, 0 s" in waited.getvalue()
 
 
-def test_a_run_into_a_file_shows_what_its_models_are_at(write_scene, tmp_path, monkeypatch):
+def test_run_into_a_file_logs_the_steps_of_models(write_scene, tmp_path, monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.0)
     path = write_scene(
         'bodies = ["lower"]', engine='[engine]\nkind = "harmonic"\ntolerance = 0.1\nfar_radius = 160\n'

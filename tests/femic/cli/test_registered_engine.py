@@ -42,7 +42,7 @@ def femic(tmp_path, monkeypatch, capsys):
     return run
 
 
-def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
+def test_run_has_the_c_of_the_registered_engine(femic, tmp_path):
     code, output = femic("run")
     assert (code, "Report:" in output) == (DONE, True)
     with xr.open_dataset(tmp_path / "out" / "mine" / "ics.nc", engine="h5netcdf") as ics:
@@ -52,7 +52,7 @@ def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["matrix", "contact", "fe-contact", "export"])
-def test_without_matrices_commands_that_need_them_say_so_before_any_work(command, femic, tmp_path):
+def test_commands_that_need_matrices_refuse_the_engine_before_any_work(command, femic, tmp_path):
     code, output = femic(command)
     assert (code, NO_MATRICES in output) == (WRONG_INPUT, True)
     assert "engine.kind = 'harmonic'" in output
@@ -60,12 +60,12 @@ def test_without_matrices_commands_that_need_them_say_so_before_any_work(command
 
 
 @pytest.mark.parametrize("command", ["contact", "export"])
-def test_they_work_with_approximations(command, femic):
+def test_commands_without_c_accept_the_engine(command, femic):
     code, output = femic(command, "--ics", "A")
     assert (code, "engine" in output) == (DONE, False), output
 
 
-def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path, monkeypatch):
+def test_frontier_has_the_default_tolerances_of_the_engine(femic, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "compare.frontier.compute.perf_counter", lambda: 0.0
     )  # to plan takes none of the budget
@@ -77,32 +77,32 @@ def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path
         assert "harmonic 0.0001" in frontier.attrs["skipped"]
 
 
-def test_advice_measures_approximations_by_its_c(femic):
+def test_advice_measures_against_c_of_the_engine(femic):
     code, output = femic("advise", "--components", "nn", "--body", "lower", "--tolerance", "0.5")
     assert (code, "Use " in output) == (DONE, True)
     assert "closed" in output
     assert "harmonic" not in output
 
 
-def test_a_plan_has_its_models_and_says_that_there_are_no_matrices(femic):
+def test_plan_shows_models_and_refuses_matrices(femic):
     code, output = femic("plan")
     assert (code, "closed" in output) == (DONE, True)
     assert output.count(NO_MATRICES) == 2  # of `femic matrix` and `femic contact`
 
 
-def test_without_fields_a_picture_names_the_engine_that_draws_it(femic, monkeypatch):
+def test_show_draws_with_the_solid_engine(femic, monkeypatch):
     monkeypatch.setattr("compare.ics.fields._write_solved", lambda *_: _raise(Failure("solved")))
     code, output = femic("show")
     assert (code, "(solid engine)" in output) == (FAILED, True)
 
 
-def test_properties_are_fitted_to_its_c_or_it_is_said_why_not(femic):
+def test_calibrate_accepts_or_refuses_the_engine_with_a_message(femic):
     code, output = femic("calibrate")
     assert code in (DONE, FAILED, WRONG_INPUT)
     assert output
 
 
-def test_an_engine_that_is_not_registered_is_refused_with_the_names_of_those_that_are(femic, monkeypatch):
+def test_unregistered_engine_is_refused_with_the_known_names(femic, monkeypatch):
     monkeypatch.delitem(ENGINES, "closed")
     code, output = femic("run")
     assert code == WRONG_INPUT

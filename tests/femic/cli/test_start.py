@@ -47,7 +47,7 @@ def test_a_command_about_a_wrong_scene_loads_no_heavy_library(command, tmp_path)
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_whatever_is_wrong_with_a_scene_is_said_before_heavy_libraries_load(case, tmp_path):
+def test_wrong_scene_is_refused_before_heavy_libraries_load(case, tmp_path):
     path = tmp_path / "wrong.toml"
     if WRONG[case] is not None:
         path.write_text(WRONG[case])
@@ -61,6 +61,12 @@ def test_a_wrong_campaign_is_refused_before_heavy_libraries_load(text, tmp_path)
     path = tmp_path / "wrong.toml"
     path.write_text(text)
     code, modules = loaded_by("sweep", str(path))
+    assert code == WRONG_INPUT
+    assert not modules & HEAVY
+
+
+def test_a_wrong_tolerance_of_statements_is_refused_before_heavy_libraries_load():
+    code, modules = loaded_by("validate", "--tolerance", "9")
     assert code == WRONG_INPUT
     assert not modules & HEAVY
 

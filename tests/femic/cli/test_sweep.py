@@ -81,27 +81,27 @@ def test_scenes_that_fail_are_listed_and_do_not_stop_the_others(femic):
     assert "(27 by earlier runs)" in printed
 
 
-def test_it_is_a_failure_where_all_fail(femic):
+def test_sweep_fails_if_all_scenes_fail(femic):
     code, printed = femic(LIGHT.replace("from = 1\nto = 9\ncount = 9", "values = [7]"))
     assert code == FAILED
     assert "all 3 scenes failed" in printed
 
 
-def test_wrong_files_and_options_are_said(femic):
+def test_wrong_campaigns_and_options_are_refused(femic):
     assert femic("scene = 1")[0] == WRONG_INPUT
     code, printed = femic(LIGHT, "--scheduler", "tcp://127.0.0.1:9", "--workers", "2")
     assert code == WRONG_INPUT
     assert "--workers are cores of this machine" in printed
 
 
-def test_a_value_in_the_middle_is_said_and_nothing_is_computed(femic):
+def test_invalid_value_is_refused_before_computing(femic):
     code, printed = femic(LIGHT.replace("0.1, 0.2, 0.3", "0.1, 0.7, 0.3"))
     assert code == WRONG_INPUT
     assert "at E=1,nu=0.7" in printed
     assert not Path("out").exists()
 
 
-def test_impossible_combinations_are_told_and_fail(femic):
+def test_impossible_combinations_are_noted_and_fail(femic):
     code, printed = femic(CELLS_OF_PATCHES)
     assert code == DONE
     assert "note: a scene that will fail: at cell=0.2,b=0.1: " in printed
@@ -109,22 +109,22 @@ def test_impossible_combinations_are_told_and_fail(femic):
 
 
 @pytest.mark.parametrize(
-    ("address", "code", "said"),
+    ("address", "code", "message"),
     [
         ("nonsense", WRONG_INPUT, "is not the address of a Dask scheduler"),
         ("", WRONG_INPUT, "is not the address of a Dask scheduler"),
         ("tcp://127.0.0.1:9", FAILED, "no scheduler answers at tcp://127.0.0.1:9"),
     ],
 )
-def test_schedulers_that_are_not_there_are_said_before_any_work(femic, monkeypatch, address, code, said):
+def test_missing_schedulers_are_reported_before_any_work(femic, monkeypatch, address, code, message):
     monkeypatch.setattr("femic.campaigns.running.run.compute_sweep", None)
-    found, printed = femic(LIGHT, "--scheduler", address)
-    assert found == code
-    assert said in " ".join(printed.split())
+    actual, printed = femic(LIGHT, "--scheduler", address)
+    assert actual == code
+    assert message in " ".join(printed.split())
     assert not Path("out/mine/sweep.nc").exists()
 
 
-def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
+def test_write_prints_only_the_paths_of_scenes(femic):
     code, printed = femic(LIGHT, "--write", "E=2.5,nu=0.3")
     assert (code, printed) == (DONE, "out/mine/E=2.5,nu=0.3.toml\n")
     scene = load_scene("out/mine/E=2.5,nu=0.3.toml")
@@ -159,7 +159,7 @@ def test_scenes_of_a_campaign_are_compared_with_its_stored_models(tmp_path, monk
     assert exit_code(["compare", "mine.toml@R=13,x=1", "mine.toml@R=12"]) == WRONG_INPUT
 
 
-def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypatch):
+def test_page_is_written_without_computing(femic, monkeypatch):
     code, printed = femic(LIGHT, "--page")
     assert code == FAILED
     assert "out/mine: nothing is finished yet" in printed
@@ -171,7 +171,7 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
 
 
 @pytest.mark.parametrize("large", [False, True])
-def test_there_is_no_page_of_a_damaged_dataset(femic, monkeypatch, large):
+def test_page_of_a_damaged_dataset_is_refused(femic, monkeypatch, large):
     if large:
         monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     femic(LIGHT)
@@ -187,7 +187,7 @@ def test_there_is_no_page_of_a_damaged_dataset(femic, monkeypatch, large):
     assert femic(LIGHT, "--page")[0] == DONE
 
 
-def test_there_is_no_page_of_what_is_no_dataset(femic):
+def test_page_of_an_invalid_file_is_refused(femic):
     Path("out/mine").mkdir(parents=True)
     Path("out/mine/sweep.nc").write_text("none", encoding="utf-8")
     code, printed = femic(LIGHT, "--page")
@@ -195,7 +195,7 @@ def test_there_is_no_page_of_what_is_no_dataset(femic):
     assert "sweep.nc: damaged" in printed
 
 
-def test_the_scene_of_a_point_is_that_of_the_campaign_without_a_check(femic):
+def test_written_scene_has_no_check(femic):
     checked = LIGHT.replace("[sweep.E]", "[set.engine]\ncheck = true\n[sweep.E]")
     _, printed = femic(checked, "--write", "E=2,nu=0.1")
     engine = tomllib.loads(Path(printed.strip()).read_text(encoding="utf-8"))["engine"]
@@ -210,7 +210,7 @@ def test_a_large_campaign_has_a_page(femic, monkeypatch):
     assert "seven" in Path("out/mine/sweep.html").read_text(encoding="utf-8")
 
 
-def test_no_more_scenes_are_written_than_can_be_compared(tmp_path, monkeypatch, capsys):
+def test_compare_refuses_too_many_scenes_of_a_campaign(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(LIGHT, encoding="utf-8")
     assert exit_code(["compare", "mine.toml@nu=0.1"]) == WRONG_INPUT
@@ -218,13 +218,13 @@ def test_no_more_scenes_are_written_than_can_be_compared(tmp_path, monkeypatch, 
     assert not Path("out").exists()
 
 
-def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
+def test_fewer_workers_are_explained(femic, monkeypatch):
     size = ClusterSize(1, 100.0, "1 instead of 2 workers: ...")
     monkeypatch.setattr("femic.campaigns.running.cluster.size_for", lambda *_: size)
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
 
 
-def test_what_it_would_take_is_said_and_nothing_is_computed(tmp_path, monkeypatch, capsys):
+def test_plan_of_a_campaign_computes_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(OF_UPPER, encoding="utf-8")
     assert exit_code(["sweep", "mine.toml", "--plan", "--workers", "1"]) == DONE
@@ -251,10 +251,10 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
     ]
 
 
-def test_on_a_terminal_there_is_a_bar():
+def test_terminal_shows_a_bar_of_scenes():
     console = Console(file=StringIO(), force_terminal=True, width=150)
-    with show_campaign(console) as told:
-        told(Progress(10, finished=3, reused=1, failed=1, models=5, seconds=20.0))
+    with show_campaign(console) as show:
+        show(Progress(10, finished=3, reused=1, failed=1, models=5, seconds=20.0))
     text = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())
     assert "scenes (1 finished before, 1 failed; models: 5 solved, 0 times reused)" in text
     assert "3/10" in text
@@ -296,7 +296,7 @@ def at_work(pids):
 @pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_a_campaign_that_is_ended_leaves_no_worker_and_goes_on(tmp_path, end):
+def test_interrupted_campaign_leaves_no_worker_and_continues(tmp_path, end):
     with begun(tmp_path) as (process, workers):
         assert len(workers) >= 2
         process.send_signal(end)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.parts import Page, Section, write_page
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
-from femic.cli.work import Work, store_at
+from femic.cli.work import Work, announce, store_at
 from femic.reference.run_options import cores
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.load import load_scene
@@ -23,12 +25,12 @@ def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
     assert Work(out=Path("there")).folder(scene) == Path("there")
 
 
-def test_a_worker_per_core_unless_some_are_named():
+def test_default_is_one_worker_per_core():
     assert Work().threads == cores()
     assert Work(workers=3).threads == 3
 
 
-def test_a_store_of_an_unknown_kind_or_without_access_is_said(tmp_path, monkeypatch):
+def test_unknown_or_inaccessible_store_is_refused(tmp_path, monkeypatch):
     with pytest.raises(WrongInput, match=r"--store foo://x: Protocol not known: foo: give a folder, or"):
         store_at("foo://x", tmp_path)
 
@@ -55,14 +57,14 @@ def test_models_of_other_code_are_removed_from_the_own_folder_only(tmp_path):
     assert [folder.is_dir() for folder in folders] == [False, True, True]
 
 
-def test_run_options_have_them(tmp_path):
+def test_run_options_have_workers_store_and_watch(tmp_path):
     with Work(workers=3).options(tmp_path, Console(quiet=True)) as options:
         assert options.workers == 3
         assert options.store.location == tmp_path / "store"
         options.watch.on_stage("heard")
 
 
-def test_all_misfits_are_told_at_once():
+def test_all_misfits_are_reported_at_once():
     require_none("mine", iter(()))
     with pytest.raises(BadScene, match=r"mine: 2 error\(s\)\n  a = 1: too small\n  b = 2: too large"):
         require_none("mine", iter(["a = 1: too small", "b = 2: too large"]))
@@ -106,7 +108,7 @@ def nothing_begins(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("nothing_begins")
 @pytest.mark.parametrize(("name", "folder"), USED)
-def test_every_command_leaves_a_folder_alone_that_another_run_writes_to(name, folder, capsys):
+def test_commands_refuse_a_folder_that_another_run_uses(name, folder, capsys):
     with locked(Path(folder)):
         assert exit_code([name, *COMMANDS[name][0]]) == FAILED
         assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
@@ -115,7 +117,7 @@ def test_every_command_leaves_a_folder_alone_that_another_run_writes_to(name, fo
 
 @pytest.mark.usefixtures("nothing_begins")
 @pytest.mark.parametrize(("name", "folder"), USED)
-def test_every_command_looks_where_it_writes_before_any_work(name, folder, tmp_path, capsys):
+def test_commands_check_output_folders_before_any_work(name, folder, tmp_path, capsys):
     if folder == ".":
         (tmp_path / "figures").touch()
     else:
@@ -123,3 +125,28 @@ def test_every_command_looks_where_it_writes_before_any_work(name, folder, tmp_p
         Path(folder).touch()
     assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
     assert "--out" in capsys.readouterr().err
+
+
+def written_page(folder):
+    """A page with one chart in the folder of a scene."""
+    chart = chart_of("one", [Panel("", "s [mm]", "p [MPa]", [Curve("A", [0.0, 1.0], [1.0, 2.0])])])
+    return write_page(Page("Contact", "", [Section("", [chart])]), folder / "contact.html")
+
+
+@pytest.mark.parametrize(
+    ("formats", "suffixes"), [((), {".svg"}), (("pdf", "png"), {".pdf", ".png", ".svg"})]
+)
+def test_figures_are_written_as_svg_and_in_all_formats_named(tmp_path, formats, suffixes):
+    with Work(figures=formats).options(tmp_path, Console(quiet=True)):
+        written_page(tmp_path)
+    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == suffixes
+
+
+def test_pages_in_the_folder_of_all_results_are_listed_there(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    elsewhere = written_page(tmp_path / "elsewhere" / "mine")
+    announce(elsewhere, Console())
+    assert not list(tmp_path.rglob("index.html"))
+    announce(written_page(Path("out/mine")), Console())
+    assert 'href="mine/contact.html"' in Path("out/index.html").read_text(encoding="utf-8")
+    assert "Report: out/mine/contact.html" in capsys.readouterr().out

@@ -42,7 +42,7 @@ def measure(ic, estimate=None):
 
 @pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_what_vanishes_and_all_shares_do_not_depend_on_the_unit_or_on_the_sign_of_c_nn(c, unit, sign):
+def test_vanishing_and_shares_do_not_depend_on_units_or_on_the_sign_of_c_nn(c, unit, sign):
     c[S, N] = 1e-12
     c[N, N] = sign * np.abs(c[N, N])
     off = exceeds((S, N), 0.01, 4)
@@ -66,7 +66,7 @@ def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
     assert far[NEAR][X, N] == 0
 
 
-def test_what_is_zero_where_c_is_not_is_a_hundred_percent_wrong(c):
+def test_zero_for_a_nonzero_c_is_an_error_of_100_percent(c):
     assert measure(c).shares(-c)[NEAR][X, N] == 1
     assert measure(c).shares(-c)[NEAR][N, N] == 1
     assert measure(c).shares(-c)[FAR][N, N] == pytest.approx(1 / 4)
@@ -184,7 +184,7 @@ def test_the_peak_under_the_load_does_not_hide_errors_away_from_it(c):
     assert only_near.shares(off)[NEAR][N, N] == pytest.approx(0.4 / 80)
 
 
-def test_a_component_that_is_known_badly_at_the_load_only_does_not_vanish(c):
+def test_component_with_a_large_estimate_only_at_the_load_does_not_vanish(c):
     estimate = np.zeros_like(c)
     estimate[X, N, 1] = 0.01
     far = EVERYWHERE.copy()

@@ -22,7 +22,7 @@ HEAVY = (
     "xarray",
     "pydantic",
 )
-PAGE = (Path(__file__).parents[3] / "docs" / "python.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs/how-to/python.md").read_text(encoding="utf-8")
 NO_UNITS = {  # of which no quantity is an argument or a result
     *("plane", "Pair", "load_pair", "fit_bhat_prime", "compare_ics", "write_for_contact", "plot_ics"),
     *("load_scene", "run_scene", "WrongInput", "Failure"),

@@ -96,8 +96,8 @@ TASKS = [(SOLID, Task("lower", level, JOB.request(level), 100_000)) for level in
 
 
 def solve_all(store):
-    found = solve_models(TASKS, RunOptions(1, store))
-    return {solved.task.level: solved.model for solved in found}
+    result = solve_models(TASKS, RunOptions(1, store))
+    return {solved.task.level: solved.model for solved in result}
 
 
 @pytest.fixture(scope="session")

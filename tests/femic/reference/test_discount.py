@@ -73,7 +73,7 @@ def fit(request):
 
 
 @pytest.mark.parametrize("y", [np.linspace(-12, 15, 28), np.linspace(-15, 12, 28)], ids=["right", "left"])
-def test_the_rule_looks_three_elements_away_and_on_both_sides_of_moment_loads(y):
+def test_rule_observes_three_elements_away_and_beside_moment_loads(y):
     contour = through_points(y, -(y**2) / 40)  # longer on one side
     points = RULE.points(request_for(contour).body)
     np.testing.assert_allclose(points.x, [3 * 2 * PATCH.a, 0, 0, 0, 0, 0, 0], rtol=1e-14)
@@ -152,7 +152,7 @@ def test_on_a_wheel_the_discount_is_a_rigid_motion_of_each_load(radius, side, s_
 
 
 @pytest.mark.parametrize("radius", [60.0, 500.0])
-def test_what_tilts_of_the_axle_leave_is_rigid_but_for_a_translation_along_y(radius):
+def test_rest_of_the_tilts_of_the_axle_is_rigid_up_to_a_translation_along_y(radius):
     """phi-phi of its own turns each section about its own contact centre, which a rigid turn moves."""
     m = np.zeros((4, 4))
     m[3, 3] = 1.0
@@ -184,7 +184,7 @@ def test_turns_of_sections_are_those_of_the_prismatic_body_at_x_0(entry):
     assert np.abs(by_definition).max() > 1
 
 
-def test_phi_phi_is_nothing_to_loads_at_the_contact_centre():
+def test_phi_phi_has_no_effect_on_loads_at_the_contact_centre():
     m = np.zeros((4, 4))
     m[3, 3] = 1.0
     assert np.all(discounts(m, wheel(60.0, UPPER), 0.0) == 0)
@@ -257,7 +257,7 @@ def test_the_moment_load_turns_as_b_hat_does():
     assert c[3] - c[4] == pytest.approx(b_hat[3] - b_hat[4], rel=1e-9)
 
 
-def test_without_symmetry_moment_loads_on_both_sides_turn_as_b_hat_does():
+def test_moment_loads_on_unsymmetric_sections_turn_as_in_b_hat():
     fit = fit_of(UNSYMMETRIC, LOWER, OFF_CENTRE)
     outwards = []
     for side, (right, left) in ((1, (3, 4)), (-1, (5, 6))):
@@ -267,7 +267,7 @@ def test_without_symmetry_moment_loads_on_both_sides_turn_as_b_hat_does():
     assert outwards[0] == pytest.approx(-outwards[1], rel=1e-6)
 
 
-def test_a_rigid_compliance_of_the_support_leaves_no_trace(fit):
+def test_rigid_compliance_of_the_support_has_no_effect(fit):
     """Softer supports add D of some M: the fit takes exactly that M out again."""
     support = np.where(fit.m != 0, RNG.normal(size=(4, 4)) * 1e-6, 0.0)
     support = support + support.T

@@ -8,7 +8,6 @@ import pytest
 from approx.pair import Solid
 from femic.reference.discount import fit_discount, rigid_part
 from femic.reference.discount_rules import ApproachRule, NoRule
-from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.tuned import cells
@@ -23,6 +22,7 @@ from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import Load, N, Patch, S
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.reference.harmonic.fields import raw_ics
 
 RADIUS, NU, FAR = 10.0, 0.28, 320.0
 CENTRE = Points(np.zeros(1), np.zeros(1))
@@ -62,7 +62,7 @@ def test_the_logarithms_of_bodies_that_fit_each_other_cancel():
     assert abs(np.diff(together)[0]) < 0.06 * abs(np.diff(alone)[0])
 
 
-def test_the_approach_rule_takes_one_entry_so_that_c_is_a_at_the_centre_of_its_load():
+def test_approach_rule_fits_m_zz_so_that_c_equals_a_at_the_centre_of_its_load():
     body = body_of(LOWER, ellipse(8.0, 12.0, 0.7, 0.9), np.inf)
     rule = ApproachRule(0.2)
     loads = (Load(Patch(0.5, 0.3, 2.0), S), Load(Patch(0.5, 0.3, 2.0), N))
@@ -76,7 +76,7 @@ def test_the_approach_rule_takes_one_entry_so_that_c_is_a_at_the_centre_of_its_l
     assert left[N, 0] == pytest.approx(a[N, N, 0] / load.patch.area, rel=1e-12)
 
 
-def test_no_rule_takes_nothing_and_rules_take_nothing_where_nothing_is_loaded():
+def test_nothing_is_subtracted_without_a_rule_or_without_loads():
     body = body_of(LOWER, arc(RADIUS, 1.0, 1.0), np.inf)
     for rule, loads in ((NoRule(), (Load(Patch(1, 1), N),)), (ApproachRule(0.2), ())):
         fit = rule.conditions(body, loads)
@@ -94,7 +94,7 @@ def found_on(grid, discounts, **changes):
     return matrices({"lower": job}, RunOptions(1))["lower"]
 
 
-def test_m_zz_is_the_same_on_grids_of_other_elements_and_is_all_that_is_taken():
+def test_m_zz_is_the_only_entry_and_does_not_depend_on_the_elements():
     """Two grids, by models of their own; the same elements before the discount differ by M_zz cos cos."""
     fine, coarse = (found_on(Grid(2, n, 2.4 / n, 4.8 / n), ("approach",)) for n in (4, 6))
     assert fine.discount[2, 2] == pytest.approx(coarse.discount[2, 2], rel=2e-3)
@@ -106,7 +106,7 @@ def test_m_zz_is_the_same_on_grids_of_other_elements_and_is_all_that_is_taken():
         np.testing.assert_allclose(taken, np.broadcast_to(expected, taken.shape), rtol=1e-10)
 
 
-def test_the_far_arc_is_a_part_of_the_body_but_for_the_source_and_the_approach_hardly_feels_it():
+def test_far_arc_is_part_of_the_body_except_for_the_source_rule():
     """A body clamped at half the distance gives way less as a whole, and as much near the contact."""
     grid = Grid(4, 4, 0.6, 0.9)
     given = found_on(grid, ("approach", "none"))

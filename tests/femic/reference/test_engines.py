@@ -36,7 +36,7 @@ def test_an_engine_solves_the_models_that_give_c_and_its_error(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
-def test_what_is_asked_of_an_engine_is_what_it_solves(engine):
+def test_engine_solves_the_requested_models(engine):
     job = Job(BODY, PATCH, ("sn",), POINTS, {"all": slice(None)}, Settings(engine))
     request = job.request(Level())
     assert request.loads[: len(job.loads)] == job.loads
@@ -56,16 +56,16 @@ def c_of(tolerance, **settings):
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 1e-3])
 def test_a_new_engine_is_driven_by_its_record_alone(tolerance):
     """On a plane the discount of A is that of a point, so that C is A but for the share that is wrong."""
-    found = c_of(tolerance)
+    result = c_of(tolerance)
     a = HalfSpace(one_body(STEEL, LOWER)).ics(PATCH, POINTS.x, POINTS.s)[:, 2] / PATCH.area
     scale = np.max(np.abs(a[2]))
-    error = np.max(np.abs(found.raw[:, 2] - a)) / scale
-    assert error == pytest.approx(OFF * found.cells.smallest**3, rel=1e-9)
-    assert np.max(found.c.mesh_error[2, 2]) / scale <= tolerance
-    assert set(found.models) >= {"fine", "coarse"}
+    error = np.max(np.abs(result.raw[:, 2] - a)) / scale
+    assert error == pytest.approx(OFF * result.cells.smallest**3, rel=1e-9)
+    assert np.max(result.c.mesh_error[2, 2]) / scale <= tolerance
+    assert set(result.models) >= {"fine", "coarse"}
 
 
-def test_its_growth_says_when_a_model_would_be_too_large():
+def test_growth_of_unknowns_limits_refinement():
     unknowns = c_of(1e-3).models["fine"].unknowns
     with pytest.raises(NotConverged, match="`most_unknowns`"):
         c_of(1e-3, most_unknowns=unknowns // 2)

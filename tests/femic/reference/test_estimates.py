@@ -47,39 +47,39 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
     ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    found = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].estimate.safety)
-    np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
-    assert np.all(found.truncation_error == 0)
-    assert np.all(found.waves_error == 0)
-    assert found.ic is ic
+    result = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].estimate.safety)
+    np.testing.assert_allclose(result.mesh_error, SAFETY[engine] * np.abs(ERROR))
+    assert np.all(result.truncation_error == 0)
+    assert np.all(result.waves_error == 0)
+    assert result.ic is ic
 
 
 def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
     """It falls like the square of the size: at half of it, it is four times as large."""
     ic = EXACT + ERROR
-    found = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
-    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
-    assert np.all(found.mesh_error + found.waves_error == 0)
+    result = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
+    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
+    assert np.all(result.mesh_error + result.waves_error == 0)
 
 
 @pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
 def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
     ic = EXACT + ERROR
-    found = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
-    np.testing.assert_allclose(found.waves_error, 1.25 * np.abs(ERROR))
+    result = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
+    np.testing.assert_allclose(result.waves_error, 1.25 * np.abs(ERROR))
 
 
 def test_parts_add_up_and_do_not_cancel():
     ic = EXACT + ERROR
     less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
-    found = estimated(ic, less | {"coarser": EXACT + 2.25 * ERROR}, safety=2.0)
-    np.testing.assert_allclose(found.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
-    np.testing.assert_allclose(found.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
+    result = estimated(ic, less | {"coarser": EXACT + 2.25 * ERROR}, safety=2.0)
+    np.testing.assert_allclose(result.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
+    np.testing.assert_allclose(result.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
 
 
 def test_orders_may_differ_from_point_to_point():
     ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
-    found = estimated(
+    result = estimated(
         ic,
         {
             "coarser": EXACT + 1.5**orders.mesh * ERROR,
@@ -88,24 +88,24 @@ def test_orders_may_differ_from_point_to_point():
         safety=1.25,
         orders=orders,
     )
-    np.testing.assert_allclose(found.mesh_error, 1.25 * np.abs(ERROR))
-    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
+    np.testing.assert_allclose(result.mesh_error, 1.25 * np.abs(ERROR))
+    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
 
 
 def test_errors_of_ij_and_ji_are_pooled():
     error = np.abs(EXACT)
-    found = pooled(error)
+    result = pooled(error)
     for i, j in np.ndindex(3, 3):
-        np.testing.assert_array_equal(found[i, j], np.maximum(error[i, j], error[j, i]))
+        np.testing.assert_array_equal(result[i, j], np.maximum(error[i, j], error[j, i]))
 
 
-def test_what_was_not_solved_is_no_number_and_does_not_spoil_its_twin():
+def test_unsolved_components_are_nan_and_do_not_affect_their_transposes():
     error = np.abs(EXACT)
     error[:, 1] = np.nan
-    found = pooled(error)
-    assert np.all(np.isnan(found[:, 1]))
-    np.testing.assert_array_equal(found[1, 0], error[1, 0])
-    np.testing.assert_array_equal(found[0, 2], np.maximum(error[0, 2], error[2, 0]))
+    result = pooled(error)
+    assert np.all(np.isnan(result[:, 1]))
+    np.testing.assert_array_equal(result[1, 0], error[1, 0])
+    np.testing.assert_array_equal(result[0, 2], np.maximum(error[0, 2], error[2, 0]))
 
 
 def test_the_mesh_part_is_pooled_the_truncation_is_not():
@@ -164,16 +164,16 @@ def points_at(places):
 
 
 def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
-    found = orders_at(PATCH_AT, points_at(MESH), FAR).mesh
-    assert dict(zip(MESH, found.tolist(), strict=True)) == MESH
+    result = orders_at(PATCH_AT, points_at(MESH), FAR).mesh
+    assert dict(zip(MESH, result.tolist(), strict=True)) == MESH
 
 
 def test_close_to_the_far_arc_truncation_falls_slowly():
-    found = orders_at(PATCH_AT, points_at(TRUNCATION), FAR).truncation
-    assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
+    result = orders_at(PATCH_AT, points_at(TRUNCATION), FAR).truncation
+    assert dict(zip(TRUNCATION, result.tolist(), strict=True)) == TRUNCATION
 
 
-def test_at_the_very_ends_of_these_places_orders_are_the_usual_ones():
+def test_orders_at_the_limits_of_outline_and_far_arc_are_the_usual_ones():
     margin = ON_OUTLINE * min(A, B)
     ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
     patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
@@ -202,11 +202,11 @@ def test_c_is_estimated_with_these_orders_in_the_domain_of_its_level(level):
     job = replace(JOB, points=points, lines={"x": slice(0, 3)}, components=("nn",))
     models = made_up(job, lambda _, domain: 1 / domain)
     models = {replace(one, domain=one.domain + level): raw for one, raw in models.items()}
-    found = combine(job, Level(domain=level), models)
+    result = combine(job, Level(domain=level), models)
     gain = np.array([3, 3, 3]) if level else np.array([3, 1, 1])  # 2^order - 1
     coarse, small = models[Level(-1, level)].u, models[Level(-1, level - 1)].u
     apart = discounted_difference(job, coarse, small)
-    np.testing.assert_allclose(found.c.truncation_error[2, 2] * gain, 1.25 * apart, rtol=1e-9)
+    np.testing.assert_allclose(result.c.truncation_error[2, 2] * gain, 1.25 * apart, rtol=1e-9)
 
 
 def discounted_difference(job, one, other):
@@ -232,7 +232,7 @@ def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doub
         assert waves_for(tolerance, 1.0, waves)[1] == pytest.approx(larger * 2**waves)
 
 
-def test_wavenumbers_are_as_accurate_as_the_line_needs_where_displacements_are_least():
+def test_accuracy_of_wavenumbers_follows_the_line_with_the_least_displacements():
     """A twentieth of the largest A_nn there, a point load's: (1 - nu) / (2 pi G r)."""
     x = np.array([3.0, -5.0, 8.0, 40.0, -20.0])
     lines = {"near": slice(0, 3), "far": slice(3, 5)}
@@ -270,29 +270,29 @@ TWO = replace(JOB, points=Points(np.arange(1.0, 6.0), np.zeros(5)), lines=LINES,
 
 def ics(**curves):
     """ICs (3, 3, 5), 0 but for some components."""
-    found = np.zeros((3, 3, 5))
+    result = np.zeros((3, 3, 5))
     for name, values in curves.items():
-        found["xsn".index(name[0]), "xsn".index(name[1])] = values
-    return found
+        result["xsn".index(name[0]), "xsn".index(name[1])] = values
+    return result
 
 
 def test_scales_are_of_each_line_by_itself():
-    found = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
-    assert (found["one"][2, 2], found["other"][2, 2]) == (8, 2)
-    assert (found["one"][1, 2], found["other"][1, 2]) == (3, 1.5)
+    result = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
+    assert (result["one"][2, 2], result["other"][2, 2]) == (8, 2)
+    assert (result["one"][1, 2], result["other"][1, 2]) == (3, 1.5)
 
 
 def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_solved():
     small = ics(nn=[4, -8, 2, 1, -1], sn=0.01)
-    found = scales([TWO], small)
-    assert (found["one"][1, 2], found["other"][1, 2]) == pytest.approx((0.05 * 8, 0.05 * 2))
+    result = scales([TWO], small)
+    assert (result["one"][1, 2], result["other"][1, 2]) == pytest.approx((0.05 * 8, 0.05 * 2))
     without = small.copy()
     without[2, 2] = np.nan
     a_nn = np.abs(TWO.half_space_nn[TWO.lines["one"]])
     assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
 
 
-def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
+def test_variations_of_a_model_are_discounted_like_c():
     """Wavenumbers and the far arc change the displacements where M is fitted, too."""
     job = changed(replace(JOB, components=("nn",)), engine=HARMONIC)
     models = made_up(job, lambda *_: 0.0)
@@ -300,12 +300,12 @@ def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
     noise = np.random.default_rng(3).normal(size=fine.u.shape)
     weights = {"nearer": 0.1, "sparser": 0.2, "lower": 0.3, "coarser": 0.4}
     less = {name: fine.u + weight * noise for name, weight in weights.items()}
-    found = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
+    result = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
     off = {name: discounted_difference(job, fine.u, u) for name, u in less.items()}
     far = orders_at(job.patch, job.points, job.body.domain.far_radius).truncation
-    np.testing.assert_allclose(found.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
-    np.testing.assert_allclose(found.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
-    np.testing.assert_allclose(found.mesh_error[2, 2], 2.0 * off["coarser"] / (1.5**2 - 1))
+    np.testing.assert_allclose(result.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
+    np.testing.assert_allclose(result.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
+    np.testing.assert_allclose(result.mesh_error[2, 2], 2.0 * off["coarser"] / (1.5**2 - 1))
 
 
 def test_loads_that_only_m_needs_are_no_columns_of_c():
@@ -322,18 +322,18 @@ def test_loads_that_only_m_needs_are_no_columns_of_c():
 def test_the_error_on_a_line_is_the_largest_of_either_sign():
     c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
     off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
-    found = line_errors(off, c, c[2, 2])
-    assert found[2, 2] == pytest.approx(0.1)
-    assert found[1, 1] == pytest.approx(0.25)
-    assert found[0, 1] == 0
+    result = line_errors(off, c, c[2, 2])
+    assert result[2, 2] == pytest.approx(0.1)
+    assert result[1, 1] == pytest.approx(0.25)
+    assert result[0, 1] == 0
 
 
 def test_errors_are_the_largest_on_a_line_as_shares_of_its_scale():
     scale = {"one": np.full((3, 3), 2.0), "other": np.full((3, 3), 4.0)}
-    found = estimated_errors(TWO, ics(sn=[0.1, -0.5, 0.2, -1.0, 0.4]), scale)
-    assert found["one"][1, 2] == 0.25
-    assert found["other"][1, 2] == 0.25
-    assert found["one"][2, 1] == 0
+    result = estimated_errors(TWO, ics(sn=[0.1, -0.5, 0.2, -1.0, 0.4]), scale)
+    assert result["one"][1, 2] == 0.25
+    assert result["other"][1, 2] == 0.25
+    assert result["one"][2, 1] == 0
 
 
 def test_the_worst_is_that_of_what_was_asked_with_its_name():
@@ -350,9 +350,9 @@ def test_shares_are_those_of_each_part_and_of_their_sum():
     scale = {"one": np.full((3, 3), 2.0), "other": np.ones((3, 3))}
     mesh, size = ics(nn=[0.4, 0, 0, 0, 0]), ics(nn=[0.1, 0.5, 0, 0, 0])
     waves = ics(sn=[0, 0, 0, 0, 0.15])
-    found = shares(TWO, EstimatedICs(0 * mesh, mesh, size, waves), scale)
-    assert (found.mesh, found.truncation, found.waves) == (0.2, 0.25, 0.15)
-    assert (found.total, found.component, found.line) == (0.25, "nn", "one")
+    result = shares(TWO, EstimatedICs(0 * mesh, mesh, size, waves), scale)
+    assert (result.mesh, result.truncation, result.waves) == (0.2, 0.25, 0.15)
+    assert (result.total, result.component, result.line) == (0.25, "nn", "one")
 
 
 def test_bodies_add_up_and_so_do_their_estimates():
@@ -378,8 +378,8 @@ def test_bodies_add_up_and_so_do_their_estimates():
 
 def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
     models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
-    found = {
+    result = {
         name: cost.unknowns
         for name, cost in costs_of(Level(cells=2).models(("fine", "coarse")), models).items()
     }
-    assert found == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}
+    assert result == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

@@ -25,7 +25,7 @@ except BrokenPipeError:
 
 
 @pytest.mark.parametrize("call", ["meshes()", "one = Thread(target=meshes); one.start(); one.join()"])
-def test_a_write_to_a_closed_connection_does_not_end_a_process_that_has_meshed(call):
+def test_write_to_a_closed_connection_does_not_end_a_process_after_meshing(call):
     """Such as a campaign, when a worker is killed; also where a thread has meshed, as in workers."""
     ended = subprocess.run(
         [sys.executable, "-c", WRITES.format(call=call)], capture_output=True, text=True, check=False

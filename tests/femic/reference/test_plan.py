@@ -18,7 +18,7 @@ from geometries.contours import arc, plane
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER
 from tests.femic.reference.conftest import STEEL
-from tests.femic.reference.kept_model import TASK
+from tests.femic.reference.small_model import TASK
 
 LOADS = tuple(Load(Patch(0.4, 0.5, s), direction) for s in (0.0, 2.0, -2.0) for direction in range(3))
 
@@ -53,21 +53,21 @@ def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
     """Three quarters of a core each, and one alone is one; mesh and assembly are not shared."""
     times = {}
     for workers in (1, 4, 8):
-        found = HARMONIC.models.expected_cost(TASK.request, workers)
-        times[workers] = found.seconds - start_of(TASK.request)
+        result = HARMONIC.models.expected_cost(TASK.request, workers)
+        times[workers] = result.seconds - start_of(TASK.request)
     assert times[1] == pytest.approx(3 * times[4])
     assert times[4] == pytest.approx(2 * times[8])
 
 
 def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
-    found, finer = (
+    result, finer = (
         HARMONIC.models.expected_cost(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1)
         for f in (1, 0.5)
     )
-    assert found.unknowns == unknowns_of(TASK.request)
-    assert found.memory == pytest.approx(200 + 0.02 * found.unknowns)
-    assert finer.unknowns > 1.5 * found.unknowns
-    assert not found.half_section
+    assert result.unknowns == unknowns_of(TASK.request)
+    assert result.memory == pytest.approx(200 + 0.02 * result.unknowns)
+    assert finer.unknowns > 1.5 * result.unknowns
+    assert not result.half_section
 
 
 @pytest.mark.parametrize("contour", [arc(10.0, 0.3, 0.4), plane()])
@@ -75,10 +75,10 @@ def test_each_wavenumber_is_factored_once_and_about_half_of_them_with_coarser_ce
     """Whether even and odd parts are apart or not; loads at s and -s are one column of a half section."""
     with_law(monkeypatch, FACTOR=1.0, FACTOR_GROWTH=0.0, START=0.0, PER_UNKNOWN=0.0)
     asked = replace(TASK.request, loads=LOADS, body=replace(TASK.request.body, contour=contour))
-    found = HARMONIC.models.expected_cost(asked, 1)
-    assert found.seconds == sum(solutions(asked))
-    assert found.half_section == contour.symmetric
-    assert found.fields == (6 if contour.symmetric else 9)
+    result = HARMONIC.models.expected_cost(asked, 1)
+    assert result.seconds == sum(solutions(asked))
+    assert result.half_section == contour.symmetric
+    assert result.fields == (6 if contour.symmetric else 9)
 
 
 def test_costs_of_unknowns_follow_their_power(monkeypatch):
@@ -91,10 +91,10 @@ def test_costs_of_unknowns_follow_their_power(monkeypatch):
 
 
 def test_wavenumbers_are_those_that_a_half_space_would_take():
-    found = HARMONIC.models.expected_cost(TASK.request, 1)
-    assert found.wavenumbers == len(expected_samples(TASK.request).k)
+    result = HARMONIC.models.expected_cost(TASK.request, 1)
+    assert result.wavenumbers == len(expected_samples(TASK.request).k)
     finer = HARMONIC.models.expected_cost(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
-    assert finer.wavenumbers > found.wavenumbers
+    assert finer.wavenumbers > result.wavenumbers
 
 
 UNIFORM = Cells(2.0, 1e-9, 1e-9)

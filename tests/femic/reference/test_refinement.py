@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.reference.accuracy import NotConverged
-from femic.reference.at_points import AtPoints, references
+from femic.reference.at_points import assess_references, references
 from femic.reference.estimate import EstimatedICs, total
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.level import Level, factors
@@ -70,7 +70,7 @@ def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
     assert not met(JOB, one_missing)
 
 
-def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
+def test_too_large_model_is_refused_with_numbers_and_remedies(models):
     job = changed(JOB, tolerance=0.01)
     reference = with_errors(models, 0.05, 0.2)
     with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
@@ -81,19 +81,19 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     asked = []
     watch = Watch(asked.append)
     job = changed(JOB, tolerance=0.002)
-    found = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
+    result = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
     assert len(asked) > 1
     flat = [task.level for tasks in asked for task in tasks]
     assert len(set(flat)) == len(flat)
-    assert found.level != Level()
-    assert met(job, found)
-    cells, domain = factors(found.level)
-    assert found.cells == COARSE.scaled(cells)
-    assert found.body.domain == JOB.body.domain.scaled(domain)
-    assert len(found.models) == len(flat)
+    assert result.level != Level()
+    assert met(job, result)
+    cells, domain = factors(result.level)
+    assert result.cells == COARSE.scaled(cells)
+    assert result.body.domain == JOB.body.domain.scaled(domain)
+    assert len(result.models) == len(flat)
 
 
-def test_parts_of_which_none_is_too_large_but_their_sum_is(models):
+def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large(models):
     """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
     reference = with_errors(models, 0.004, 0.004, 0.004)
     assert next_level(changed(JOB, tolerance=0.01), reference) == Level(1)
@@ -122,19 +122,21 @@ def test_refinement_that_does_not_help_ends(models):
         next_level(job, reference)
 
 
-def test_the_sum_of_both_bodies_is_judged_too(models):
+def test_sum_of_both_bodies_is_assessed_too(models):
     """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
     job = changed(JOB, tolerance=0.02, most_unknowns=10_000_000)
     good = with_errors(models, 0.001, 0.0)
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
-    jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
-    assert refine(jobs, found, AtPoints(jobs, combined=False).assess(found)) == {}
-    assert set(refine(jobs, found, AtPoints(jobs, combined=True).assess(found))) == {"upper"}
+    jobs, result = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
+    assert refine(jobs, result, assess_references(jobs, result, combined=False)) == {}
+    assert set(refine(jobs, result, assess_references(jobs, result, combined=True))) == {"upper"}
     found_sum = total([good.c, worse.c])
     np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
     assert (
-        refine(jobs, found | {"upper": poor}, AtPoints(jobs, combined=True).assess(found | {"upper": poor}))
+        refine(
+            jobs, result | {"upper": poor}, assess_references(jobs, result | {"upper": poor}, combined=True)
+        )
         == {}
     )
 
@@ -167,10 +169,10 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     job = changed(replace(JOB, components=("xx",)), tolerance=0.02)
     softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
     jobs = {"lower": job, "upper": replace(job, body=softer)}
-    found = {
+    result = {
         name: without_nn(models, of_body, 0.7 * job.settings.tolerance) for name, of_body in jobs.items()
     }
-    c = total([reference.c for reference in found.values()])
+    c = total([reference.c for reference in result.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
     assert share == pytest.approx(0.7 * job.settings.tolerance)
-    assert refine(jobs, found, AtPoints(jobs, combined=True).assess(found)) == {}
+    assert refine(jobs, result, assess_references(jobs, result, combined=True)) == {}

@@ -41,6 +41,6 @@ def test_numbers_are_separated_by_blanks_beside_comments(text, tmp_path):
         ("1 2\n".encode("utf-16"), "not a text in UTF-8"),
     ],
 )
-def test_other_files_are_refused_with_their_line(text, reason, tmp_path):
+def test_invalid_files_are_refused_with_the_line(text, reason, tmp_path):
     with pytest.raises(WrongInput, match=reason):
         columns(written(tmp_path, text), HEADINGS)

@@ -82,7 +82,7 @@ def with_value(key, value):
 
 
 @pytest.mark.parametrize("key", RANGES)
-def test_each_number_has_its_range_and_a_message_with_field_and_value(key):
+def test_numbers_out_of_range_are_refused_with_field_and_value(key):
     allowed, refused = RANGES[key]
     for value in allowed:
         parse(with_value(key, value), Path("mine.toml"))
@@ -93,7 +93,7 @@ def test_each_number_has_its_range_and_a_message_with_field_and_value(key):
 
 
 @pytest.mark.parametrize("key", RANGES)
-def test_texts_and_truths_are_no_numbers(key):
+def test_strings_and_booleans_are_refused_as_numbers(key):
     allowed, _ = RANGES[key]
     for value in (str(allowed[0]), True, False):
         with pytest.raises(BadScene) as caught:
@@ -102,13 +102,13 @@ def test_texts_and_truths_are_no_numbers(key):
 
 
 @pytest.mark.parametrize("key", ["contact.flanks", "contact.supports", "engine.check", "fields"])
-def test_numbers_and_texts_are_neither_true_nor_false(key):
+def test_numbers_and_strings_are_refused_as_booleans(key):
     for value in (0, 1, 1.0, "true", "yes"):
         with pytest.raises(BadScene, match=rf"{key} = {value!r}: Input should be true or false"):
             parse(with_value(key, value), Path("mine.toml"))
 
 
-def test_numbers_that_are_whole_count_elements_however_they_are_written():
+def test_whole_floats_are_accepted_as_integers():
     """Values of campaigns are multiples of others."""
     assert parse(with_value("grid.n_x", 16.0), Path("mine.toml")).grid.n_x == 16
     with pytest.raises(BadScene, match=r"grid\.n_x = 16\.5: "):
@@ -116,7 +116,7 @@ def test_numbers_that_are_whole_count_elements_however_they_are_written():
 
 
 @pytest.mark.parametrize(("a", "b", "allowed"), [(1, 100, 1), (100, 1, 1), (0.99, 100, 0), (100.1, 1, 0)])
-def test_the_aspect_of_a_patch_has_its_range(a, b, allowed):
+def test_aspect_of_a_patch_is_limited(a, b, allowed):
     table = WHOLE | {"patch": {"a": a, "b": b}}
     if allowed:
         assert parse(table, Path("mine.toml")).patch.a == a
@@ -126,14 +126,14 @@ def test_the_aspect_of_a_patch_has_its_range(a, b, allowed):
 
 
 @pytest.mark.parametrize(("flanks", "field"), [([20, 95], ".1 = 95"), ("steep", " = 'steep'")])
-def test_of_a_value_of_several_types_only_errors_of_its_own_type_are_listed(flanks, field):
+def test_union_value_lists_errors_of_its_own_type_only(flanks, field):
     """Flanks are a number or two."""
-    told = rf"1 error\(s\)\n  lower\.contour\.flank_inclination_deg{re.escape(field)}: "
-    with pytest.raises(BadScene, match=told):
+    message = rf"1 error\(s\)\n  lower\.contour\.flank_inclination_deg{re.escape(field)}: "
+    with pytest.raises(BadScene, match=message):
         parse(with_value("lower.contour.flank_inclination_deg", flanks), Path("mine.toml"))
 
 
-def test_a_list_whose_entries_are_wrong_is_not_called_short():
+def test_list_with_wrong_entries_is_not_reported_as_short():
     lines = with_value("lines", [{"along": "x", "s": 0.0, "reach": -1.0}])
     with pytest.raises(BadScene, match=r"1 error\(s\)\n  lines\.0\.reach = -1\.0: "):
         parse(lines, Path("mine.toml"))
@@ -141,7 +141,7 @@ def test_a_list_whose_entries_are_wrong_is_not_called_short():
         parse(with_value("lines", []), Path("mine.toml"))
 
 
-def test_a_missing_key_says_add_it_and_a_missing_file_where_it_is_looked_for():
+def test_missing_keys_and_files_are_reported_with_a_remedy():
     without = deepcopy(WHOLE)
     del without["lower"]["E"]
     with pytest.raises(BadScene, match=r"  lower\.E: .*required; add the key"):
@@ -151,7 +151,7 @@ def test_a_missing_key_says_add_it_and_a_missing_file_where_it_is_looked_for():
         parse(nowhere, Path("folder/mine.toml"))
 
 
-def test_long_values_are_cut_in_messages():
+def test_long_values_are_shortened_in_messages():
     with pytest.raises(BadScene) as caught:
         parse(with_value("title", list(range(1000))), Path("mine.toml"))
     shown = str(caught.value).split("title = ")[1].split(": ")[0]

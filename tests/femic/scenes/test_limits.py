@@ -23,7 +23,7 @@ def fit(**keys):
     return {"calibration": {"points": 8, **keys}}
 
 
-LIMITS = {  # changes of the scene `flat` that are allowed, that are not, what is said
+LIMITS = {  # changes of the scene `flat` that are allowed, that are not, the message
     "patch on the right": (
         MEASURED | patch(0.5, 0.5, 7.49),
         MEASURED | patch(0.5, 0.5, 7.51),
@@ -245,15 +245,15 @@ LIMITS = {  # changes of the scene `flat` that are allowed, that are not, what i
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_what_is_refused_begins_at_its_limit_and_has_its_numbers(case):
+def test_scene_is_refused_from_its_limit_on(case):
     allowed, refused, expected = LIMITS[case]
     load_scene("flat", allowed)
     with pytest.raises(BadScene, match=expected) as caught:
         load_scene("flat", refused)
-    assert str(caught.value).startswith("flat: 1 error(s)")  # and nothing else is said
+    assert str(caught.value).startswith("flat: 1 error(s)")  # and no other
 
 
-def test_default_lines_of_a_patch_at_the_end_of_all_lengths_are_no_error_of_their_own():
+def test_default_lines_of_a_distant_patch_add_no_error():
     with pytest.raises(BadScene, match=r"patch\.s = 1e\+12: beyond half"):
         load_scene("flat", patch(0.2, 0.3, 1e12))
 
@@ -261,12 +261,12 @@ def test_default_lines_of_a_patch_at_the_end_of_all_lengths_are_no_error_of_thei
 EFFECTIVE = {"effective": {"upper": {"nu": {"far": 0.3, "r_inf": 9.0, "m": 1.0, "n": 2.0}}}}
 
 
-@pytest.mark.parametrize("asked", [{"variants": ["Bhat_prime"]}, {"ics": "Bhat_prime"}])
+@pytest.mark.parametrize("needing", [{"variants": ["Bhat_prime"]}, {"ics": "Bhat_prime"}])
 @pytest.mark.parametrize(
     ("bodies", "enough"), [(["upper"], True), (["lower", "upper"], True), (["lower"], False)]
 )
-def test_a_fit_is_asked_for_only_where_some_body_compared_has_one(asked, bodies, enough):
-    changes = asked | EFFECTIVE | {"bodies": bodies}
+def test_bhat_prime_needs_effective_properties_of_a_compared_body(needing, bodies, enough):
+    changes = needing | EFFECTIVE | {"bodies": bodies}
     if enough:
         assert load_scene("flat", changes).pair.has_effective("upper")
     else:

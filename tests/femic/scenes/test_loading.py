@@ -57,7 +57,7 @@ def test_a_negative_radius_is_a_groove():
     groove, crown = (load_scene("flat", both(arc([20.0, 40.0], radius))) for radius in (-8.0, 8.0))
     s = np.linspace(-20, 20, 41)
     for name in ("lower", "upper"):
-        (y, z), (y_crown, z_crown) = (one.bodies[name].contour.position(s) for one in (groove, crown))
+        (y, z), (y_crown, z_crown) = (scene.bodies[name].contour.position(s) for scene in (groove, crown))
         np.testing.assert_allclose(y, y_crown, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(z, -z_crown, rtol=1e-12, atol=1e-12)
     assert groove.reference_length == pytest.approx(8.0)
@@ -65,7 +65,7 @@ def test_a_negative_radius_is_a_groove():
         load_scene("flat", {"lower": arc(20.0, 0.0)})
 
 
-def test_an_ellipse_is_flanked_at_75_degrees_and_as_curved_as_its_axes_say():
+def test_ellipse_has_flanks_at_75_degrees_and_the_curvature_of_its_axes():
     scene = load_scene("flat", {"lower": ellipse(9.0, 7.0)})
     contour = scene.bodies["lower"].contour
     assert np.degrees(contour.inclination(np.array([-50.0, 50.0]))) == pytest.approx([-75, 75])
@@ -96,7 +96,7 @@ def test_points_have_two_columns(columns, tmp_path):
         load_scene("flat", {"upper": {"contour": contour}})
 
 
-def test_lines_have_their_points_where_they_are_asked_for():
+def test_lines_have_the_specified_points():
     lines = [
         {"along": "x", "s": -0.7, "reach": 4.0, "points": 5},
         {"along": "s", "x": 1.5, "reach": 6.0, "points": 3},
@@ -120,7 +120,7 @@ def test_a_line_along_s_ends_with_the_shorter_contour():
 # --- defaults -------------------------------------------------------------------------------------------
 
 
-def test_default_lines_lie_beside_the_patch_through_it_and_before_it():
+def test_default_lines_lie_beside_through_and_in_front_of_the_patch():
     lines = load_scene("flat", patch(0.2, 0.3, 2.0)).lines
     assert [line.name for line in lines] == ["s = 3.6 mm", "s = 2 mm", "x = 1.6 mm"]
     assert {len(line.x) for line in lines} == {401}
@@ -128,7 +128,7 @@ def test_default_lines_lie_beside_the_patch_through_it_and_before_it():
     assert [float(np.min(line.running)) for line in lines] == [-25.0] * 3
 
 
-def test_a_patch_that_is_not_given_is_small_beside_the_discount(tmp_path):
+def test_default_patch_is_small_beside_rotation_reach(tmp_path):
     """So contact, which has none, needs none; and the listing leaves it out, too."""
     text = "".join(
         f"[{name}]\nE = 1e5\nnu = 0.3\ncontour = {{ kind = 'plane' }}\n" for name in ("lower", "upper")
@@ -144,7 +144,7 @@ def test_a_patch_that_is_not_given_is_small_beside_the_discount(tmp_path):
         load_scene(str(path), both(arc(30.0, radius)))
 
 
-def test_the_grid_is_made_of_patches_unless_it_says_otherwise():
+def test_default_grid_elements_have_the_size_of_the_patch():
     assert astuple(load_scene("flat").grid) == (64, 32, 0.4, 0.6, 0.0)
     given = {"n_x": 3, "n_s": 4, "dx": 0.5, "ds": 0.7, "s": 1.0, "check": 2}
     scene = load_scene("flat", {"grid": given})
@@ -165,12 +165,12 @@ def test_the_grid_is_made_of_patches_unless_it_says_otherwise():
         ({"rotation_reach": 13.0, "moment_arm": 3.0}, 13.0, 3.0),
     ],
 )
-def test_the_discount_reaches_as_far_as_there_is_room(changes, reach, arm):
+def test_default_rotation_reach_and_moment_arm_fit_the_domain(changes, reach, arm):
     settings = load_scene("flat", changes).settings
     assert (settings.rotation_reach, settings.moment_arm) == pytest.approx((reach, arm))
 
 
-def test_a_fit_uses_points_from_one_element_to_a_quarter_more_than_the_discount():
+def test_default_calibration_points():
     """From 2 a, left out, to 2.5 reference lengths, on s of the patch and 1.6 mm beside it."""
     calibration = load_scene("flat", patch(0.2, 0.3, 1.0)).calibration
     assert (calibration.x_min, calibration.x_max) == pytest.approx((0.4, 25.0))
@@ -183,7 +183,7 @@ def test_a_fit_uses_points_from_one_element_to_a_quarter_more_than_the_discount(
     assert not calibration.logarithmic
 
 
-def test_a_fit_along_s_reaches_as_far_from_the_patch_as_the_contours_go():
+def test_calibration_line_along_s_ends_with_the_contours():
     table = {
         "x": [2.0],
         "s": [0.5],
@@ -221,7 +221,7 @@ def test_curvature_is_apart_only_where_the_combined_properties_say_so():
 # --- engines --------------------------------------------------------------------------------------------
 
 
-def test_the_domain_has_ends_along_x_only_by_the_solid_engine():
+def test_only_domain_of_the_solid_engine_has_ends_along_x():
     for kind, half_length in (("harmonic", INF), ("solid", 90.0)):
         scene = load_scene("flat", engine(kind=kind, far_radius=200.0, half_length=90.0) | SHORT)
         assert astuple(scene.bodies["upper"].domain) == (200.0, half_length)
@@ -231,7 +231,7 @@ def test_the_domain_has_ends_along_x_only_by_the_solid_engine():
     assert [astuple(domain) for domain in defaults] == [(1280.0, INF), (320.0, 320.0)]
 
 
-def test_cells_that_are_given_stand_others_follow():
+def test_given_cells_replace_defaults_one_by_one():
     default = load_scene("flat").first_cells
     for key, name in (("smallest_cell", "smallest"), ("growth", "growth"), ("line_growth", "line_growth")):
         cells = load_scene("flat", engine(**{key: 0.021})).first_cells
@@ -241,14 +241,14 @@ def test_cells_that_are_given_stand_others_follow():
 
 
 def test_the_check_has_the_domain_and_the_limits_of_the_scene():
-    asked = {"far_radius": 250.0, "half_length": 170.0, "most_unknowns": 12_345, "tolerance": 0.03}
-    check = load_scene("flat", engine(check=True, **asked)).check
+    keys = {"far_radius": 250.0, "half_length": 170.0, "most_unknowns": 12_345, "tolerance": 0.03}
+    check = load_scene("flat", engine(check=True, **keys)).check
     assert astuple(check.bodies["lower"].domain) == (250.0, 170.0)
     assert (check.settings.most_unknowns, check.settings.tolerance) == (12_345, 0.03)
     assert (check.settings.engine, check.patch) == (SOLID, load_scene("flat").patch)
 
 
-def test_fields_are_those_of_an_engine_that_has_some(write_scene):
+def test_fields_need_an_engine_that_has_them(write_scene):
     for kind in ("harmonic", "solid"):
         path = write_scene(engine=f'[engine]\nkind = "{kind}"\nsmallest_cell = 0.03\nfar_radius = 90.0\n')
         scene = load_solid_scene(str(path))
@@ -300,7 +300,7 @@ def test_a_scene_has_the_name_of_its_file_and_a_title_if_it_gives_one(write_scen
     assert load_scene("flat").title.startswith("Flat")
 
 
-def test_a_file_that_is_no_text_is_not_toml(tmp_path):
+def test_binary_file_is_refused_as_not_toml(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(BadScene, match=r"mine\.toml: not TOML: .* Compare with `femic scenes --show flat`"):
@@ -320,7 +320,7 @@ DEEP = "[" * 40 + "]" * 40
         ("title = " + "9" * 4000, "title = 9999"),
     ],
 )
-def test_toml_that_cannot_be_read_is_refused_in_a_line(text, reason, tmp_path):
+def test_unreadable_toml_is_refused_with_a_short_message(text, reason, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(text, encoding="utf-8")
     for changes in (None, {"contact": {"ics": ["A"]}}):
@@ -329,7 +329,7 @@ def test_toml_that_cannot_be_read_is_refused_in_a_line(text, reason, tmp_path):
         assert len(str(caught.value)) < 1000
 
 
-def test_no_scene_is_suggested_where_none_is_similar():
+def test_no_suggestion_without_a_similar_scene():
     with pytest.raises(BadScene) as caught:
         scene_path("zzz")
     assert "did you mean" not in str(caught.value)

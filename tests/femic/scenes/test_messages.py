@@ -19,8 +19,8 @@ MAKES_TEXT = "_too_expensive"  # a function of femic.reference.refinement
 def named(path):
     """The names in backquotes of the texts that a module raises."""
     nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-    says = [n for n in nodes if isinstance(n, ast.Raise) or getattr(n, "name", "") == MAKES_TEXT]
-    texts = [n.value for of in says for n in ast.walk(of) if isinstance(n, ast.Constant)]
+    sources = [n for n in nodes if isinstance(n, ast.Raise) or getattr(n, "name", "") == MAKES_TEXT]
+    texts = [n.value for source in sources for n in ast.walk(source) if isinstance(n, ast.Constant)]
     return {name for text in texts if isinstance(text, str) for name in re.findall(r"`(\w+)`", text)}
 
 
@@ -32,7 +32,7 @@ def test_every_name_in_a_message_is_a_key_of_a_scene_or_an_option():
 
 
 @pytest.mark.parametrize(
-    ("says", "told"),
+    ("text", "expected"),
     [
         ("a larger `tolerance` or `most_unknowns`", "a larger engine.tolerance or engine.most_unknowns"),
         ("shorten lines or `rotation_reach`", "shorten lines or rotation_reach"),
@@ -44,5 +44,5 @@ def test_every_name_in_a_message_is_a_key_of_a_scene_or_an_option():
         ("nothing is named: run `femic scenes`", "nothing is named: run `femic scenes`"),
     ],
 )
-def test_names_become_keys_and_options(says, told):
-    assert in_keys(RuntimeError(says)) == told
+def test_names_become_keys_and_options(text, expected):
+    assert in_keys(RuntimeError(text)) == expected

@@ -15,7 +15,7 @@ def contact(**keys):
     return {"contact": keys}
 
 
-REFUSED = {  # changes of the scene `rolling`, what is said
+REFUSED = {  # changes of the scene `rolling`, the message
     "a prismatic wheel": (
         PRISMATIC,
         r"upper\.rolling_radius = inf: .* needs a wheel: give upper\.rolling_radius",
@@ -54,39 +54,39 @@ REFUSED = {  # changes of the scene `rolling`, what is said
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_does_not_go_together_is_refused_with_a_remedy(name):
-    changes, says = REFUSED[name]
-    with pytest.raises(BadScene, match=says):
+def test_inconsistent_keys_are_refused_with_a_remedy(name):
+    changes, message = REFUSED[name]
+    with pytest.raises(BadScene, match=message):
         load_scene("rolling", changes)
 
 
-def test_exchanges_that_need_effective_properties_are_refused_without():
+def test_exchange_with_bhat_prime_needs_effective_properties():
     ics = {"contact": {"motion": "rolling", "loads": [1.0], "ics": ["Bhat+sn:Bhat_prime"]}}
     with pytest.raises(BadScene, match="Bhat_prime needs effective properties of both bodies"):
         require_solvable(load_scene("geometry2", ics))
 
 
 @pytest.mark.parametrize(
-    ("changes", "says"),
+    ("changes", "message"),
     [
         ({"variants": ["Bhut"]}, r"variants\.0 = 'Bhut': Input should be 'A', 'B', .* or 'mix'"),
         ({"ics": "Bhut"}, r"ics = 'Bhut': Input should be 'auto', 'C', 'A', .* or 'mix'"),
         ({"contact": {"ics": ["Bhut"]}}, r"contact\.ics\.0 = 'Bhut': .*one of A, B, .*Bhat\+sn:B"),
     ],
 )
-def test_unknown_names_of_ics_are_refused_with_the_known_ones(changes, says):
-    with pytest.raises(BadScene, match=says):
+def test_unknown_ics_are_refused_with_the_known_names(changes, message):
+    with pytest.raises(BadScene, match=message):
         load_scene("flat", changes)
 
 
-def test_only_contact_by_c_asks_for_the_engine_of_matrices():
+def test_only_contact_with_c_needs_an_engine_with_matrices():
     solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
     require_solvable(load_scene("tall", solid))
     with pytest.raises(BadScene, match=r"engine\.kind = 'solid': has no C on a grid"):
         require_solvable(load_scene("tall", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
 
 
-def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():
+def test_builtin_rolling_and_compression_have_the_same_bodies():
     rolling, compression = (load_scene(name) for name in ("rolling", "compression"))
     assert rolling.contact.motion == "rolling"
     assert compression.contact.motion == "compression"
@@ -100,5 +100,5 @@ def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():
     assert rolling.contact.friction.coefficients == (0.2, 0.4, 0.6)
 
 
-def test_a_prismatic_body_may_be_pressed_on():
+def test_compression_allows_a_prismatic_body():
     assert load_scene("compression", PRISMATIC).contact.motion == "compression"

@@ -18,7 +18,7 @@ to = 2e5
 
 
 @pytest.mark.parametrize("name", ["...toml", "..toml", " .toml", "a\nb.toml"])
-def test_names_that_would_not_be_a_folder_of_their_own_are_refused(name, tmp_path):
+def test_names_that_no_folder_can_have_are_refused(name, tmp_path):
     path = tmp_path / name
     for text, load in (
         (load_scene("flat").text, lambda: load_scene(str(path))),
@@ -31,13 +31,13 @@ def test_names_that_would_not_be_a_folder_of_their_own_are_refused(name, tmp_pat
 
 
 @pytest.mark.parametrize("name", [".hidden.toml", "a b.toml", "Räder.toml", "mine"])
-def test_other_names_are_those_of_folders(name, tmp_path):
+def test_other_file_names_become_scene_names(name, tmp_path):
     path = tmp_path / name
     path.write_text(load_scene("flat").text, encoding="utf-8")
     assert load_scene(str(path)).name == name.removesuffix(".toml")
 
 
-def test_seeds_of_random_points_are_not_negative(tmp_path):
+def test_negative_or_non_integer_seeds_are_refused(tmp_path):
     path = tmp_path / "mine.toml"
     for seed, allowed in ((0, True), (7, True), (-3, False), ('"3"', False), ("true", False)):
         path.write_text(f"seed = {seed}\n{CAMPAIGN}", encoding="utf-8")

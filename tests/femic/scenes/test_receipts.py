@@ -23,7 +23,7 @@ def test_results_hold_for_their_key_and_command(finished):
     assert not receipts.holds(finished, "matrix", "key")
 
 
-def test_results_that_are_not_finished_have_no_receipt(finished):
+def test_interrupted_run_leaves_no_receipt(finished):
     def interrupted():
         with receipts.renewed(finished, "run", "key", ["ics.nc"]) as folder:
             assert folder == finished
@@ -36,7 +36,7 @@ def test_results_that_are_not_finished_have_no_receipt(finished):
 
 
 @pytest.mark.parametrize("damage", ["changed", "missing", "exchanged", "folder"])
-def test_results_that_have_changed_since_do_not_hold(finished, damage):
+def test_changed_results_do_not_hold(finished, damage):
     path, other = finished / "ics.nc", finished / "errors.nc"
     if damage == "changed":
         path.write_text("ics.nC", encoding="utf-8")
@@ -54,7 +54,7 @@ def test_results_that_have_changed_since_do_not_hold(finished, damage):
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", '{"key": "key"}', '{"key": "key", "sha256": 3}', "[" * 100000]
 )
-def test_a_damaged_receipt_is_none(finished, text):
+def test_damaged_receipt_counts_as_missing(finished, text):
     (finished / "run.receipt.json").write_text(text, encoding="utf-8")
     assert not receipts.holds(finished, "run", "key")
     assert receipts.changed(finished, "run") == []
@@ -73,7 +73,7 @@ def test_keys_depend_on_code_text_and_bodies():
     assert len({key, *others}) == 5
 
 
-def test_results_of_other_code_are_made_again(monkeypatch):
+def test_key_changes_with_the_code(monkeypatch):
     scene = load_scene("geometry2")
     before = receipts.key_of(scene, "compare.ics.dataset")
     monkeypatch.setattr(receipts, "results_digest", lambda *_: "0123456789ab")

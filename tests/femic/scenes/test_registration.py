@@ -15,7 +15,7 @@ from femic.scenes.contours import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries import contours
 from tests.femic.scenes.changes import line
 
@@ -62,7 +62,7 @@ def parabola(monkeypatch, tmp_path):
     return path
 
 
-def test_a_registered_contour_is_the_surface_of_a_body(parabola):
+def test_registered_contour_shapes_a_body(parabola):
     contour = load_scene(str(parabola)).bodies["lower"].contour
     y, z = contour.position(np.array([-3.0, 0.0, 2.0]))
     np.testing.assert_allclose(z, -(y**2) / 20, atol=1e-5)
@@ -77,7 +77,7 @@ def test_keys_of_a_registered_contour_are_listed_and_checked(parabola):
 
 
 @pytest.mark.parametrize("kind", ['"parabola"', "3", '["arc"]'])
-def test_a_kind_that_is_not_registered_is_refused_with_those_that_are(kind, tmp_path):
+def test_unregistered_kind_is_refused_with_the_known_kinds(kind, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(LOWER.replace('"parabola"', kind))
     with pytest.raises(BadScene, match=r"lower\.contour\.kind = .*Input should be ('plane'|a valid string)"):

@@ -16,7 +16,7 @@ DOMAIN = engine(kind="solid", far_radius=300.0, half_length=320.0)
 SHORT_DOMAIN = engine(kind="solid", far_radius=320.0, half_length=300.0)
 SLENDER = SHORT | SOLID
 JOINT = 10.0 * np.radians(25.5)  # 4.4506 mm
-LIMITS = {  # scene, changes within the limit, beyond it, what is said there
+LIMITS = {  # scene, changes within the limit, beyond it, the warning there
     "radius of the arc": (
         "geometry1",
         patch(0.2, 0.99),
@@ -159,9 +159,9 @@ LIMITS = {  # scene, changes within the limit, beyond it, what is said there
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_a_warning_begins_at_its_limit_and_has_its_numbers(case):
+def test_warning_begins_at_its_limit(case):
     name, within, beyond, expected = LIMITS[case]
     assert warnings(load_scene(name, within)) == []
-    told = warnings(load_scene(name, beyond))
-    assert told
-    assert all(re.search(expected, text) for text in told), told  # and nothing else is said
+    texts = warnings(load_scene(name, beyond))
+    assert texts
+    assert all(re.search(expected, text) for text in texts), texts  # and no other warning

@@ -15,12 +15,21 @@ from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import code_of_dataset
 from femic.campaigns.running.scene_task import task_of
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import LIGHT, campaign_in, light, of_parts, swept
+from tests.femic.campaigns.campaigns import (
+    LIGHT,
+    LONGER,
+    RANDOM,
+    assert_sums,
+    campaign_in,
+    light,
+    register,
+    swept,
+)
 
 
 @pytest.mark.parametrize("chunk", [1, 50, 1e6])
 @pytest.mark.usefixtures("light_scenes")
-def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
+def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk):
     campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
     _, small = swept(campaign, tmp_path / "small", client, store=store)
     all_are_large(monkeypatch, chunk)
@@ -38,53 +47,45 @@ def all_are_large(monkeypatch, chunk=50.0):
         monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
 
 
-def test_a_large_dataset_is_gone_on_with_as_it_is(light_scenes, client, tmp_path, monkeypatch):
+def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
-    campaign = campaign_in(tmp_path, LIGHT)
-    _, first = swept(campaign, tmp_path, client)
+    _, first = sweep()
     first.load()
     shutil.rmtree(tmp_path / "store")
-    done, again = swept(campaign, tmp_path, client)
+    done, again = sweep()
     assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 27)
     xr.testing.assert_identical(again.load(), first)
 
 
-def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path, monkeypatch):
     """More values at the end of both axes; nothing that is there is read back or computed."""
     all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    sweep()
     del light_scenes[:]
     shutil.rmtree(tmp_path / "store")
-    longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
-    longer = longer.replace("0.3]", "0.3, 0.4]")
-    done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
+    done, dataset = sweep(LONGER.replace("0.3]", "0.3, 0.4]"))
     assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
     assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
-    assert set(dataset.failure.sel(E=7).values) == {"seven"}
+    assert_sums(dataset)
 
 
-def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+def test_random_points_are_appended_to_a_large_dataset(light_scenes, sweep, client, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
-    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
-    swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
+    sweep(RANDOM % 6)
     shutil.rmtree(tmp_path / "store")
-    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
+    campaign = campaign_in(tmp_path, RANDOM % 11)
     done, dataset = swept(campaign, tmp_path, client)
     assert (done.reused, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
     np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, tmp_path, monkeypatch):
+def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep, monkeypatch):
     all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
-    between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
-    done, dataset = swept(between, tmp_path, client)
+    sweep()
+    done, dataset = sweep(LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
     assert (done.reused, len(light_scenes)) == (27, 36)
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    assert_sums(dataset)
 
 
 @pytest.fixture
@@ -102,7 +103,7 @@ def digests_in(campaign, folder):
     return lambda number: task_of(campaign, number, Store(folder / "store")).digest
 
 
-def test_a_scene_that_is_removed_is_not_there_any_more(taken):
+def test_removed_scene_is_missing(taken):
     digest = int(taken.digests[4])
     assert taken.has(4, digest)
     assert not taken.has(4, digest + 1)
@@ -114,7 +115,7 @@ def test_a_scene_that_is_removed_is_not_there_any_more(taken):
     assert result.attrs["computed"] == 27 - 3 - 1
 
 
-def test_a_digest_goes_before_its_values_change(taken, tmp_path):
+def test_digest_is_removed_before_its_values_change(taken, tmp_path):
     """A run that is killed between leaves no scene with a digest and values of something else."""
     taken.remove(4)
     taken._arrays.flush()
@@ -122,20 +123,20 @@ def test_a_digest_goes_before_its_values_change(taken, tmp_path):
     assert list(np.flatnonzero(digests == 0)) == [4]
 
 
-def test_values_without_a_digest_are_removed_too(taken):
+def test_values_without_a_digest_are_removed(taken):
     """Those that a run wrote before it was killed, of files that may have changed since."""
     taken.seconds[4], taken.digests[4] = np.nan, 0
     taken.remove(4)
     assert np.isnan(open_sweep(taken.write())["sum"].values.ravel()[4])
 
 
-def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
+def test_run_killed_at_its_start_loses_nothing(taken, tmp_path):
     result = open_sweep(tmp_path)
     assert np.all(result.digest.values.ravel() == taken.digests)
     assert int((result.failure == "seven").sum()) == 3
 
 
-def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
+def test_large_dataset_of_other_files_is_discarded(taken, tmp_path):
     """Its variables may have had other shapes."""
     collected = Collected(taken.campaign, tmp_path)
     collected.begin(lambda number: 1 + number, code_of_dataset())
@@ -143,7 +144,7 @@ def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
     assert np.all(np.isnan(collected.seconds))
 
 
-def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkeypatch):
+def test_differing_labels_are_numbered_in_a_large_dataset(tmp_path, monkeypatch):
     """Also where they are numbers, and have been written as such."""
     all_are_large(monkeypatch)
     collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
@@ -155,32 +156,31 @@ def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkey
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_full_disk_under_a_large_dataset_is_said(client, tmp_path, monkeypatch):
+def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     all_are_large(monkeypatch)
     monkeypatch.setattr("femic.campaigns.dataset.arrays.SceneArrays.flush", full)
     with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
-        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+        sweep()
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_path, monkeypatch):
+def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path, monkeypatch):
     """And one that becomes large."""
-    campaign = campaign_in(tmp_path, LIGHT)
-    shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
-    _, small = swept(shorter, tmp_path, client)
+    shorter = LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
+    _, small = sweep(shorter)
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 800)  # 48 bytes a scene
-    _, large = swept(campaign, tmp_path, client)
+    _, large = sweep()
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
     np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
-    _, again = swept(shorter, tmp_path, client)
+    _, again = sweep(shorter)
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
     xr.testing.assert_identical(again, small)
 
 
-def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path, monkeypatch):
+def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatch):
     """The first scenes lack what makes it large."""
 
     def large(scene, _means):
@@ -190,8 +190,8 @@ def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path
         return xr.Dataset({"many": ("k", np.full(1000, e))})
 
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 27 * 900)
-    of_parts(monkeypatch, errors=light, advice=large)
-    _, dataset = swept(campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT), tmp_path, client)
+    register(monkeypatch, errors=light, advice=large)
+    _, dataset = sweep('keep = ["errors", "advice"]' + LIGHT)
     assert (tmp_path / "sweep.zarr").is_dir()
     ok = dataset.sel(E=[2, 3, 4, 6, 8])
     np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))

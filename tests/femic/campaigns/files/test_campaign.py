@@ -92,13 +92,13 @@ def test_logarithmic_values_have_equal_ratios_and_exact_ends(campaign):
     np.testing.assert_allclose(np.diff(np.log(values)), np.log(60 / 0.7) / 6, rtol=1e-10)
 
 
-def test_values_are_short_numbers(campaign):
+def test_values_of_ranges_are_rounded(campaign):
     """0.1 + 0.2 must not be another scene than 0.3."""
     values = campaign(GRID, ("to = 60", "to = 0.6")).axes[0].values
     assert values == (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
 
-def test_the_order_has_all_points_once_and_the_ends_first(campaign):
+def test_order_has_all_points_once_and_the_ends_first(campaign):
     grid = campaign(GRID)
     assert sorted(grid.order) == list(range(21))
     first = [grid.point(number) for number in grid.order[:9]]
@@ -117,7 +117,7 @@ def test_early_points_cover_the_range(campaign, count):
         assert np.max(np.diff(places)) <= max(1, 3 * count / n)
 
 
-def test_the_scene_at_a_point_has_its_values_and_what_all_have(campaign):
+def test_scene_at_a_point_has_swept_and_common_keys(campaign):
     grid = campaign(GRID)
     scene = grid.scene((30.0, 1.2))
     same = {"kind": "arc", "flank_inclination_deg": 30.0}
@@ -136,7 +136,7 @@ def test_the_scene_at_a_point_has_its_values_and_what_all_have(campaign):
     assert tomllib.loads(scene.text) == grid.scene_table((30.0, 1.2))
 
 
-def test_the_table_of_a_point_is_its_own(campaign):
+def test_points_do_not_share_tables(campaign):
     """Nothing of one point may be left in the table of another."""
     grid = campaign(GRID)
     before = json.dumps(grid.table)
@@ -144,7 +144,7 @@ def test_the_table_of_a_point_is_its_own(campaign):
     assert json.dumps(grid.table) == before
 
 
-def test_keys_of_lists_are_numbers(campaign):
+def test_numbers_in_keys_are_places_in_lists(campaign):
     text = GRID.replace(
         'bodies = ["combined"]', 'lines = [{ along = "x", s = 0.0 }, { along = "x", s = 1.0 }]'
     )
@@ -154,7 +154,7 @@ def test_keys_of_lists_are_numbers(campaign):
     assert [line.s[0] for line in campaign(text).scene((0, 1.2)).lines] == [0.0, 1.2]
 
 
-def test_files_lie_beside_the_file_that_names_them(campaign, tmp_path):
+def test_paths_are_relative_to_the_file_that_names_them(campaign, tmp_path):
     np.savetxt(
         tmp_path / "rail.txt", np.column_stack([np.linspace(-9, 9, 37), -(np.linspace(-3, 3, 37) ** 2) / 4])
     )
@@ -200,14 +200,14 @@ def test_a_table_has_points_of_any_kind(campaign, tmp_path):
 # --- points that are tried before the run ------------------------------------------------------------
 
 
-def test_each_value_of_a_grid_is_tried_with_the_first_ones_of_the_others(campaign):
+def test_each_value_of_a_grid_is_checked_with_first_values_of_other_axes(campaign):
     grid = campaign(GRID)
     flanks, ratios = (axis.values for axis in grid.axes)
     assert {*grid.checked_points} == {(flank, 1.05) for flank in flanks} | {(0, ratio) for ratio in ratios}
     assert {*grid.checked_combinations} == {(0, 1.05), (0, 1.5), (60, 1.05), (60, 1.5)}
 
 
-def test_the_values_of_a_long_axis_are_tried_coarsely(campaign):
+def test_values_of_a_long_axis_are_checked_coarsely(campaign):
     grid = campaign(GRID, ("count = 7", "count = 20000"))
     points = list(grid.checked_points)
     assert len(points) == 1000
@@ -215,7 +215,7 @@ def test_the_values_of_a_long_axis_are_tried_coarsely(campaign):
     assert np.max(np.diff(np.sort([flank for flank, _ in points]))) < 60 / 400
 
 
-def test_all_rows_of_a_table_are_tried_and_of_a_long_one_those_that_stand_out(campaign, tmp_path):
+def test_rows_of_a_table_are_checked_and_extreme_ones_of_a_long_table(campaign, tmp_path):
     rows = [[f"{1e5 + k}", "harmonic"] for k in range(3001)]
     rows[1234][0], rows[1235][0], rows[1236][1] = "1", "1e9", "solid"
     for count in (900, 3001):
@@ -232,7 +232,7 @@ def test_all_rows_of_a_table_are_tried_and_of_a_long_one_those_that_stand_out(ca
         assert not list(table.checked_combinations)
 
 
-def test_of_random_points_the_ends_are_tried_and_combinations(campaign):
+def test_ends_and_combinations_of_random_points_are_checked(campaign):
     made = campaign(RANDOM % (100, 1))
     (e, nu), (all_e, all_nu) = made.listed[0], zip(*made.listed, strict=True)
     ends = {(min(all_e), nu), (max(all_e), nu), (e, min(all_nu)), (e, max(all_nu))}
@@ -307,13 +307,13 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
-def test_what_is_wrong_is_said_before_any_work(campaign, case):
+def test_wrong_campaign_is_refused_with_its_reason(campaign, case):
     text, *changes, message = case
     with pytest.raises(BadScene, match=message):
         campaign(text, *changes)
 
 
-def test_no_file_is_said(tmp_path):
+def test_missing_file_is_reported(tmp_path):
     with pytest.raises(BadScene, match="no such file"):
         load_campaign(tmp_path / "none.toml")
 
@@ -330,7 +330,7 @@ def test_a_point_is_found_by_its_name(campaign, tmp_path):
     assert find_points(campaign(TABLE), "E=1e5,kind=solid") == [(1e5, "solid")]
 
 
-def test_a_name_of_some_axes_is_all_points_with_these_values(campaign, tmp_path):
+def test_name_of_some_axes_gives_all_points_with_these_values(campaign, tmp_path):
     grid = campaign(GRID)
     assert find_points(grid, "flank=30") == [(30, 1.05), (30, 1.2), (30, 1.5)]
     assert find_points(grid, "ratio=1.2") == [(flank, 1.2) for flank in range(0, 61, 10)]
@@ -338,7 +338,7 @@ def test_a_name_of_some_axes_is_all_points_with_these_values(campaign, tmp_path)
     assert find_points(campaign(TABLE), "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
 
 
-def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
+def test_unknown_values_are_reported_with_the_known_ones(campaign):
     with pytest.raises(BadScene, match=r"no points with ratio=1\.1; there are ratio: 1\.05, 1\.2, 1\.5"):
         find_points(campaign(GRID), "ratio=1.1")
 
@@ -346,23 +346,23 @@ def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
 @pytest.mark.parametrize(
     "name", ["flank=30,ratio=1,x=2", "flank,ratio", "flank=1,flank=2,ratio=3", "", "x=3"]
 )
-def test_a_name_that_does_not_fit_says_what_would(campaign, name):
+def test_malformed_point_name_is_reported_with_its_usage(campaign, name):
     with pytest.raises(BadScene, match=r"give flank=\.\.\.,ratio=\.\.\., or some of them"):
         find_points(campaign(GRID), name)
 
 
-def test_a_name_may_have_spaces_and_lists(campaign, tmp_path):
+def test_point_name_may_have_spaces_and_lists(campaign, tmp_path):
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
     assert find_points(campaign(TABLE), "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]
 
 
-def test_text_where_a_factor_needs_a_number_is_said(campaign):
+def test_text_with_a_factor_is_refused(campaign):
     grid = campaign(GRID)
     with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is not a number, and upper\.contour\.radius"):
         grid.scene_table((30, "abc"))
 
 
-def test_numbers_in_tables_are_read_as_others_write_them(campaign, tmp_path):
+def test_plain_decimals_are_read_and_nan_is_refused(campaign, tmp_path):
     """Also after the mark that some programs put at the beginning of a file."""
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,.5e5\nharmonic,05\nharmonic,1.\n", "utf-8-sig")
     assert [point[0] for point in campaign(TABLE).listed] == [0.5e5, 5.0, 1.0]
@@ -371,7 +371,7 @@ def test_numbers_in_tables_are_read_as_others_write_them(campaign, tmp_path):
         campaign(TABLE)
 
 
-def test_files_that_are_swept_begin_beside_the_campaign(campaign, tmp_path):
+def test_swept_paths_are_relative_to_the_campaign(campaign, tmp_path):
     gap = '[sweep.gap]\nkeys = ["contact.extra_gap"]\nvalues = ["g.txt"]\n'
     (tmp_path / "g.txt").write_text("0 0 0\n1 0 0\n0 1 0\n", encoding="utf-8")
     made = campaign(GRID + gap)

@@ -26,7 +26,7 @@ def read(tmp_path):
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_what_spreadsheets_write_is_read(read, encoding, separator, end):
+def test_tables_of_spreadsheets_are_read(read, encoding, separator, end):
     lines = ["note,ratio,flank,", "ä,1.05,30,", "b,12e-1,-4,", ",,,"]
     text = end.join(lines).replace(",", separator) + end
     assert read(text, encoding=encoding) == [(30, 1.05), (-4, 1.2)]
@@ -36,7 +36,7 @@ def test_decimal_commas_are_read_between_semicolons(read):
     assert read("flank;ratio\n30;1,05\n-,5e1;2,\n") == [(30, 1.05), (-5, 2)]
 
 
-def test_values_are_those_of_toml(read):
+def test_values_are_read_as_toml(read):
     assert read('flank,ratio\ntrue,"[1, 2.5, \'a\']"\nharmonic,"""30"""\n') == [
         (True, [1, 2.5, "a"]),
         ("harmonic", "30"),
@@ -88,7 +88,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("content", "message"), REFUSED.values(), ids=REFUSED)
-def test_what_may_mean_something_else_is_refused_with_line_and_reason(read, content, message):
+def test_ambiguous_table_is_refused_with_line_and_reason(read, content, message):
     with pytest.raises(BadScene) as refused:
         read(content)
     assert message in str(refused.value)
@@ -96,15 +96,15 @@ def test_what_may_mean_something_else_is_refused_with_line_and_reason(read, cont
     assert len(str(refused.value)) < 400
 
 
-def test_quotes_that_only_one_separator_makes_sense_of(read):
+def test_quoted_header_is_read_with_the_separator_that_fits(read):
     assert read('"a,b";flank;ratio\n1;30;1\n') == [(30, 1)]
 
 
-def test_a_file_that_cannot_be_read_is_said(tmp_path):
+def test_unreadable_file_is_reported(tmp_path):
     with pytest.raises(BadScene, match="cannot be read"):
         points_in(tmp_path, AXES)
 
 
-def test_what_is_no_list_is_text():
+def test_malformed_lists_and_numbers_are_text():
     assert value_of("[" * 3000) == "[" * 3000
     assert value_of(" 1.2.3 ") == "1.2.3"

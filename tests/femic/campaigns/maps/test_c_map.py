@@ -1,6 +1,7 @@
 """Maps of C. In these tests it is B-hat and a function of the swept keys: polynomials are found exactly."""
 
 import shutil
+from functools import cache
 
 import h5py
 import numpy as np
@@ -10,9 +11,6 @@ import xarray as xr
 from compare.contact.compute import compute_contact, reference_name, require_solvable
 from compare.contact.dataset import to_dataset
 from compare.report.styles import symbol_of
-from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import SceneOutcome
-from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.c_map import bhat_nn, maps_of_scene, open_map
 from femic.campaigns.results import matrix
 from femic.contact.pairs import reference_ics
@@ -21,6 +19,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
+from tests.femic.campaigns.campaigns import campaign_in, collect
 
 BASE = """
 bodies = ["combined"]
@@ -75,36 +74,21 @@ def ratio_and_modulus(problem):
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Collects the nodes of a campaign, once for all tests that ask for the same; returns the file."""
-    files = {}
-
-    def collected(f, *asked):
-        if (f, *asked) not in files:
-            files[f, *asked] = collect(tmp_path_factory.mktemp("map"), *asked)
-        return files[f, *asked]
-
-    return collected
+def map_of(tmp_path_factory):
+    """A function that writes a map of C as a function of the keys, once for equal arguments."""
+    return cache(lambda _f, *campaign: write_map(tmp_path_factory.mktemp("map"), *campaign))
 
 
-def collect(folder, left_out, base, campaign):
+def write_map(folder, left_out, base, campaign):
     (folder / "base.toml").write_text(base, encoding="utf-8")
-    (folder / "campaign.toml").write_text(campaign, encoding="utf-8")
-    swept = load_campaign(folder / "campaign.toml")
-    collected = Collected(swept, folder / "out")
-    for number in range(swept.size):
-        if number in left_out:
-            collected.add(number, SceneOutcome(failure="did not converge"))
-        else:
-            collected.add(number, SceneOutcome(matrix.matrix(swept.scene(swept.point(number)))))
-    return collected.write()
+    return collect(campaign_in(folder, campaign), folder / "out", matrix.matrix, left_out)
 
 
 @pytest.fixture
-def make(kept, tmp_path, monkeypatch):
-    """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
+def make(map_of, tmp_path, monkeypatch):
+    """A function that makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
 
-    def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
+    def make(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
         def normal_ics(problem, on_grid, _means=None):
             c = c_of(problem, on_grid, f)
             return c, np.full_like(c, ESTIMATE)
@@ -112,9 +96,9 @@ def make(kept, tmp_path, monkeypatch):
         for module in (matrix, reference_ics):
             monkeypatch.setattr(module, "normal_ics", normal_ics)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
-        return f"map:{kept(f, left_out, base, campaign)}"
+        return f"map:{map_of(f, left_out, base, campaign)}"
 
-    return made
+    return make
 
 
 def scene_at(folder, ratio, modulus, **changes):
@@ -135,43 +119,43 @@ def read(name, scene):
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
 def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
     name, scene = make(), scene_at(tmp_path, ratio, modulus)
-    ic, known_to = read(name, scene)
+    ic, estimate = read(name, scene)
     np.testing.assert_allclose(ic, true_c(scene, polynomial), rtol=1e-10)
-    np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
+    np.testing.assert_allclose(estimate, ESTIMATE, rtol=1e-3)
 
 
-def test_nodes_are_c_to_rounding(make, tmp_path):
+def test_map_is_c_at_nodes_to_rounding(make, tmp_path):
     name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
     ic, _ = read(name, scene)
     np.testing.assert_allclose(ic, true_c(scene, steep), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
-def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ratio, modulus):
+def test_estimate_bounds_the_error_between_nodes(make, tmp_path, ratio, modulus):
     """It is not that of exact values, and not without bounds: seven times for nodes twice as far apart, 2.25
     for kinks that are not there, on two axes, on the steepest of the lines around."""
     name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
-    ic, known_to = read(name, scene)
+    ic, estimate = read(name, scene)
     error = np.abs(ic - true_c(scene, steep))
-    assert np.all(error <= known_to - ESTIMATE)
+    assert np.all(error <= estimate - ESTIMATE)
     assert np.max(error) > 1e-4 * np.max(ic)
-    assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
+    assert np.max(estimate - ESTIMATE) < 100 * np.max(error)
 
 
-def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
+def test_contact_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
-    found = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
-    c, by_map = (found.sel(ics=one) for one in ("C", name))
+    contacts = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
+    c, by_map = contacts.sel(ics="C"), contacts.sel(ics=name)
     for number in ("p_max", "approach", "a", "b"):
         assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
         assert abs(float(by_map[number] - c[number])) < float(by_map[f"estimate_{number}"])
     assert float(by_map.approach) != float(c.approach)
     assert float(by_map.estimate_approach) > float(c.estimate_approach)
-    assert abs(float(found.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
+    assert abs(float(contacts.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
 
 
-def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
+def test_contact_is_solved_on_the_grid_of_the_map(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
     ((grid, _),) = grids_of(scene.contact_problem, maps_of_scene(scene))
@@ -181,7 +165,7 @@ def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
         compute_contact(small, given=maps_of_scene(small))
 
 
-def test_the_reference_is_c_then_a_map_then_bhat():
+def test_reference_is_c_else_a_map_else_bhat():
     assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
     assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
     assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
@@ -189,7 +173,7 @@ def test_the_reference_is_c_then_a_map_then_bhat():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"lower": {"nu": 0.3, "E": 3e5}}, "nu of the lower body: not as in"),
         ({"upper": {"rolling_radius": 460.0}}, "rolling_radius of the upper body: not as in"),
@@ -199,25 +183,25 @@ def test_the_reference_is_c_then_a_map_then_bhat():
         ({"lower": {"E": 4e5}}, r"lower\.E, upper\.E give E = .* the same"),
     ],
 )
-def test_scenes_that_are_not_of_the_map_are_refused(make, tmp_path, changes, said):
+def test_scenes_outside_the_map_are_refused(make, tmp_path, changes, message):
     name = make()
     keys = {"lower": {"E": 3e5}, "upper": {"E": 3e5}}
     scene = load_scene(
         str(tmp_path / "base.toml"),
         {k: keys.get(k, {}) | v if isinstance(v, dict) else v for k, v in (keys | changes).items()},
     )
-    with pytest.raises(BadScene, match=said):
+    with pytest.raises(BadScene, match=message):
         read(name, scene)
 
 
-def test_what_does_not_change_c_may_differ(make, tmp_path):
+def test_keys_without_influence_on_c_may_differ(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, engine={"tolerance": 0.1}, contact={"loads": [3e3]}, title="other")
-    for found, expected in zip(read(name, scene), read(name, scene_at(tmp_path, 1.15, 3e5)), strict=True):
-        np.testing.assert_array_equal(found, expected)
+    for values, expected in zip(read(name, scene), read(name, scene_at(tmp_path, 1.15, 3e5)), strict=True):
+        np.testing.assert_array_equal(values, expected)
 
 
-def test_nothing_is_extrapolated_and_missing_nodes_are_named(make, tmp_path):
+def test_extrapolation_is_refused_and_missing_nodes_are_named(make, tmp_path):
     name = make(left_out=(0,))
     with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
         read(name, scene_at(tmp_path, 1.4, 3e5))
@@ -235,22 +219,22 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_map_is_not_used(make, tmp_path, damage):
-    variable, place, value, said = damage
+def test_damaged_map_is_refused(make, tmp_path, damage):
+    variable, place, value, message = damage
     path = tmp_path / "sweep.nc"
     shutil.copy(make().removeprefix("map:"), path)
     scene = scene_at(tmp_path, 1.15, 3e5)
     read(f"map:{path}", scene)
     with h5py.File(path, "a") as file:
         file[variable][place] = value
-    with pytest.raises(Failure, match=said):
+    with pytest.raises(Failure, match=message):
         read(f"map:{path}", scene)
 
 
-def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
+def test_large_map_with_an_unreadable_chunk_is_refused(make, tmp_path, monkeypatch):
     make()
     monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
-    path = collect(tmp_path, (), BASE, CAMPAIGN)
+    path = write_map(tmp_path, (), BASE, CAMPAIGN)
     chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:-9])
     with pytest.raises(Failure, match="a scene is damaged"):
@@ -258,8 +242,11 @@ def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path,
 
 
 def test_other_files_are_refused(make, tmp_path):
-    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "not the file of a campaign")):
-        with pytest.raises(BadScene, match=said):
+    for name, message in (
+        ("map:nowhere.nc", "no such file"),
+        (f"map:{__file__}", "not the file of a campaign"),
+    ):
+        with pytest.raises(BadScene, match=message):
             open_map(name, None)
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(BadScene, match="no map"):

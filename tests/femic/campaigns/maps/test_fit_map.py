@@ -9,14 +9,12 @@ import xarray as xr
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.calibration.compute import Calibrated, target_from
-from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import SceneOutcome
-from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.fit_map import fit_at, leave_one_out, open_fits
 from femic.campaigns.results import calibration
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
+from tests.femic.campaigns.campaigns import campaign_in, collect
 
 CAMPAIGN = """
 scene = "geometry1"
@@ -49,31 +47,26 @@ def smooth(scene, _means):
 @pytest.fixture(scope="module")
 def fits(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fits")
-    (folder / "fits.toml").write_text(CAMPAIGN, encoding="utf-8")
-    campaign = load_campaign(folder / "fits.toml")
-    collected = Collected(campaign, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(calibration, "calibrate", smooth)
-        for number in range(campaign.size):
-            collected.add(
-                number,
-                SceneOutcome(calibration.calibration(campaign.scene(campaign.point(number)), RunOptions())),
-            )
-    return open_fits(collected.write())
+        campaign = campaign_in(folder, CAMPAIGN)
+        return open_fits(
+            collect(campaign, folder, lambda scene: calibration.calibration(scene, RunOptions()))
+        )
 
 
-def test_fits_between_scenes_are_those_of_c_between_them(fits):
-    found = fit_at(fits, (33.0, 1.3)).effective.mismatch_k
+def test_fit_between_scenes_recovers_the_smooth_properties(fits):
+    fitted = fit_at(fits, (33.0, 1.3)).effective.mismatch_k
     expected = true(np.radians(33), 1.3).mismatch_k
-    assert found.far == pytest.approx(expected.far, rel=0.02)
-    assert found.r_inf == pytest.approx(expected.r_inf, rel=0.02)
+    assert fitted.far == pytest.approx(expected.far, rel=0.02)
+    assert fitted.r_inf == pytest.approx(expected.r_inf, rel=0.02)
 
 
-def test_at_a_scene_it_is_its_own_fit(fits):
+def test_fit_at_a_scene_is_the_own_fit_of_the_scene(fits):
     """C is that of the scene to rounding; it hardly determines r_inf and n, whose digits are fewer."""
     own = fits.dataset.fit_value.sel(flank=30.0, ratio=1.5).isel(fitted_body=0).values
-    found = [parameter.value for parameter in fit_at(fits, (30.0, 1.5)).parameters]
-    np.testing.assert_allclose(found, own, rtol=2e-3)
+    fitted = [parameter.value for parameter in fit_at(fits, (30.0, 1.5)).parameters]
+    np.testing.assert_allclose(fitted, own, rtol=2e-3)
 
 
 def test_nothing_is_extrapolated(fits):
@@ -81,17 +74,17 @@ def test_nothing_is_extrapolated(fits):
         fit_at(fits, (51.0, 1.0))
 
 
-def test_nodes_that_are_left_out_are_predicted_by_the_others(fits):
+def test_left_out_nodes_are_predicted_by_the_others(fits):
     """Every inner node along each axis, once; the map is nearly as good there as the node's own fit."""
-    tried = leave_one_out(fits)
-    assert tried.sizes["node"] == 3 + 3
-    assert set(tried.flank.values[tried.along.values == "flank"]) == {30.0}
-    assert set(tried.ratio.values[tried.along.values == "ratio"]) == {1.2}
-    worst = tried.worst
+    deviations = leave_one_out(fits)
+    assert deviations.sizes["node"] == 3 + 3
+    assert set(deviations.flank.values[deviations.along.values == "flank"]) == {30.0}
+    assert set(deviations.ratio.values[deviations.along.values == "ratio"]) == {1.2}
+    worst = deviations.worst
     assert float(worst.sel(by="own").max()) < 1e-6
     assert 1e-6 < float(worst.sel(by="map").max()) < 0.03
     assert float(worst.sel(by="Bhat").min()) > 0.5
-    assert np.all(tried.rms <= tried.worst)
+    assert np.all(deviations.rms <= deviations.worst)
 
 
 def test_other_files_are_refused(tmp_path):

@@ -34,7 +34,7 @@ def test_cubic_functions_are_exact(value):
 
 
 @pytest.mark.parametrize("value", PLACES)
-def test_nodes_are_themselves_to_the_last_digit(value):
+def test_interpolation_is_exact_at_nodes(value):
     assert along(AXIS, np.exp, value) == np.exp(value)
 
 
@@ -45,7 +45,7 @@ def test_logarithmic_axes_are_exact_for_powers_of_the_logarithm():
 
 
 @pytest.mark.parametrize(("count", "order"), [(3, 2.6), (9, 3.7)])
-def test_of_the_fourth_order_and_of_third_with_three_nodes(count, order):
+def test_order_of_convergence(count, order):
     """Half as far apart, errors of sin are 2^order times smaller; with three nodes near 2 only."""
 
     def worst(n):
@@ -57,14 +57,14 @@ def test_of_the_fourth_order_and_of_third_with_three_nodes(count, order):
 
 
 @pytest.mark.parametrize("f", [np.sin, np.exp, lambda x: 1 / (1 + x)], ids=["sin", "exp", "1/(1+x)"])
-def test_the_error_on_left_out_nodes_is_larger_than_that_between_nodes(f):
+def test_error_at_left_out_nodes_bounds_the_error_between_nodes(f):
     nodes = AxisNodes("x", tuple(np.linspace(0, 2, 9)))
     for value in np.linspace(0.01, 1.99, 41):
         measured = error(nodes, f, value)
         assert abs(along(nodes, f, value) - f(value)) <= measured
 
 
-def test_a_kink_half_way_between_nodes_errs_as_much_as_left_out_nodes_say():
+def test_kink_half_way_between_nodes_has_the_estimated_error():
     """And with any other place of the kink or the value it errs less."""
     nodes = AxisNodes("x", tuple(np.arange(8.0)))
     middle = along(nodes, lambda x: np.abs(x - 3.5), 3.5)
@@ -96,7 +96,7 @@ def smooth_with_a_kink(random):
 
 
 @pytest.mark.parametrize("kink", [False, True], ids=["smooth", "kink"])
-def test_errors_hold_at_95_percent_of_random_places(kink):
+def test_estimates_hold_at_95_percent_of_random_places(kink):
     """Of 400 random functions of two variables, on nodes at random distances."""
     random, held = np.random.default_rng(7), []
     for _ in range(400):
@@ -106,7 +106,7 @@ def test_errors_hold_at_95_percent_of_random_places(kink):
         if not kink:
             f = np.poly1d(random.normal(size=5)), np.poly1d(random.normal(size=4))
             f = lambda x, y, f=f: f[0](x) * f[1](y) + np.sin(2 * x * y)  # noqa: E731
-        held.append(missed(axes, f, point) <= told(axes, f, point))
+        held.append(actual_error(axes, f, point) <= estimated_error(axes, f, point))
     assert np.mean(held) >= 0.95
 
 
@@ -115,11 +115,11 @@ def at(axes, f, stencils):
     return float(interpolate(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
 
 
-def missed(axes, f, point):
+def actual_error(axes, f, point):
     return abs(at(axes, f, [axis.at(value) for axis, value in zip(axes, point, strict=True)]) - f(*point))
 
 
-def told(axes, f, point):
+def estimated_error(axes, f, point):
     """The estimate of `CMap`, written for two axes."""
     (x, y), (of_x, of_y) = axes, point
     along_x = [
@@ -135,11 +135,11 @@ def told(axes, f, point):
     return KINK * (max(along_x) + max(along_y))
 
 
-def test_left_out_nodes_are_the_inner_ones_near_the_value_and_do_not_predict_themselves():
+def test_left_out_nodes_are_inner_neighbours_and_not_in_their_stencils():
     for value, expected in ((0.3, {1, 2, 3}), (1.7, {1, 2, 3}), (5.5, {2, 3, 4}), (2.5, {1, 2, 3})):
-        found = AXIS.left_out(value)
-        assert {node for node, _ in found} == expected
-        assert all(node not in stencil.nodes for node, stencil in found)
+        left_out = AXIS.left_out(value)
+        assert {node for node, _ in left_out} == expected
+        assert all(node not in stencil.nodes for node, stencil in left_out)
 
 
 def test_axes_are_combined_one_after_the_other():
@@ -151,7 +151,7 @@ def test_axes_are_combined_one_after_the_other():
 
 
 @pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
-def test_axes_that_make_no_map_are_refused(values):
+def test_axes_with_few_or_unordered_values_are_refused(values):
     with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that increase"):
         AxisNodes("flank", values)
 

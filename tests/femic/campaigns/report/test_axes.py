@@ -9,7 +9,7 @@ from femic.campaigns.report.axes import ShownAxis, prepared
 from tests.femic.campaigns.report.datasets import FLANKS
 
 
-def test_values_that_are_not_in_order_are_put_in_order(grid):
+def test_values_are_sorted(grid):
     mixed = prepared(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
     xr.testing.assert_identical(mixed, grid)
 
@@ -22,7 +22,7 @@ def test_values_spread_over_powers_have_a_logarithmic_axis():
     np.testing.assert_allclose(ShownAxis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
 
 
-def test_lists_are_told_without_quotes():
+def test_lists_are_shown_without_quotes():
     assert ShownAxis("ics", "ics", np.array(["['A', 'C']", "['C']"])).categories == ["[A, C]", "C"]
 
 
@@ -32,7 +32,7 @@ def ticks(axis):
     return list(panel.xaxis.get_major_locator()())
 
 
-def test_ticks_that_would_lie_on_each_other_are_left_out():
+def test_overlapping_ticks_are_left_out():
     assert ticks(ShownAxis("n", "n", np.array([0.0, 1, 2, 3, 4]))) == [0, 1, 2, 3, 4]
     assert ticks(ShownAxis("n", "n", np.linspace(0, 0.0008, 9))) == pytest.approx(
         [0, 0.0002, 0.0004, 0.0006, 0.0008]

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.report.tables import Cell
 from femic.campaigns.report.axes import prepared
 from femic.campaigns.report.contents import fields_of
 from femic.campaigns.report.fields import COLUMN, ROW
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
-from femic.campaigns.report.tables import _cell, worst_table
+from femic.campaigns.report.tables import worst_table
 from tests.femic.campaigns.report.datasets import ESTIMATE, error
 
 
-def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
+def test_field_has_the_largest_combined_error_over_lines(grid):
     (field,) = fields_of(grid)
     assert field.rows == ["A", "Bhat"]
     assert field.columns == ["nn", "sn"]  # xs vanishes by symmetry, others are not computed
@@ -23,10 +24,10 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
     assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
     cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
-    assert cell == _cell("4.75 %", "flank = 60, ratio = 1.05")
+    assert cell == Cell("4.75 %", below="flank = 60, ratio = 1.05")
 
 
-def test_contacts_are_compared_with_that_by_c(curve):
+def test_contacts_are_compared_with_the_contact_with_c(curve):
     numbers = (
         np.array([1.1, 0.98, 1.0])[None, None, :] * np.array([1.0, 2.0])[None, :, None] * np.ones((7, 1, 1))
     )
@@ -55,7 +56,7 @@ def of_friction(curve, **numbers):
     return kept.assign_attrs(keep=json.dumps(["contact"]))
 
 
-def test_contacts_with_friction_have_shares_as_differences_and_name_their_reference(curve, tmp_path):
+def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp_path):
     sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
     kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
     kept = kept.assign(
@@ -78,7 +79,7 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     assert "estimate of C" not in text
 
 
-def test_ics_that_differ_between_scenes_are_called_by_their_places(curve):
+def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
     mixed = prepared(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
     (field,) = fields_of(mixed)
     assert field.rows == ["ICs 1", "ICs 2"]

@@ -7,17 +7,23 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.report.tables import Cell
 from femic.campaigns.report.axes import ShownAxis, axes_of
 from femic.campaigns.report.contents import fields_of
-from femic.campaigns.report.crossings import EVERYWHERE, NOWHERE, Crossing, Line, Lines, exceeded
+from femic.campaigns.report.crossings import (
+    EVERYWHERE,
+    NOWHERE,
+    Crossing,
+    Line,
+    exceeded,
+    extreme_crossings,
+    known_count,
+    lines_of,
+)
 from femic.campaigns.report.fields import LEVELS
 from femic.campaigns.report.page import CROSSINGS, write_sweep
-from femic.campaigns.report.tables import _cell, crossing_table
-from tests.femic.campaigns.report.datasets import (
-    RATIOS,
-    SHARES,
-    crossing,
-)
+from femic.campaigns.report.tables import crossing_table
+from tests.femic.campaigns.report.datasets import RATIOS, SHARES, crossing
 
 
 def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
@@ -34,18 +40,18 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
     assert ends([2.0, 2.0, 2.0, 2.0], 2.0) == []
 
 
-def test_a_level_that_is_exceeded_again_and_gaps_are_told():
+def test_repeated_crossings_and_gaps_are_reported():
     axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     again = Line(axis, {}, np.array([0.0, 2.0, 0.0, 2.0, 0.0]))
     assert again.crossing(1.0) == Crossing("from 0.5 to 1.5", more="again from 2.5 to 3.5")
     assert again.extent(1.0) == 0.5
     sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
-    lines = Lines.of(sizes, [axis])
-    assert (lines.crossings(1.0), lines.known_count) == ([Crossing(NOWHERE)], "3 of 5 scenes")
-    assert Lines.of(sizes * np.nan, [axis]).crossings(1.0) == []
+    assert extreme_crossings(lines_of(sizes, [axis]), 1.0) == [Crossing(NOWHERE)]
+    assert known_count(sizes) == "3 of 5 scenes"
+    assert extreme_crossings(lines_of(sizes * np.nan, [axis]), 1.0) == []
 
 
-def test_small_values_have_the_digits_of_the_span():
+def test_small_values_are_rounded_to_the_span():
     axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
     low = 6.0345e-5
     sizes = np.array([0.0, 0.002]) - low
@@ -56,7 +62,7 @@ def shown(place):
     return f"from {float(f'{place:.3g}'):g} on" if place < 60 else NOWHERE
 
 
-def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_least(grid):
+def test_crossings_of_largest_and_least_extent_are_exact(grid):
     (field,) = fields_of(grid)
     table = crossing_table(field, axes_of(grid))
     for k, level in enumerate(LEVELS):
@@ -64,23 +70,25 @@ def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_leas
             (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
             most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
             more = f"at ratio = 1.05; {least} at ratio = 1.5"
-            assert row.cells[k] == _cell(most, more if most != least else "")
+            assert row.cells[k] == Cell(most, below=more if most != least else "")
 
 
-def test_all_crossings_are_in_a_file(grid, tmp_path):
+def test_all_crossings_are_written_to_a_file(grid, tmp_path):
     write_sweep(grid, tmp_path)
     with (tmp_path / CROSSINGS).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    found = {(row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows}
+    by_place = {
+        (row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows
+    }
     for variant, level, ratio in product(SHARES, LEVELS, RATIOS):
-        expected, row = crossing(variant, level, ratio), found.get(("sn", variant, level, ratio))
+        expected, row = crossing(variant, level, ratio), by_place.get(("sn", variant, level, ratio))
         if expected >= 60:
             assert row is None
         else:
             assert (float(row["flank_from"]), row["flank_to"]) == (pytest.approx(expected, rel=1e-5), "")
 
 
-def test_text_is_told_as_categories():
+def test_text_values_are_categories():
     names = np.array(["steel", "bronze", "polyamide"])
     axis = ShownAxis("material", "material", names)
     assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).crossing(1.0) == Crossing("at steel and polyamide")

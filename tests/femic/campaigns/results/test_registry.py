@@ -6,10 +6,10 @@ import pytest
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
+from compare.frontier.advice import AS_CHEAP, cheapest
 from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset as ics_dataset
 from femic.cache.store import Store
-from femic.campaigns.results.advice import AS_CHEAP, cheapest
 from femic.campaigns.results.contact import DISTANCES, END_OF_CURVE
 from femic.campaigns.results.registry import KINDS
 from femic.reference.level import Level
@@ -48,11 +48,11 @@ def names_of(dataset):
 
 
 @pytest.mark.parametrize("keep", ["errors", "ics", "advice"])
-def test_names_on_lines_are_known_beforehand(scene, options, keep):
+def test_results_on_lines_have_the_declared_names(scene, options, keep):
     assert names_of(KINDS[keep].compute(scene, options)) == KINDS[keep].names
 
 
-def test_ics_are_those_of_a_run(scene, options):
+def test_ics_equal_those_of_a_single_run(scene, options):
     kept, results = KINDS["ics"].compute(scene, options), compute(scene, options)
     alone = ics_dataset(results)
     np.testing.assert_array_equal(kept.ic, alone.ic)
@@ -62,14 +62,14 @@ def test_ics_are_those_of_a_run(scene, options):
     np.testing.assert_array_equal(kept.error, errors.error.transpose(*kept.error.dims))
 
 
-def test_known_errors_are_at_least_the_errors_and_within_the_estimate_of_c(scene, options):
+def test_known_errors_exceed_errors_by_at_most_the_estimate_of_c(scene, options):
     advice = KINDS["advice"].compute(scene, options)
-    found = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
+    errors = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
     known = advice.known_error.sel(body="combined")
     of_c = float(known.sel(variant="C"))
     assert of_c > 0
     for name in ("A", "Bhat"):
-        error = float(found.sel(variant=name, body="combined"))
+        error = float(errors.sel(variant=name, body="combined"))
         assert error <= float(known.sel(variant=name)) <= error + of_c * (1 + 1e-12)
 
 
@@ -83,14 +83,14 @@ def test_known_errors_are_at_least_the_errors_and_within_the_estimate_of_c(scene
         ([0.1, 0.04, 0.01], [1, 2, 50], 0.001, -1),
     ],
 )
-def test_the_cheapest_that_are_good_enough_are_advised(known, seconds, tolerance, advised):
+def test_cheapest_sufficient_ics_are_advised(known, seconds, tolerance, advised):
     assert cheapest(np.array(known), np.array(seconds, dtype=float), tolerance) == advised
 
 
 @pytest.mark.parametrize("kind", CONTACTS)
-def test_contacts_are_those_of_a_run(kind, options):
-    wanted, computed = CONTACTS[kind]
-    scene = rail_and_wheel(10.8, **wanted)
+def test_contacts_equal_those_of_a_single_run(kind, options):
+    specification, computed = CONTACTS[kind]
+    scene = rail_and_wheel(10.8, **specification)
     kept, alone = KINDS["contact"].compute(scene, options), computed(scene)
     assert names_of(kept) <= KINDS["contact"].names
     assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
@@ -100,22 +100,22 @@ def test_contacts_are_those_of_a_run(kind, options):
 
 
 @pytest.mark.parametrize("kind", CONTACTS)
-def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkeypatch):
+def test_models_of_contact_on_automatic_grids_are_listed(kind, monkeypatch):
     """Scenes that share them wait for one."""
     scene = rail_and_wheel(10.8, **CONTACTS[kind][0] | {"ics": ["A", "C"]})
     assert scene.contact.automatic
-    asked = []
+    jobs_of_run = []
 
-    def noted(jobs, *_, **__):
-        asked.extend(jobs.values())
+    def note_jobs(jobs, *_, **__):
+        jobs_of_run.extend(jobs.values())
         raise Failure("only noted")
 
-    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", noted)
+    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", note_jobs)
     with pytest.raises(Failure, match="only noted"):
         KINDS["contact"].compute(scene, RunOptions(1))
     known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]
-    assert len(asked) == 2
-    assert [key_of(job) for job in known[:2]] == [key_of(job) for job in asked]
+    assert len(jobs_of_run) == 2
+    assert [key_of(job) for job in known[:2]] == [key_of(job) for job in jobs_of_run]
 
 
 def key_of(job):
@@ -123,7 +123,7 @@ def key_of(job):
     return job.settings.engine.models.key(job.request(Level()), Store())
 
 
-def test_names_of_contacts_are_those_of_nothing_else():
+def test_names_of_contacts_are_unique():
     """Parts of a scene are one dataset."""
     others = [kind.names for keep, kind in KINDS.items() if keep != "contact"]
     assert not any(KINDS["contact"].names & names for names in others)

@@ -4,49 +4,40 @@ import pytest
 
 from femic.campaigns.running.checks import impossible, require_computable
 from femic.scenes.errors import BadScene
-from tests.femic.campaigns.campaigns import (
-    CELLS_OF_PATCHES,
-    LIGHT,
-    OF_UPPER,
-    campaign_in,
-)
-
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+from tests.femic.campaigns.campaigns import CELLS_OF_PATCHES, LIGHT, OF_UPPER, campaign_in
 
 
 @pytest.mark.parametrize("name", ["seconds", "variant", "digest", "checksum", "sample"])
 def test_an_axis_may_not_have_the_name_of_a_result(tmp_path, name):
-    """That is said before any work."""
     campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", f"[sweep.{name}]"))
     with pytest.raises(BadScene, match=rf"sweep\.{name}: .*rename the axis"):
         require_computable(campaign)
 
 
 @pytest.mark.parametrize("value", ["0.5", "'soft'", "-0.2", "1e29"])
-def test_a_value_in_the_middle_is_said_before_any_work(tmp_path, value):
-    """Of either axis; that it is of one axis only does not matter."""
+def test_wrong_value_in_the_middle_of_an_axis_is_refused(tmp_path, value):
     middle = LIGHT.replace("0.1, 0.2, 0.3", f"0.1, {value}, 0.3")
     with pytest.raises(BadScene, match=r"(?s)mine: 1 error\(s\)\n  at E=1,nu=.*upper\.nu = "):
         require_computable(campaign_in(tmp_path, middle))
     require_computable(campaign_in(tmp_path, LIGHT))
 
 
-def test_something_that_only_a_scene_in_the_middle_lacks_is_said_before_any_work(tmp_path):
+def test_scene_without_loads_in_the_middle_of_an_axis_is_refused(tmp_path):
     loads = "[sweep.forces]\nkeys = ['contact.loads']\nvalues = [[1e3], [], [2e3]]\n"
     campaign = campaign_in(tmp_path, 'keep = ["contact"]\n' + OF_UPPER + loads)
     with pytest.raises(BadScene, match=r"at R=11,forces=\[\]: \[contact\]: give loads"):
         require_computable(campaign)
 
 
-def test_combinations_that_are_impossible_are_told_and_do_not_stop_the_others(tmp_path):
+def test_impossible_combinations_are_reported_and_not_refused(tmp_path):
     campaign = campaign_in(tmp_path, CELLS_OF_PATCHES)
     require_computable(campaign)
-    (told,) = impossible(campaign)
-    assert told.startswith("at cell=0.2,b=0.1: ")
-    assert "engine.smallest_cell = 0.2: at most 0.1" in told
+    (combination,) = impossible(campaign)
+    assert combination.startswith("at cell=0.2,b=0.1: ")
+    assert "engine.smallest_cell = 0.2: at most 0.1" in combination
     assert not impossible(campaign_in(tmp_path, OF_UPPER))
 
 
-def test_an_unknown_kind_of_results_is_said_before_any_work(tmp_path):
+def test_unknown_kind_of_results_is_refused(tmp_path):
     with pytest.raises(BadScene, match=r"mine: keep = 'everything': must be one of errors, ics, contact"):
         require_computable(campaign_in(tmp_path, 'keep = ["everything"]\n' + LIGHT))

@@ -11,31 +11,26 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
-from distributed import KilledWorker, LocalCluster
+from distributed import KilledWorker
 
 from femic.cache.folders import locked
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, tasks
-from femic.campaigns.running.cluster import NO_DASHBOARD, existing_cluster, size_for
+from femic.campaigns.running.cluster import existing_cluster, size_for
 from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew, report_of
+from femic.campaigns.running.registrations import registrations
 from femic.campaigns.running.run import Options, Progress
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from femic.campaigns.running.tasks import Origin, Unusable
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import (
-    LIGHT,
-    campaign_in,
-    of_parts,
-    swept,
-)
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, register, swept, threads
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_full_disk_ends_the_campaign_and_keeps_what_was_finished(client, tmp_path, monkeypatch):
-    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
-    system = type(store._fs)
+def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(sweep, tmp_path, monkeypatch):
+    system = type(Store(tmp_path / "store")._fs)
     write, written = system.pipe_file, []
 
     def full(fs, path, data):
@@ -47,43 +42,40 @@ def test_a_full_disk_ends_the_campaign_and_keeps_what_was_finished(client, tmp_p
 
     monkeypatch.setattr(system, "pipe_file", full)
     with pytest.raises(Unusable, match=r"accepts no more data \(.*No space left on device\): make room"):
-        swept(campaign, tmp_path, client)
+        sweep()
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) == 5  # and the probe
     monkeypatch.setattr(system, "pipe_file", write)
-    done, _ = swept(campaign, tmp_path, client)
+    done, _ = sweep()
     assert (done.reused, done.finished) == (5, 27)
 
 
-def test_a_disk_that_is_full_from_the_start_is_said_at_once(light_scenes, client, tmp_path, monkeypatch):
+def test_full_disk_is_reported_before_any_scene(light_scenes, sweep, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(type(Store(tmp_path)._fs), "pipe_file", full)
     with pytest.raises(Unusable, match="accepts no more data"):
-        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+        sweep()
     assert not light_scenes
 
 
-def test_a_worker_of_other_code_is_said_before_and_during_the_work(
-    light_scenes, client, tmp_path, monkeypatch
-):
-    campaign = campaign_in(tmp_path, LIGHT)
+def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scenes, sweep, monkeypatch):
     monkeypatch.setattr(tasks, "results_digest", lambda *_: "0123456789ab")
     with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
-        swept(campaign, tmp_path, client)
+        sweep()
     monkeypatch.setattr(tasks, "worker_problem", lambda _: "")  # it joins later
     with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
-        swept(campaign, tmp_path, client)
+        sweep()
     assert not light_scenes
 
 
-def test_a_worker_that_does_not_see_the_store_is_said(tmp_path):
+def test_worker_without_the_store_is_refused(tmp_path):
     assert "does not see the store" in tasks.worker_problem(
-        Origin(str(tmp_path), tasks.results_digest(tasks.__name__))
+        Origin(str(tmp_path), tasks.results_digest(tasks.__name__), registrations())
     )
 
 
-def test_a_scheduler_that_does_not_answer_is_said():
+def test_scheduler_that_does_not_answer_is_reported():
     with (
         pytest.raises(Failure, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 within 0\.2 s"),
         existing_cluster("tcp://127.0.0.1:9", timeout=0.2),
@@ -91,7 +83,7 @@ def test_a_scheduler_that_does_not_answer_is_said():
         pass
 
 
-def test_an_address_that_is_none_is_said():
+def test_address_without_a_scheduler_is_reported():
     with (
         pytest.raises(Failure, match="is the address right"),
         existing_cluster("nowhere at all", timeout=0.2),
@@ -99,7 +91,7 @@ def test_an_address_that_is_none_is_said():
         pass
 
 
-def test_a_scheduler_without_workers_is_said(client, monkeypatch):
+def test_scheduler_without_workers_is_reported(client, monkeypatch):
     monkeypatch.setattr(cluster, "WORKS_WITHIN", 0.1)
     address = client.scheduler.address
     client.cluster.scale(0)
@@ -112,7 +104,7 @@ def test_a_scheduler_without_workers_is_said(client, monkeypatch):
         client.wait_for_workers(1)
 
 
-def test_workers_are_as_many_as_their_models_leave_room_for():
+def test_number_of_workers_fits_into_memory():
     assert size_for(8, 100, 900.0, 10_000.0).workers == 8
     few = size_for(8, 100, 3000.0, 10_000.0)
     assert few.workers == 3
@@ -122,13 +114,13 @@ def test_workers_are_as_many_as_their_models_leave_room_for():
     assert size_for(8, 100, 30_000.0, 10_000.0).workers == 1
 
 
-def test_the_time_left_is_that_of_scenes_not_computed_yet():
+def test_time_left_counts_scenes_that_are_not_computed_yet():
     assert Progress(10).seconds_left is None
     assert Progress(10, finished=4, reused=4, seconds=1.0).seconds_left is None
     assert Progress(10, finished=6, reused=4, seconds=8.0).seconds_left == pytest.approx(16.0)
 
 
-def test_a_worker_that_dies_again_and_again_fails_its_scene():
+def test_worker_that_dies_repeatedly_fails_its_scene():
     class Ended:
         def result(self, **_):
             raise KilledWorker("task", None, 3)
@@ -138,11 +130,8 @@ def test_a_worker_that_dies_again_and_again_fails_its_scene():
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT)
-    hasty = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
-    one_thread = {"n_workers": 1, "threads_per_worker": 1, "processes": False}
-    with hasty, LocalCluster(**one_thread, scheduler_kwargs=NO_DASHBOARD) as own:
+def test_lost_scheduler_is_reported_and_finished_scenes_are_kept(tmp_path):
+    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}), threads() as own:
 
         def go(progress):
             if progress.finished == 3:
@@ -152,20 +141,19 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
             existing_cluster(own.scheduler_address, timeout=1.0) as client,
             pytest.raises(Failure, match="the scheduler is gone; finished scenes are stored"),
         ):
-            swept(campaign, tmp_path, client, Options(go))
+            swept(campaign_in(tmp_path, LIGHT), tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_two_runs_do_not_write_into_the_same_folder(client, tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT)
+def test_second_run_in_the_same_folder_is_refused(sweep, tmp_path):
     with locked(tmp_path), pytest.raises(Failure, match="another femic writes there"):
-        swept(campaign, tmp_path, client)
-    done, _ = swept(campaign, tmp_path, client)
+        sweep()
+    done, _ = sweep()
     assert done.finished == 27
 
 
-def test_what_is_made_while_a_file_changes_is_not_kept(client, tmp_path, monkeypatch):
+def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(sweep, tmp_path, monkeypatch):
     file, points = tmp_path / "gap.txt", "0 0 0\n1 0 0\n0 1 {}\n"
     file.write_text(points.format(0), encoding="utf-8")
 
@@ -174,17 +162,15 @@ def test_what_is_made_while_a_file_changes_is_not_kept(client, tmp_path, monkeyp
             file.write_text(points.format(scene.bodies["upper"].material.nu), encoding="utf-8")
         return xr.Dataset({"y": ((), 1.0)})
 
-    of_parts(monkeypatch, errors=changing)
-    _, dataset = swept(
-        campaign_in(tmp_path, LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n'), tmp_path, client
-    )
+    register(monkeypatch, errors=changing)
+    _, dataset = sweep(LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n')
     message = "a file that the scene names was changed meanwhile: run again"
     assert set(dataset.failure.sel(E=5).values) == {message}
     assert not dataset.digest.values[dataset.failure.values == message].any()
     assert len(outcomes.keys_in(Store(tmp_path / "store"))) - 1 == int((dataset.failure == "").sum())
 
 
-def test_where_no_workers_are_left_that_is_said(client, monkeypatch):
+def test_missing_workers_are_reported_once(client, monkeypatch):
     notes = []
     crew = Crew(client, notes.append)
     assert (crew.workers, crew.window) == (1, SCENES_PER_WORKER)
@@ -216,7 +202,7 @@ def answer_to_a_stranger(address, says=b"GET /health HTTP/1.0\r\n\r\n"):
     return b""
 
 
-def test_the_cluster_of_this_machine_is_closed_to_others_on_it():
+def test_local_cluster_refuses_strangers():
     """Also to their Dask; what is served by HTTP has nothing."""
     before = {*listening()}
     with cluster.local_cluster(cluster.ClusterSize(1, 1000.0)) as client:

@@ -12,41 +12,41 @@ from femic.campaigns.running.cluster import ClusterSize, local_cluster
 
 @pytest.fixture
 def stand_in(monkeypatch):
-    """A cluster that is interrupted so many times while it begins, and what happens to it."""
-    happened, interruptions = [], [1]
+    """A cluster that is interrupted a number of times at its start, and a list of events."""
+    events, interruptions = [], [1]
 
     @contextmanager
     def begun(*_, **__):
         for _ in range(interruptions[0]):
             os.kill(os.getpid(), signal.SIGINT)
-        happened.append("begun")
+        events.append("begun")
         try:
             yield
         finally:
-            happened.append("ended")
+            events.append("ended")
 
     monkeypatch.setattr(cluster, "LocalCluster", begun)
     monkeypatch.setattr(cluster, "Client", lambda *_, **__: nullcontext())
-    return happened, interruptions
+    return events, interruptions
 
 
-def entered():
+def enter():
     with local_cluster(ClusterSize(1, 1000.0)):
         pytest.fail("it goes on")
 
 
-def test_a_cluster_that_is_interrupted_while_it_begins_ends_in_order(stand_in):
-    happened, _ = stand_in
+def test_cluster_interrupted_at_its_start_is_shut_down(stand_in):
+    events, _ = stand_in
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        entered()
-    assert happened == ["begun", "ended"]
+        enter()
+    assert events == ["begun", "ended"]
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_second_interruption_does_not_wait(stand_in):
-    happened, interruptions = stand_in
+def test_second_interruption_takes_effect_at_once(stand_in):
+    events, interruptions = stand_in
     interruptions[0] = 2
     with pytest.raises(KeyboardInterrupt):
-        entered()
-    assert happened == []
+        enter()
+    assert events == []

@@ -14,7 +14,7 @@ from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of
 
 
-def test_a_killed_worker_costs_one_task(tmp_path):
+def test_killed_worker_costs_one_task(tmp_path):
     """With one worker the task at hand is begun again; the results are those of a run by itself."""
     campaign, killed = campaign_in(tmp_path, OF_UPPER), []
     with local_cluster(size_for(1, 2, 400.0)) as client:
@@ -31,5 +31,5 @@ def test_a_killed_worker_costs_one_task(tmp_path):
     assert (done.finished, done.failed) == (2, 0)
     assert 3 <= done.models <= 4  # the lower body and two upper ones, one of them perhaps twice
     results = compute(campaign.scene((12.0,)), RunOptions(1, Store(tmp_path / "alone")))
-    found = open_sweep(tmp_path).sel(R=12).error
-    np.testing.assert_array_equal(found, errors_of(results).error.transpose(*found.dims))
+    computed = open_sweep(tmp_path).sel(R=12).error
+    np.testing.assert_array_equal(computed, errors_of(results).error.transpose(*computed.dims))

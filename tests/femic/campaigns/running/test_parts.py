@@ -8,18 +8,12 @@ from femic.campaigns.running import tasks
 from femic.campaigns.running.checks import require_computable
 from femic.campaigns.running.tasks import TaskReport
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import (
-    LIGHT,
-    campaign_in,
-    light,
-    of_parts,
-    swept,
-)
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, light, register, swept
 
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+BOTH = 'keep = ["errors", "advice"]' + LIGHT
 
 
-def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
+def test_failed_kind_of_results_leaves_the_others(sweep, monkeypatch):
     """The first scenes in the order are among those that fail."""
 
     def not_below_six(scene, _means):
@@ -28,9 +22,8 @@ def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
             raise Failure(f"{e:g} is too soft")
         return xr.Dataset({"hard": ((), e)})
 
-    of_parts(monkeypatch, errors=light, advice=not_below_six)
-    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
-    done, dataset = swept(campaign, tmp_path, client)
+    register(monkeypatch, errors=light, advice=not_below_six)
+    done, dataset = sweep(BOTH)
     assert done.failed == 18  # 1 ... 5, and 7
     soft, both = dataset.sel(E=2), dataset.sel(E=8)
     assert set(soft.failure.values) == {"advice: 2 is too soft"}
@@ -43,22 +36,20 @@ def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
     assert set(both.failure.values) == {""}
 
 
-def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
-    of_parts(monkeypatch, errors=light, advice=light)
-    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
-    _, dataset = swept(campaign, tmp_path, client)
+def test_kinds_that_fail_alike_give_one_message(sweep, monkeypatch):
+    register(monkeypatch, errors=light, advice=light)
+    _, dataset = sweep(BOTH)
     assert set(dataset.failure.sel(E=7).values) == {"seven"}
 
 
-def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, monkeypatch):
+def test_model_that_kills_workers_leaves_stored_results(sweep, tmp_path, monkeypatch):
     def killed(*_):
         return TaskReport("its worker died 4 times")
 
-    of_parts(monkeypatch, errors=light, advice=light)
-    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path / "first", client, store=Store(tmp_path / "store"))
+    register(monkeypatch, errors=light, advice=light)
+    sweep(folder=tmp_path / "first", store=Store(tmp_path / "store"))
     monkeypatch.setattr(tasks, "list_models", killed)
-    done, dataset = swept(campaign, tmp_path, client)
+    done, dataset = sweep(BOTH)
     assert done.failed == 27
     assert set(dataset.failure.values.ravel()) == {"its worker died 4 times"}
     np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
@@ -67,7 +58,7 @@ def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, mon
 
 def test_a_kind_of_results_is_one_registration(client, tmp_path, monkeypatch):
     """Files, checks, tasks and the dataset know it by its entry in the registry."""
-    of_parts(monkeypatch, stiffness=light)
+    register(monkeypatch, stiffness=light)
     campaign = campaign_in(tmp_path, 'keep = ["stiffness"]' + LIGHT)
     require_computable(campaign)
     done, dataset = swept(campaign, tmp_path, client)

@@ -3,17 +3,16 @@
 import time
 
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 from distributed.core import Status
 
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, paused
-from femic.campaigns.running.cluster import NO_DASHBOARD
 from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew
 from femic.campaigns.running.paused import GIVE_UP_AFTER, REPORTED_AFTER, Pauses
 from femic.campaigns.running.run import Options
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import LIGHT, campaign_in, swept
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, in_this_process, swept, threads
 
 
 def worker(status, executing=0):
@@ -21,8 +20,8 @@ def worker(status, executing=0):
     return {"status": status, "memory_limit": 1000 * 2**20, "metrics": metrics}
 
 
-def looked(*states):
-    """What is noted where workers have some states one after the other, for some seconds each."""
+def messages_after(*states):
+    """The messages where workers have some states one after the other, for some seconds each."""
     messages, now = [], [0.0]
     pauses = Pauses(messages.append, lambda: now[0])
     for seconds, *workers in states:
@@ -35,37 +34,32 @@ def looked(*states):
 PAUSED, RUNNING, AT_WORK = worker("paused"), worker("running"), worker("paused", executing=1)
 
 
-def test_a_pause_is_said_once_within_half_a_minute():
+def test_pause_is_reported_once_within_half_a_minute():
     assert REPORTED_AFTER < GIVE_UP_AFTER < 30
-    (messages,) = looked((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
+    (messages,) = messages_after((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
     assert messages.startswith(
         "1 of 2 workers are paused by Dask for their memory (900 of 1000 MB): the campaign goes"
     )
     assert "--memory-limit" in messages
 
 
-def test_short_pauses_are_not_said():
-    assert looked((8, PAUSED), (1, RUNNING), (8, PAUSED), (1, RUNNING)) == []
+def test_short_pauses_are_not_reported():
+    assert messages_after((8, PAUSED), (1, RUNNING), (8, PAUSED), (1, RUNNING)) == []
 
 
-def test_a_campaign_whose_workers_all_stay_paused_ends_with_what_to_do():
+def test_campaign_whose_workers_all_stay_paused_ends_with_advice():
     with pytest.raises(Failure, match=r"2 of 2 workers are paused .* none has a task at work: give workers"):
-        looked((29, PAUSED, PAUSED))
+        messages_after((29, PAUSED, PAUSED))
 
 
-def test_paused_workers_that_still_have_a_task_may_go_on():
-    assert len(looked((500, PAUSED, AT_WORK), (20, PAUSED, PAUSED), (9, AT_WORK, PAUSED))) == 1
+def test_paused_workers_with_a_task_do_not_end_the_campaign():
+    assert len(messages_after((500, PAUSED, AT_WORK), (20, PAUSED, PAUSED), (9, AT_WORK, PAUSED))) == 1
 
 
 @pytest.fixture
 def own():
     """A cluster of two workers in this process, without limits of memory."""
-    with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=False, memory_limit=0, scheduler_kwargs=NO_DASHBOARD
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+    with in_this_process(n_workers=2, memory_limit=0) as client:
         yield client
 
 
@@ -94,17 +88,16 @@ def test_a_campaign_on_paused_workers_does_not_wait_forever(own, tmp_path, monke
     assert len(messages) == 1
 
 
-def test_a_cluster_of_paused_workers_has_workers(monkeypatch):
-    """They are told of as paused: to wait for workers would be to wait for the end of the pause."""
+def test_paused_workers_count_as_workers(monkeypatch):
+    """To wait for workers would be to wait for the end of the pause."""
     monkeypatch.setattr(cluster, "WORKS_WITHIN", 1.0)
-    one = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "memory_limit": 0, "protocol": "tcp"}
-    with LocalCluster(**one, scheduler_kwargs=NO_DASHBOARD) as served:
+    with threads(memory_limit=0, protocol="tcp") as served:
         with Client(served, set_as_default=False) as client:
             pause(client, 1)
         with cluster.existing_cluster(served.scheduler_address) as client:
             assert paused.running(client.scheduler_info(n_workers=-1)["workers"]) == 0
     with (
-        LocalCluster(**one | {"n_workers": 0}, scheduler_kwargs=NO_DASHBOARD) as served,
+        threads(n_workers=0, protocol="tcp") as served,
         pytest.raises(Failure, match="has no workers: start some"),
         cluster.existing_cluster(served.scheduler_address),
     ):
@@ -112,7 +105,7 @@ def test_a_cluster_of_paused_workers_has_workers(monkeypatch):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_campaign_goes_on_with_the_workers_that_are_left(own, tmp_path, monkeypatch):
+def test_campaign_continues_with_the_remaining_workers(own, tmp_path, monkeypatch):
     monkeypatch.setattr(paused, "REPORTED_AFTER", 0.0)
     crew = Crew(own, lambda _: None)
     assert crew.window == 2 * SCENES_PER_WORKER

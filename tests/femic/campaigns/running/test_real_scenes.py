@@ -9,12 +9,7 @@ from femic.cache.store import Store
 from femic.campaigns.running import plan as planning
 from femic.campaigns.running.plan import sweep_plan
 from femic.reference.run_options import RunOptions
-from tests.femic.campaigns.campaigns import (
-    OF_UPPER,
-    campaign_in,
-    errors_of,
-    swept,
-)
+from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of, swept
 
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
@@ -27,7 +22,7 @@ def real(client, tmp_path_factory):
     return campaign, folder, *swept(campaign, folder, client)
 
 
-def test_results_are_those_of_single_runs_to_the_last_digit(real):
+def test_results_equal_those_of_single_runs_exactly(real):
     campaign, folder, _, dataset = real
     assert campaign.order[-1] == 1
     scene = campaign.scene((12.0,))
@@ -50,25 +45,25 @@ def test_models_that_scenes_share_are_solved_once(real):
     assert done.models_reused == 4  # both of each scene
 
 
-def test_a_campaign_in_the_same_store_begins_with_what_is_there(real, client, tmp_path):
+def test_campaign_in_the_same_store_reuses_results(real, client, tmp_path):
     """Another scene, the same bodies: nothing but approximations is left to do."""
     _, folder, _, dataset = real
     other = campaign_in(
         tmp_path, OF_UPPER.replace('"A", "Bhat"', '"A", "B"').replace("[11.0, 12.0]", "[12.0]")
     )
-    done, found = swept(other, tmp_path, client, store=Store(folder / "store"))
+    done, reused = swept(other, tmp_path, client, store=Store(folder / "store"))
     assert (done.models, done.reused) == (0, 0)
     same = {"variant": ["A", "C"]}
     xr.testing.assert_equal(
-        found.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
+        reused.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
     )
     again = campaign_in(tmp_path, OF_UPPER.replace("[sweep.R]", "[sweep.other]"), "third")
-    done, found = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
+    done, reused = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
     assert (done.models, done.reused) == (0, 2)
-    xr.testing.assert_equal(found.rename(other="R"), dataset)
+    xr.testing.assert_equal(reused.rename(other="R"), dataset)
 
 
-def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
+def test_plan_counts_models_and_stored_scenes(real, tmp_path):
     campaign, folder, _, _ = real
     plan = sweep_plan(campaign, Store(tmp_path))
     assert (plan.scenes, plan.reused, plan.models) == (2, 0, 3)
@@ -78,7 +73,7 @@ def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
     assert (plan.scenes, plan.reused, plan.models) == (2, 2, 0)
 
 
-def test_models_are_counted_for_a_while_only(real, tmp_path, monkeypatch):
+def test_models_are_counted_for_a_limited_time(real, tmp_path, monkeypatch):
     """Those of contact on grids of its own take seconds a scene; at least those of one scene are."""
     monkeypatch.setattr(planning, "LONGEST", 0.0)
     plan = sweep_plan(real[0], Store(tmp_path))

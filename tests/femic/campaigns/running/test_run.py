@@ -8,23 +8,15 @@ from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.dataset.reading import open_sweep
-from femic.campaigns.results import registry
-from femic.campaigns.results.kind import ResultKind
 from femic.campaigns.running import run as running
 from femic.campaigns.running.crew import SCENES_PER_WORKER
 from femic.campaigns.running.run import Options, compute_sweep
-from tests.femic.campaigns.campaigns import (
-    LIGHT,
-    campaign_in,
-    swept,
-)
-
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+from tests.femic.campaigns.campaigns import LIGHT, RANDOM, campaign_in, register, swept
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_the_dataset_has_the_swept_keys_as_dims(client, tmp_path):
-    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+def test_the_dataset_has_the_swept_keys_as_dims(sweep):
+    done, dataset = sweep()
     assert dict(dataset.sizes) == {"E": 9, "nu": 3, "power": 2}
     ok = dataset.sel(E=[1, 2, 3, 4, 5, 6, 8, 9])
     np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
@@ -34,8 +26,8 @@ def test_the_dataset_has_the_swept_keys_as_dims(client, tmp_path):
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_failed_scene_is_recorded_and_the_others_go_on(client, tmp_path):
-    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+def test_failed_scene_is_recorded_and_the_others_continue(sweep):
+    done, dataset = sweep()
     assert done.failed == 3
     assert np.all(dataset.failure.sel(E=7) == "seven")
     assert np.all(np.isnan(dataset["sum"].sel(E=7)))
@@ -43,7 +35,7 @@ def test_a_failed_scene_is_recorded_and_the_others_go_on(client, tmp_path):
     assert np.all(dataset.seconds >= 0)
 
 
-def test_a_second_run_computes_nothing_not_even_failures(light_scenes, client, tmp_path):
+def test_second_run_computes_nothing(light_scenes, client, tmp_path):
     campaign = campaign_in(tmp_path, LIGHT)
     _, first = swept(campaign, tmp_path, client)
     assert len(light_scenes) == 27
@@ -56,38 +48,35 @@ def test_a_second_run_computes_nothing_not_even_failures(light_scenes, client, t
     xr.testing.assert_identical(open_sweep(tmp_path), first)
 
 
-def test_failures_are_tried_again_when_asked(light_scenes, client, tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT)
-    swept(campaign, tmp_path, client)
+def test_failures_are_tried_again_when_asked(light_scenes, sweep):
+    sweep()
     del light_scenes[:]
-    done, _ = swept(campaign, tmp_path, client, Options(retry=True))
+    done, _ = sweep(options=Options(retry=True))
     assert sorted(light_scenes) == [(7, 0.1), (7, 0.2), (7, 0.3)]
     assert (done.reused, done.failed) == (24, 3)
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_errors_of_the_program_are_recorded_but_tried_again(client, tmp_path, monkeypatch):
-    campaign = campaign_in(tmp_path, LIGHT)
-    monkeypatch.setattr(registry, "KINDS", {"errors": ResultKind(lambda *_: 1 / 0, lambda _: [])})
-    _, dataset = swept(campaign, tmp_path, client)
+def test_unexpected_errors_are_recorded_but_not_stored(sweep, tmp_path, monkeypatch):
+    register(monkeypatch, errors=lambda *_: 1 / 0)
+    _, dataset = sweep()
     assert set(dataset.failure.values.ravel()) == {"ZeroDivisionError: division by zero"}
     monkeypatch.undo()
     assert len(outcomes.keys_in(Store(tmp_path / "store"))) == 1  # the probe
 
 
-def test_an_interrupted_campaign_goes_on(light_scenes, client, tmp_path):
+def test_interrupted_campaign_continues(light_scenes, sweep, tmp_path):
     """What is finished is in the dataset, too."""
-    campaign = campaign_in(tmp_path, LIGHT)
 
     def interrupt(progress):
         if progress.finished == 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        swept(campaign, tmp_path, client, Options(interrupt))
+        sweep(options=Options(interrupt))
     early = open_sweep(tmp_path)
     assert int(np.sum(early.seconds.notnull())) == 5
-    done, dataset = swept(campaign, tmp_path, client)
+    done, dataset = sweep()
     assert done.finished == 27
     assert done.reused >= 5
     assert len(light_scenes) - len(set(light_scenes)) == 0  # none was computed twice
@@ -95,26 +84,24 @@ def test_an_interrupted_campaign_goes_on(light_scenes, client, tmp_path):
     np.testing.assert_array_equal(dataset["sum"].values[seen], early["sum"].values[seen])
 
 
-def test_more_values_take_only_what_is_new(light_scenes, client, tmp_path):
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+def test_only_scenes_of_new_values_are_computed(light_scenes, sweep):
+    sweep()
     del light_scenes[:]
-    more = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
-    done, dataset = swept(more, tmp_path, client)
+    done, dataset = sweep(LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
     assert {nu for _, nu in light_scenes} == {0.15}
     assert (done.reused, dataset.sizes["nu"]) == (27, 4)
 
 
 @pytest.mark.usefixtures("light_scenes")
 def test_random_points_are_samples(client, tmp_path):
-    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
-    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text)
+    campaign = campaign_in(tmp_path, RANDOM % 6)
     _, dataset = swept(campaign, tmp_path, client)
     assert dict(dataset.sizes) == {"sample": 6, "power": 2}
     np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path, monkeypatch):
+def test_scenes_are_submitted_in_the_order_of_the_campaign(light_scenes, client, tmp_path, monkeypatch):
     """They are submitted in exactly this order, coarse first; within a window Dask may swap some."""
     submitted, following = [], running._Run.next_unfinished
 
@@ -136,7 +123,7 @@ def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_no_more_than_a_window_is_with_the_scheduler(client, tmp_path, monkeypatch):
+def test_at_most_one_window_is_submitted(sweep, monkeypatch):
     with_scheduler = []
     finish = running._Run._finish_scene
 
@@ -145,31 +132,31 @@ def test_no_more_than_a_window_is_with_the_scheduler(client, tmp_path, monkeypat
         finish(run, *rest)
 
     monkeypatch.setattr(running._Run, "_finish_scene", counted)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    sweep()
     assert max(with_scheduler) == SCENES_PER_WORKER
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
+def test_scene_with_results_of_another_shape_has_failed(sweep, monkeypatch):
     def longer(scene, _means):
         n = 3 if scene.bodies["lower"].material.E == 3 else 2
         return xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})
 
-    monkeypatch.setattr(registry, "KINDS", {"errors": ResultKind(longer, lambda _: [])})
-    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    register(monkeypatch, errors=longer)
+    done, dataset = sweep()
     assert done.failed == 3
     assert "other shapes than in earlier scenes: y has {'k': 3}" in str(dataset.failure.sel(E=3)[0].item())
 
 
 @pytest.mark.usefixtures("light_scenes")
-def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
+def test_differing_labels_are_numbered(sweep, monkeypatch):
     def named(scene, _means):
         return xr.Dataset(
             {"y": (("line", "k"), np.ones((1, 2)))},
             coords={"line": [f"s = {scene.bodies['lower'].material.E:g} mm"], "k": ["a", "b"]},
         )
 
-    monkeypatch.setattr(registry, "KINDS", {"errors": ResultKind(named, lambda _: [])})
-    _, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    register(monkeypatch, errors=named)
+    _, dataset = sweep()
     assert list(dataset.line.values) == ["line 0"]
     assert list(dataset.k.values) == ["a", "b"]

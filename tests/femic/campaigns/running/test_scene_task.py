@@ -4,23 +4,17 @@ import pytest
 
 from femic.cache.store import Store
 from femic.campaigns.running.scene_task import scene_task, tasks_of
-from tests.femic.campaigns.campaigns import (
-    OF_UPPER,
-    campaign_in,
-)
-
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in
 
 
-def test_the_check_by_the_other_engine_is_left_out(tmp_path):
-    """It would take minutes for every scene."""
+def test_check_with_the_other_engine_is_left_out(tmp_path):
     campaign = campaign_in(tmp_path, OF_UPPER.replace("check = false", "check = true"))
     ((_, task), *_) = tasks_of(campaign, Store(tmp_path))
     assert campaign.scene(campaign.point(0)).check is not None
     assert task.scene.check is None
 
 
-def test_what_is_kept_is_known_by_all_that_determines_it(tmp_path):
+def test_key_depends_on_table_and_kind_of_results(tmp_path):
     table, store = {"lower": {"E": 1.0}, "upper": {"E": 1}}, Store(tmp_path)
     key = key_of(table, store)
     assert key_of(dict(table), store) == key
@@ -37,7 +31,7 @@ def test_what_is_kept_is_known_by_all_that_determines_it(tmp_path):
         lambda file: {"contact": {"ics": ["A", f"map:{file}"]}},
     ],
 )
-def test_what_is_in_files_counts(tmp_path, named):
+def test_key_depends_on_the_contents_of_files(tmp_path, named):
     store, file = Store(tmp_path / "store"), tmp_path / "file.txt"
     file.write_text("1 2\n", encoding="utf-8")
     before = key_of(named(str(file)), store)

@@ -3,11 +3,10 @@
 import socket
 
 import pytest
-from distributed import LocalCluster
 
-from femic.campaigns.running.cluster import NO_DASHBOARD
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from geometries.errors import Failure, WrongInput
+from tests.femic.campaigns.campaigns import threads
 
 NONE = (
     "",
@@ -30,7 +29,7 @@ NONE = (
 
 
 @pytest.mark.parametrize("text", NONE)
-def test_what_is_no_address_is_refused(text):
+def test_malformed_addresses_are_refused(text):
     with pytest.raises(WrongInput, match="is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT"):
         address_of(text)
 
@@ -58,7 +57,7 @@ def silent():
 
 
 @pytest.mark.parametrize("scheme", ["tcp", "tls"])
-def test_a_server_that_is_not_dasks_is_said(silent, scheme):
+def test_server_other_than_dask_is_reported(silent, scheme):
     with pytest.raises(
         Failure, match=rf"no scheduler answers at {scheme}://127.* within 0\.5 s \(.+\): is `dask"
     ):
@@ -66,16 +65,13 @@ def test_a_server_that_is_not_dasks_is_said(silent, scheme):
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:9", "nowhere.invalid:8786", f"{'a' * 70}.org:8786"])
-def test_where_nothing_is_that_is_said(host):
+def test_address_where_nothing_listens_is_reported(host):
     with pytest.raises(Failure, match="no scheduler answers at tcp://"):
         require_scheduler(address_of(host), timeout=2.0)
 
 
-def test_a_scheduler_is_found_and_a_worker_is_none():
-    own = LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", scheduler_kwargs=NO_DASHBOARD
-    )
-    with own:
+def test_scheduler_is_accepted_and_worker_is_refused():
+    with threads(protocol="tcp") as own:
         require_scheduler(address_of(own.scheduler_address))
         (worker,) = own.workers.values()
         with pytest.raises(Failure, match="is a worker, not a scheduler"):

@@ -71,14 +71,14 @@ def test_a_long_transient_ends_at_the_steady_numbers():
     assert path.steps[2].numbers["F_x"] < 0.9 * path.steady.numbers["F_x"]
 
 
-def test_numbers_begin_at_rest(solved):
+def test_forces_grow_from_rest(solved):
     rest, first = solved.path.steps[:2]
     assert rest.numbers["F_x"] == pytest.approx(0.0, abs=1e-5 * LOAD)
     assert rest.numbers["sliding_share"] == rest.numbers["dissipation"] == 0.0
     assert first.numbers["F_x"] > 0.05 * 0.3 * LOAD
 
 
-def test_creepages_are_those_of_the_specification():
+def test_creepages_of_the_specification_are_used():
     """A driven wheel is pushed on; lateral slip is resisted, and so is spin."""
     driven, braked, aside, turned = (
         last_numbers(**creepages)

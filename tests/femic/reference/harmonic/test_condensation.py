@@ -21,7 +21,7 @@ from geometries.bodies import Domain
 from geometries.contours import arc
 from geometries.patches import Load, Patch, X
 from tests.femic.reference.harmonic.fields import fields
-from tests.femic.reference.kept_model import BODY, TASK
+from tests.femic.reference.small_model import BODY, TASK
 
 K = 0.3
 SHARES = (1.0, 0.5)
@@ -63,7 +63,7 @@ def assembled(section):
 
 
 @pytest.fixture(scope="module", params=SEEN)
-def asked(section, request):
+def section_solver(section, request):
     """Responses at a few observers, for which the border has G, or at many, for which fields are solved."""
     respond = SectionSolver(section, LOADS, SEEN[request.param], SHARES)
     prepared = prepared_by(respond)
@@ -93,9 +93,9 @@ def by_fields(section, model, s, k, share):
 
 
 @pytest.mark.parametrize("k", [0.0, 0.02, 0.3, 8.0])
-def test_responses_are_those_of_the_fields_with_either_far_arc(section, assembled, asked, k):
+def test_responses_are_those_of_the_fields_with_either_far_arc(section, assembled, section_solver, k):
     """Loads and observers on both sides of y = 0, over it and beside it."""
-    respond, s = asked
+    respond, s = section_solver
     responses, residual = respond(k, SHARES)
     assert responses.shape == (2, len(LOADS), 3, len(s))
     for found, share in zip(responses, SHARES, strict=True):
@@ -107,8 +107,8 @@ def test_responses_are_those_of_the_fields_with_either_far_arc(section, assemble
     np.testing.assert_array_equal(respond(k)[0], responses[:1])
 
 
-def test_supports_that_differ_at_many_nodes_are_factored_apart(section, asked, monkeypatch):
-    together, s = asked
+def test_supports_that_differ_at_many_nodes_are_factored_apart(section, section_solver, monkeypatch):
+    together, s = section_solver
     monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
     apart = SectionSolver(section, LOADS, s, SHARES)
     assert len(apart._shared) == (4 if section.half_section else 2)
@@ -130,15 +130,15 @@ def test_the_unit_of_force_does_not_matter(section):
 @pytest.mark.parametrize(
     ("constant", "factor"), [("SPRING", 0.0), ("SPRING", 100.0), ("BORDER", 1e-3), ("BORDER", 1e3)]
 )
-def test_springs_and_border_change_nothing(monkeypatch, section, asked, constant, factor):
-    respond, s = asked
+def test_springs_and_border_change_nothing(monkeypatch, section, section_solver, constant, factor):
+    respond, s = section_solver
     monkeypatch.setattr(condensation, constant, factor * getattr(condensation, constant))
     changed = SectionSolver(section, LOADS, s, SHARES)
     expected = respond(K, SHARES)[0]
     assert largest(changed(K, SHARES)[0] - expected) < 1e-8 * largest(expected)
 
 
-def test_an_observer_that_hardly_moves_is_proved_on_the_scale_of_the_loads(section):
+def test_residual_at_a_nearly_fixed_observer_is_a_share_of_the_amplitudes_at_the_loads(section):
     """At a distance of k s = 40 nothing is left but rounding."""
     responses, residual = SectionSolver(section, LOADS[-3:], np.array([-3.5]))(9.0)
     assert largest(responses) < 1e-6 * largest(SectionSolver(section, LOADS[-3:], np.array([1.5]))(9.0)[0])
@@ -162,17 +162,17 @@ def test_a_last_block_of_other_rows_or_columns_is_none(moved):
 # --- what is wrong raises --------------------------------------------------------------------------------
 
 
-def test_a_block_that_was_moved_raises(asked, monkeypatch):
+def test_a_block_that_was_moved_raises(section_solver, monkeypatch):
     monkeypatch.setattr(condensation, "last_block", lambda *_: None)
     with pytest.raises(NotConverged, match="exchanged"):
-        asked[0](K)
+        section_solver[0](K)
 
 
 @pytest.mark.parametrize("factor", [1.001, np.nan])
 @pytest.mark.parametrize("wrong", ["one load", "one observer", "what is retained"])
-def test_a_block_that_is_wrong_by_a_thousandth_raises(asked, monkeypatch, wrong, factor):
+def test_a_block_that_is_wrong_by_a_thousandth_raises(section_solver, monkeypatch, wrong, factor):
     """T less D: what one load does, what one observer sees, or the stiffness of what is retained."""
-    respond, _ = asked
+    respond, _ = section_solver
     prepared, right = prepared_by(respond), condensation.last_block
     r, n_loads, n_seen = prepared.retained, prepared.forces.shape[1], prepared.in_border.shape[0]
     places = {
@@ -227,23 +227,23 @@ def one_is_no_number(u):
 @pytest.mark.parametrize(
     "change", [lambda u: 1.5 * u, one_is_no_number, lambda u: np.full_like(u, np.inf), np.zeros_like]
 )
-def test_displacements_that_are_wrong_raise(changed, asked, change):
+def test_displacements_that_are_wrong_raise(changed, section_solver, change):
     changed(change)
     with pytest.raises(
         NotConverged, match=r"k = 0\.3 1/mm, [\d,]{5,} unknowns.* residual is .*1e-05 allowed.*Try"
     ):
-        asked[0](K)
+        section_solver[0](K)
 
 
 def test_displacements_that_are_wrong_end_a_run(changed):
     changed(lambda u: 1.5 * u)
     with pytest.raises(NotConverged, match="residual"):
-        engine.raw_ics(TASK.request)
+        engine.solve(TASK.request)
 
 
-def test_the_residual_grows_with_what_is_wrong(changed, asked):
+def test_the_residual_grows_with_what_is_wrong(changed, section_solver):
     """A thousandth of the largest residual more of all solutions: the equations are that far from solved."""
-    respond, _ = asked
+    respond, _ = section_solver
     share, n = 0.1 * LARGEST_RESIDUAL, prepared_by(respond).forces.shape[1]
     changed(lambda u: (1 + share) * u)
     assert share * np.sqrt(n) / 2 < respond(K)[1] < 2.5 * share * np.sqrt(n)
@@ -276,17 +276,17 @@ def test_two_columns_that_are_exchanged_raise(changed, of_ten_decades):
         of_ten_decades.at(K).responses(np.ones(of_ten_decades.retained, dtype=bool))
 
 
-def test_a_matrix_without_factors_raises_with_what_to_try(asked, monkeypatch):
+def test_matrix_without_factors_raises_with_remedies(section_solver, monkeypatch):
     def singular(*_, **__):
         raise RuntimeError("Factor is exactly singular")
 
     monkeypatch.setattr(equations, "splu", singular)
     with pytest.raises(NotConverged, match=r"k = 0\.3 1/mm.*exactly singular.*Try"):
-        asked[0](K)
+        section_solver[0](K)
 
 
-def test_the_worst_residual_of_all_parts_and_arcs_counts(asked, monkeypatch):
-    respond, _ = asked
+def test_the_worst_residual_of_all_parts_and_arcs_counts(section_solver, monkeypatch):
+    respond, _ = section_solver
     responses = Condensed.responses
     for worst in range(2 * len(respond._parts)):
         given = iter([5e-9 if number == worst else 1e-12 for number in range(2 * len(respond._parts))])
@@ -294,37 +294,37 @@ def test_the_worst_residual_of_all_parts_and_arcs_counts(asked, monkeypatch):
         assert respond(K, SHARES)[1] == 5e-9
 
 
-# --- kept answers ----------------------------------------------------------------------------------------
+# --- stored waves ----------------------------------------------------------------------------------------
 
 
-class Answers:
-    """Answers of an earlier run that are all here but for their residuals, which are given."""
+class FakeWaves:
+    """Solved wavenumbers of an earlier run, whose residuals can be changed."""
 
     def __init__(self):
-        self.found, self.residuals = {}, {}
+        self.responses, self.residuals = {}, {}
 
     def get(self, name):
-        return (self.found[name], self.residuals[name]) if name in self.found else None
+        return (self.responses[name], self.residuals[name]) if name in self.responses else None
 
-    def put(self, name, answer):
-        self.found[name], self.residuals[name] = answer
+    def put(self, name, solution):
+        self.responses[name], self.residuals[name] = solution
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
-    kept, few_waves = Answers(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
-    first = engine.solve(few_waves, cache=kept, workers=workers).cost.residual
-    assert first == max(kept.residuals.values())
+def test_cost_has_the_worst_residual_of_stored_waves_too(workers):
+    waves, few_waves = FakeWaves(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
+    first = engine.solve(few_waves, cache=waves, workers=workers).cost.residual
+    assert first == max(waves.residuals.values())
     assert 0 < first < 1e-9
-    kept.residuals[sorted(kept.residuals)[3]] = 3e-7
-    del kept.found["k0.0"]  # this one is solved again
-    assert engine.solve(few_waves, cache=kept, workers=workers).cost.residual == 3e-7
+    waves.residuals[sorted(waves.residuals)[3]] = 3e-7
+    del waves.responses["k0.0"]  # this one is solved again
+    assert engine.solve(few_waves, cache=waves, workers=workers).cost.residual == 3e-7
 
 
-def test_kept_waves_carry_their_residual(tmp_path):
-    kept = StoredWaves(Store(tmp_path), "key")
-    kept.put("k0.25", (np.eye(3), 4e-11))
-    responses, residual = kept.get("k0.25")
+def test_stored_waves_have_their_residual(tmp_path):
+    waves = StoredWaves(Store(tmp_path), "key")
+    waves.put("k0.25", (np.eye(3), 4e-11))
+    responses, residual = waves.get("k0.25")
     np.testing.assert_array_equal(responses, np.eye(3))
     assert residual == 4e-11
-    assert kept.get("k0.5") is None
+    assert waves.get("k0.5") is None

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.section import section_mesh
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import strip_force
@@ -17,7 +16,7 @@ from geometries.bodies import Body, Domain
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, UNSYMMETRIC
-from tests.femic.reference.harmonic.fields import fields
+from tests.femic.reference.harmonic.fields import fields, raw_ics
 from tests.femic.reference.harmonic.test_harmonic import harmonic
 from tests.femic.reference.solid.test_flat import job
 

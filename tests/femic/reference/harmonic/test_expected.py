@@ -42,7 +42,7 @@ def test_as_many_wavenumbers_are_expected_as_are_taken(case):
     assert 0.7 < expected / taken < 1.3, (expected, taken)
 
 
-def test_a_finer_accuracy_takes_more_of_them_and_one_for_each_observer_is_taken_as_such():
+def test_tighter_accuracy_takes_more_wavenumbers_and_may_differ_by_observer():
     body = Body(LOWER, plane(), Material(210e3, 0.28), Domain(320.0, np.inf))
     loads = (Load(Patch(0.2, 0.3), 2),)
 

@@ -8,7 +8,6 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.reference.accuracy import line_errors
-from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
@@ -25,6 +24,7 @@ from geometries.materials import Material, one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
+from tests.femic.reference.harmonic.fields import raw_ics
 from tests.femic.reference.solid import test_sphere as sphere
 from tests.femic.reference.solid.test_flat import LINES, OTHERS, halfspace, job, shares
 
@@ -44,7 +44,7 @@ def reference(asked):
 # --- coarser cells ---------------------------------------------------------------------------------
 
 
-def test_coarser_cells_at_some_wavenumbers_show_what_they_show_at_all():
+def test_coarser_cells_at_some_wavenumbers_give_the_error_of_all_wavenumbers():
     """The change is interpolated: it differs by less than 2 % from that of a whole model."""
     request = harmonic(job(40.0, 1.0), 2.0).request(Level())
     model, coarser = raw_ics(request), raw_ics(request.coarser)
@@ -65,13 +65,13 @@ def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
     asked = replace(asked, points=own)
     model = raw_ics(asked.request(Level()))
-    found, a = discounted(asked, model.u)[0], halfspace(asked)
+    result, a = discounted(asked, model.u)[0], halfspace(asked)
     assert model.cost.unknowns <= 30_000
     far = np.hypot(asked.points.x, asked.points.s) >= 4 * 0.6
     for part in LINES:
         chosen = np.arange(len(far))[part][far[part]]
-        assert np.all(line_errors((found - a)[..., chosen], a[..., part], a[2, 2, part]) < 1e-3)
-    local = (found - a)[..., -len(near) :] / a[2, 2, -len(near) :]
+        assert np.all(line_errors((result - a)[..., chosen], a[..., part], a[2, 2, part]) < 1e-3)
+    local = (result - a)[..., -len(near) :] / a[2, 2, -len(near) :]
     assert np.max(np.abs(local)) < 5e-3
 
 
@@ -82,8 +82,8 @@ def test_error_falls_at_least_like_h_cubed():
     for factor in factors:
         asked = changed(harmonic(job(10_000.0, 1.0), factor), tolerance=1e-4)
         a = halfspace(asked)
-        found = discounted(asked, raw_ics(asked.request(Level())).u)[0]
-        rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
+        result = discounted(asked, raw_ics(asked.request(Level())).u)[0]
+        rms.append(np.sqrt(np.mean(shares(result - a, a) ** 2)))
     assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 3
 
 
@@ -120,17 +120,17 @@ def test_slender_patches(a, b):
     base = harmonic(job(640.0, 1.0))
     asked = replace(base, patch=patch, points=Points(base.points.x, base.points.s))
     asked = changed(asked, cells=Cells(b / 5, 0.4, 0.4), tolerance=5e-3)
-    found, exact = reference(asked), halfspace(asked)
-    assert np.all(shares(found.c.ic - exact, exact) <= shares(found.c.estimate, exact))
-    assert np.max(shares(found.c.estimate, exact)) < 5e-3
+    result, exact = reference(asked), halfspace(asked)
+    assert np.all(shares(result.c.ic - exact, exact) <= shares(result.c.estimate, exact))
+    assert np.max(shares(result.c.estimate, exact)) < 5e-3
 
 
 PLANES = ((80.0, 1.25), (640.0, 1.0))  # size of the domain, cells
 
 
 def errors_and_estimates(asked):
-    found, a = reference(asked), halfspace(asked)
-    return shares(found.c.ic - a, a), shares(found.c.estimate, a)
+    result, a = reference(asked), halfspace(asked)
+    return shares(result.c.ic - a, a), shares(result.c.estimate, a)
 
 
 @pytest.mark.parametrize(("size", "factor"), PLANES)
@@ -152,10 +152,10 @@ def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
 @pytest.mark.parametrize(("side", "s"), [(UPPER, 0.0), pytest.param(LOWER, 40.0, marks=pytest.mark.slow)])
 def test_the_ball_is_known_to_the_estimate(side, s):
     asked = harmonic(sphere.ball(160.0, 1.0, side, s=s), 2.2)
-    truth, found = sphere.exact(asked), reference(asked)
+    truth, result = sphere.exact(asked), reference(asked)
     error, estimate = (
         np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)
-        for d in (found.c.ic - truth, found.c.estimate)
+        for d in (result.c.ic - truth, result.c.estimate)
     )
     assert np.all(error <= estimate), error / estimate
 
@@ -171,7 +171,7 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
     assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
 
 
-def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
+def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     """A plane rolled up: what it adds to C_xn and C_nx is what turns A into B-hat, up to a tenth.
 
     Both alike, as reciprocity demands: C_nx = -C_xn on the line of the load.
@@ -196,7 +196,7 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
 
 
-def test_components_of_a_wheel_do_not_depend_on_what_else_is_asked_for():
+def test_components_of_a_wheel_do_not_depend_on_the_other_requested_ones():
     """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
     x = np.array([-16.0, 8.0, 16.0, 25.0])
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}
@@ -241,12 +241,12 @@ SLOW = ("roller", "unsymmetric")
 def test_both_engines_agree_within_their_estimates(changes):
     """The same section; that of the solid is clamped at its ends too, which its estimate contains."""
     solid = job(80.0, 2.8, **changes)
-    found = combine(
+    result = combine(
         solid, Level(), {m: solid_raw_ics(solid.request(m)) for m in Level().models(MODELS).values()}
     )
     other = reference(harmonic(solid, 2.0))
-    scale = found.c.ic
-    off, known = (shares(v, scale) for v in (found.c.ic - other.c.ic, found.c.estimate + other.c.estimate))
+    scale = result.c.ic
+    off, known = (shares(v, scale) for v in (result.c.ic - other.c.ic, result.c.estimate + other.c.estimate))
     assert np.all(off <= known), off / known
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.at_points import references
-from femic.reference.harmonic.modulus import DIGITS, model_key, stored_model, with_unit_modulus
+from femic.reference.harmonic.modulus import DIGITS, with_unit_modulus
+from femic.reference.harmonic.nesting import model_key, stored_model
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level
@@ -30,22 +31,22 @@ def job(modulus):
 
 def solved(modulus, store):
     """C of a body [mm/N], and how many of its models were kept."""
-    found = []
-    options = RunOptions(1, store, Watch(on_model=lambda model: found.append(model.cached)))
-    return references({"body": job(modulus)}, options)["body"], found
+    result = []
+    options = RunOptions(1, store, Watch(on_model=lambda model: result.append(model.cached)))
+    return references({"body": job(modulus)}, options)["body"], result
 
 
 @pytest.fixture(scope="module")
 def store():
-    found = Store("memory://modulus")
-    solved(MODULI[0], found)
-    return found
+    result = Store("memory://modulus")
+    solved(MODULI[0], result)
+    return result
 
 
 def test_another_modulus_is_served_and_has_the_c_of_its_own_model(store):
-    served, found = solved(MODULI[1], store)
+    served, result = solved(MODULI[1], store)
     alone, solved_again = solved(MODULI[1], Store())
-    assert all(found)
+    assert all(result)
     assert not any(solved_again)
     for one, other in (
         (served.c.ic, alone.c.ic),

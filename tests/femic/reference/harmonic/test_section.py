@@ -8,12 +8,12 @@ from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
-from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import SectionSize
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Settings
 from femic.reference.level import Level
 from femic.reference.matrix.job import MatrixJob
@@ -75,7 +75,7 @@ def test_the_trace_reads_quartics_of_s_exactly(body, half):
     np.testing.assert_allclose(section.interpolation(at) @ nodal, expected, rtol=1e-10, atol=1e-8)
 
 
-def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
+def test_inner_nodes_that_follow_the_contour_reduce_the_error_of_fields():
     """A polynomial of fourth degree in (y, z), interpolated: at the points of cells on the contour."""
     body = Body(LOWER, arc(10.0, 0.9, 0.9), STEEL, DOMAIN)
     mesh = section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), np.array([[-0.2, 0.2]]))).mesh
@@ -94,7 +94,7 @@ def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
     assert error(left) > 1.5 * error(mesh.doflocs)
 
 
-def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_asks():
+def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_requires():
     """The curvature jumps there: they grow from the joint, too."""
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
     knots = section_mesh(body, SectionSize(Cells(0.05, 0.5, 0.5), np.array([[-0.2, 0.2]]))).knots
@@ -116,7 +116,7 @@ def test_half_of_a_section_is_half_of_it():
 
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("wave", [0.05, 0.02])
-def test_cells_on_a_strip_are_as_short_as_the_waves_ask(wave, half):
+def test_cells_on_a_strip_are_as_short_as_the_waves_require(wave, half):
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
     for low, high in ((-0.3, 0.3), (2.0, 2.6)):
         knots = section_mesh(body, SectionSize(CELLS, np.array([[low, high]]), wave), half_section=half).knots
@@ -150,13 +150,15 @@ def test_shapes_of_triangles():
 @pytest.mark.parametrize(
     ("radius", "flanks", "n_s"), [(10.2, (25, 33), 13), (10.2, (25, 33), 39), (12.24, (32, 34), 12)]
 )
-def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(radius, flanks, n_s):
+def test_cells_growing_like_the_distance_have_the_requested_size(radius, flanks, n_s):
     """Of two unsymmetric flanks Gmsh's frontal algorithm left slivers from the strips to the far arc.
 
     In the last case only some cells were more than three times too large. A few always are.
     """
     grid = Grid(20, n_s, 0.4, 0.4)
-    body = Body(UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_for(0.01, grid), np.inf))
+    body = Body(
+        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_of_grid(0.01, grid), np.inf)
+    )
     settings = Settings(HARMONIC, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2)
     request = MatrixJob(body, grid, settings).request(Level(cells=-1))
     assert request.cells.growth > 1
@@ -171,7 +173,7 @@ def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(rad
 
 
 @pytest.mark.parametrize("aside", [1e-12, 4e-8, 1e-5])
-def test_strips_that_hardly_pass_the_plane_of_symmetry_are_meshed_like_those_that_end_there(aside):
+def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it(aside):
     """Gmsh failed on an edge so short. The responses follow the grid as smoothly as they should."""
 
     def responses(s):
@@ -186,10 +188,10 @@ def test_strips_that_hardly_pass_the_plane_of_symmetry_are_meshed_like_those_tha
         assert len(beside) == 6
         return section.knots, SectionSolver(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
 
-    knots, found = responses(aside)
+    knots, result = responses(aside)
     knots_of_none, expected = responses(0.0)
     assert len(knots) == len(knots_of_none)
-    np.testing.assert_allclose(found, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
+    np.testing.assert_allclose(result, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
 
 
 def test_a_mesh_without_slivers_is_that_of_the_first_algorithm(monkeypatch):

@@ -9,10 +9,10 @@ from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.synthesis import displacements
 from femic.reference.harmonic.waves import tail
 from geometries.materials import one_body
-from tests.femic.reference.kept_model import BODY, TASK
+from tests.femic.reference.small_model import BODY, TASK
 
 
-def test_without_responses_each_load_has_its_own_tail_of_the_half_space():
+def test_displacements_without_responses_are_the_tail_of_the_half_space():
     """Component i under load j is that of the half-space: C_xn and C_nx differ in sign."""
     request = TASK.request
     solved = solve(request, workers=2)

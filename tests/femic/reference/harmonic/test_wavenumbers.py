@@ -27,9 +27,9 @@ class Solver:
         return [self.response(value) for value in k]
 
 
-def interpolated(found, at):
-    even, odd = found.axis.interpolation(found.k, at)
-    values = [np.tensordot(m, found.responses, axes=1) for m in (even, odd)]
+def interpolated(result, at):
+    even, odd = result.axis.interpolation(result.k, at)
+    values = [np.tensordot(m, result.responses, axes=1) for m in (even, odd)]
     return np.where(ODD, values[1], values[0])
 
 
@@ -54,13 +54,13 @@ def test_interpolation_between_wavenumbers_is_of_sixth_order():
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
-def test_as_accurate_as_asked_and_each_wavenumber_solved_once(accuracy):
+def test_samples_reach_the_accuracy_and_solve_each_wavenumber_once(accuracy):
     """Displacements at some x by a sum over all k, against the sum of the responses themselves."""
     solve = Solver(smooth)
-    found = sample(AXIS, solve, ODD, 0.2, accuracy)
-    assert len(solve.asked) == len(set(solve.asked)) == len(found.k)
+    result = sample(AXIS, solve, ODD, 0.2, accuracy)
+    assert len(solve.asked) == len(set(solve.asked)) == len(result.k)
     at = np.linspace(0, 25, 200_001)
-    off = interpolated(found, at)[:, 0, 0] - [smooth(v)[0, 0] for v in at]
+    off = interpolated(result, at)[:, 0, 0] - [smooth(v)[0, 0] for v in at]
     weight = np.sinc(at * 0.2 / np.pi) / np.pi * at[1]
     for x in (0.0, 0.3, 4.0):
         assert abs(np.sum(off * weight * np.cos(at * x))) < accuracy
@@ -70,23 +70,23 @@ def test_wavenumbers_gather_where_the_response_is_sharp():
     def peak(k):
         return np.array([[1 / (1 + ((k - 1) / 0.05) ** 2)], [0.0]])
 
-    found = sample(AXIS, Solver(peak), ODD, 0.2, 1e-5)
+    result = sample(AXIS, Solver(peak), ODD, 0.2, 1e-5)
     t = np.arcsinh(np.array([0.7, 1.3, AXIS.k_max]) / AXIS.scale)
-    near = np.mean(np.abs(found.k - 1) < 0.3)
+    near = np.mean(np.abs(result.k - 1) < 0.3)
     assert near > 4 * (t[1] - t[0]) / t[2]
     at = np.linspace(0.5, 1.5, 500)
-    np.testing.assert_allclose(interpolated(found, at)[:, 0, 0], [peak(v)[0, 0] for v in at], atol=1e-3)
+    np.testing.assert_allclose(interpolated(result, at)[:, 0, 0], [peak(v)[0, 0] for v in at], atol=1e-3)
 
 
 def test_sparser_leaves_out_the_last_ones_and_is_worse():
-    found = sample(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
-    sparser = found.sparser
-    assert set(sparser.k) < set(found.k)
+    result = sample(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
+    sparser = result.sparser
+    assert set(sparser.k) < set(result.k)
     assert sparser.k[0] == 0
-    assert sparser.k[-1] == found.k[-1]
+    assert sparser.k[-1] == result.k[-1]
     at = np.geomspace(1e-3, 20.0, 300)
     truth = np.array([smooth(v) for v in at])
-    wrong = [np.max(np.abs(interpolated(one, at) - truth)) for one in (found, sparser)]
+    wrong = [np.max(np.abs(interpolated(one, at) - truth)) for one in (result, sparser)]
     assert wrong[1] > 8 * wrong[0]
 
 
@@ -98,17 +98,17 @@ def test_a_ring_is_solved_at_its_orders_only(radius):
         free = 7.0 if k * radius < 1.5 else 0.0
         return smooth(k) + free
 
-    found = sample(Axis(1e-3, 25.0, radius), Solver(response), ODD, 0.2, 1e-6)
-    orders = found.k * radius
+    result = sample(Axis(1e-3, 25.0, radius), Solver(response), ODD, 0.2, 1e-6)
+    orders = result.k * radius
     np.testing.assert_allclose(orders, np.round(orders), atol=1e-6)
     assert set(np.round(orders[:3])) == {0, 1, 2}
-    assert found.k[-1] == pytest.approx(np.floor(25.0 * radius) / radius)
+    assert result.k[-1] == pytest.approx(np.floor(25.0 * radius) / radius)
     at = np.unique(np.round(np.append([0, 1, 2], np.geomspace(2, 20 * radius, 200)))) / radius
     truth = np.array([response(v) for v in at])
-    np.testing.assert_allclose(interpolated(found, at), truth, atol=1e-3)
+    np.testing.assert_allclose(interpolated(result, at), truth, atol=1e-3)
 
 
-def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
+def test_response_that_is_never_smooth_raises_with_remedies():
     rng = np.random.default_rng(1)
     noise = Solver(lambda _: rng.normal(size=(2, 1)))
     with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger `tolerance`"):
@@ -119,7 +119,7 @@ def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
 
 
 @pytest.mark.parametrize("axis", [AXIS, Axis(1e-3, 25.0, 40.0), Axis(0.3, 2.0)])
-def test_the_first_ones_are_even_in_t_and_close_enough_for_the_spline(axis):
+def test_first_wavenumbers_are_even_in_t_and_close_enough_for_the_spline(axis):
     k = axis.first()
     t = np.arcsinh(k / axis.scale)
     assert k[0] == 0
@@ -140,7 +140,7 @@ def test_a_large_ring_needs_few_of_its_lowest_orders(scale, fewest):
     assert (set(range(8)) <= set(orders)) == (fewest == 8)
 
 
-def test_the_middle_is_that_of_t_and_on_a_ring_an_order_in_between():
+def test_middle_of_an_interval_is_in_t_and_on_a_ring_an_order():
     low, high = 0.01, 3.0
     t = np.arcsinh(np.array([low, AXIS.between(low, high), high]) / AXIS.scale)
     assert t[1] == pytest.approx((t[0] + t[2]) / 2)
@@ -160,7 +160,7 @@ def test_at_the_solved_wavenumbers_nothing_is_interpolated(radius):
     np.testing.assert_allclose(odd, np.eye(len(k)), atol=1e-9)
 
 
-def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
+def test_orders_0_and_1_of_a_ring_do_not_affect_other_orders():
     axis = Axis(1e-3, 25.0, 40.0)
     k = axis.first()
     at = np.arange(2, 900) / 40.0
@@ -170,32 +170,32 @@ def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
     np.testing.assert_allclose(matrix @ np.ones(len(k)), 1, rtol=1e-9)
 
 
-def test_sparser_are_the_others_and_none_of_them_came_last():
+def test_sparser_samples_are_the_ones_not_marked_last():
     k, last = np.arange(6.0), np.array([False, True, False, False, True, False])
     responses = np.random.default_rng(0).normal(size=(6, 2, 3))
-    found = Samples(AXIS, k, responses, last).sparser
-    np.testing.assert_array_equal(found.k, [0, 2, 3, 5])
-    np.testing.assert_array_equal(found.responses, responses[[0, 2, 3, 5]])
-    assert not np.any(found.last)
-    assert found.axis is AXIS
+    result = Samples(AXIS, k, responses, last).sparser
+    np.testing.assert_array_equal(result.k, [0, 2, 3, 5])
+    np.testing.assert_array_equal(result.responses, responses[[0, 2, 3, 5]])
+    assert not np.any(result.last)
+    assert result.axis is AXIS
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
-def test_last_are_the_middles_whose_halves_were_not_halved(accuracy):
+def test_last_marks_middles_of_intervals_that_were_not_halved(accuracy):
     """Each lies in the middle of its neighbours; each other one is a first one, or next to a last one."""
-    found = sample(AXIS, Solver(smooth), ODD, 0.2, accuracy)
+    result = sample(AXIS, Solver(smooth), ODD, 0.2, accuracy)
     first = AXIS.first()
-    assert np.any(found.last)
-    for n in np.flatnonzero(found.last):
-        assert found.k[n] not in first
-        assert not found.last[n - 1]
-        assert not found.last[n + 1]
-        assert found.k[n] == pytest.approx(AXIS.between(found.k[n - 1], found.k[n + 1]))
-    for n in np.flatnonzero(~found.last)[1:-1]:
-        assert found.last[n - 1]
-        assert found.last[n + 1]
+    assert np.any(result.last)
+    for n in np.flatnonzero(result.last):
+        assert result.k[n] not in first
+        assert not result.last[n - 1]
+        assert not result.last[n + 1]
+        assert result.k[n] == pytest.approx(AXIS.between(result.k[n - 1], result.k[n + 1]))
+    for n in np.flatnonzero(~result.last)[1:-1]:
+        assert result.last[n - 1]
+        assert result.last[n + 1]
     if accuracy == 1e-6:
-        assert np.sum(~found.last) > len(first)
+        assert np.sum(~result.last) > len(first)
 
 
 NARROW = Axis(0.3, 40.0)
@@ -204,9 +204,7 @@ A_LOAD = 0.2
 
 @pytest.mark.parametrize("interval", [0, 2, -1])
 @pytest.mark.parametrize(("share", "rounds"), [(0.99, 1), (1.01, 2)])
-def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_too_large(
-    interval, share, rounds
-):
+def test_intervals_are_halved_only_where_their_error_in_displacements_is_too_large(interval, share, rounds):
     """Wrong in its middle by w: off by w (high - low) / pi, less where the patch is longer than the wave.
 
     An interval of half the length of a spline of fifth degree is 64 times as accurate.
@@ -221,10 +219,10 @@ def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_to
 
     solve = Solver(response)
     calls = []
-    found = sample(NARROW, lambda k: calls.append(len(k)) or solve(k), ODD, A_LOAD, accuracy)
+    result = sample(NARROW, lambda k: calls.append(len(k)) or solve(k), ODD, A_LOAD, accuracy)
     assert (len(calls) > 2) == (rounds == 2)
     if rounds == 1:
-        assert len(found.k) == 2 * len(first) - 1
+        assert len(result.k) == 2 * len(first) - 1
     else:
         assert calls[2] == 2
 
@@ -240,9 +238,9 @@ def test_accuracy_may_differ_from_entry_to_entry():
 
 
 @pytest.mark.parametrize("radius", [1.0, 20.0, 500.0])
-def test_orders_between_which_there_is_nothing_never_came_last(radius):
+def test_adjacent_orders_are_not_marked_as_last(radius):
     """m = 0, 1, 2 of a ring have no middles: the sparser ones have them, too, as all first ones."""
     axis = Axis(1e-3, 25.0, radius)
-    found = sample(axis, Solver(smooth), ODD, 0.2, 1e-6)
-    assert np.any(found.last)
-    assert set(axis.first()) <= set(found.sparser.k)
+    result = sample(axis, Solver(smooth), ODD, 0.2, 1e-6)
+    assert np.any(result.last)
+    assert set(axis.first()) <= set(result.sparser.k)

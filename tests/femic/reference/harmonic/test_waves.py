@@ -12,7 +12,6 @@ from femic.reference.harmonic.waves import (
     orders,
     ring,
     spectrum,
-    synthesis,
     synthesis_weights,
     tail,
     taper,
@@ -36,6 +35,12 @@ def a_of(x, s):
 def summed(over, f, x, a=0.0):
     """The sum over wavenumbers of f(k) cos(k x) sin(k a) / (k a)."""
     return f(over.k) @ over.shares(a, np.atleast_1d(x))[0]
+
+
+def synthesis(response, direction, over, a, xi):
+    """Displacements (3, n) at xi due to a unit load in a direction from its responses (3, len(k))."""
+    even, odd = over.shares(a, xi)
+    return np.where(SINES[:, direction, None], response @ odd, response @ even)
 
 
 @pytest.mark.parametrize("k_max", [80.0, 3e4, 3e7])
@@ -72,7 +77,7 @@ def test_the_taper_falls_from_1_to_0_without_a_kink():
 
 
 @pytest.mark.parametrize("over", [integral(30.0), ring(30.0, 200.0), orders(30.0, 20.0)])
-def test_a_response_that_is_off_at_the_largest_wavenumbers_is_not_seen_far_away(over):
+def test_error_at_the_largest_wavenumbers_has_no_effect_far_away(over):
     """Abruptly ended it would be 1 / (pi x) far away, and with the weight of a patch up to 1 / (pi k a x)."""
     x = np.array([2.0, 4.0, 8.0])
     even, odd = over.shares(1e-6, x)
@@ -105,7 +110,7 @@ def test_a_sum_over_low_orders_and_an_integral_give_the_sum_over_all(radius, x):
         assert len(few.k) < len(all_of_them.k) / 10
 
 
-def test_a_wheel_is_summed_and_what_is_endless_integrated():
+def test_spectrum_of_a_wheel_is_a_sum_and_of_a_prismatic_body_an_integral():
     assert np.allclose(np.diff(spectrum(20.0, 50.0).k), 1 / 50)
     assert len(spectrum(20.0, np.inf).k) == len(integral(20.0).k)
 

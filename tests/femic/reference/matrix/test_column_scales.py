@@ -8,11 +8,11 @@ from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.estimate import EstimatedICs
-from femic.reference.harmonic.grids import far_radius_for
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Settings
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import AtLags
+from femic.reference.matrix.reference import assess_matrices
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.errors import WrongInput
@@ -50,27 +50,27 @@ FAR = LAG**2 + APART**2 >= 16
 
 def test_within_four_elements_errors_are_shares_of_five_times_a_nn_there():
     c = np.full((3, 3, 7, 6), 1e9)
-    found = column_scale(STRIP, c, [job()])
+    result = column_scale(STRIP, c, [job()])
     expected = np.broadcast_to(5 * a_nn(STEEL, LOWER), c.shape)
-    np.testing.assert_allclose(found[..., ~FAR], expected[..., ~FAR])
+    np.testing.assert_allclose(result[..., ~FAR], expected[..., ~FAR])
     assert np.sum(FAR) not in (0, FAR.size)
 
 
-def test_further_away_a_component_is_measured_by_itself_over_the_lags_of_its_pair_of_strips():
+def test_scale_far_from_the_load_is_the_largest_c_ij_over_the_lags_of_two_strips():
     c = 10 * np.random.default_rng(1).normal(size=(3, 3, 7, 6))  # far above the floor
     c[..., ~FAR] = 1e9  # what is near does not count
-    found = column_scale(STRIP, c, [job()])
+    result = column_scale(STRIP, c, [job()])
     for i, j, strip in np.ndindex(3, 3, 6):
         far = FAR[:, strip]
-        np.testing.assert_allclose(found[i, j, far, strip], np.max(np.abs(c[i, j, far, strip])))
+        np.testing.assert_allclose(result[i, j, far, strip], np.max(np.abs(c[i, j, far, strip])))
 
 
-def test_where_a_component_vanishes_a_twentieth_of_the_largest_a_nn_takes_its_place():
+def test_scale_of_a_vanishing_component_is_a_twentieth_of_the_largest_a_nn():
     a = a_nn(STEEL, LOWER)
-    found = column_scale(STRIP, np.zeros((3, 3, 7, 6)), [job()])
+    result = column_scale(STRIP, np.zeros((3, 3, 7, 6)), [job()])
     for strip in range(6):
         far = FAR[:, strip]
-        np.testing.assert_allclose(found[0, 2, far, strip], np.max(a[far, strip]) / 20)
+        np.testing.assert_allclose(result[0, 2, far, strip], np.max(a[far, strip]) / 20)
 
 
 def test_of_several_bodies_the_half_spaces_add_up():
@@ -97,16 +97,16 @@ def test_shares_of_a_column_are_the_worst_of_each_part_and_of_their_sum():
         truncation_error={(0, 2, 5, 1): 0.1, (1, 1, 0, 0): 0.6},  # 0.2, 0.3
         waves_error={(1, 2, 6, 5): 0.7},  # 0.35
     )
-    found = column_shares(3, c, scale)
-    assert (found.mesh, found.truncation, found.waves) == pytest.approx((0.4, 0.3, 0.35))
-    assert found.total == pytest.approx(0.6)
-    assert (found.component, found.line) == ("xn", "of strip 1 under strip 3 (worst at lag 5)")
+    result = column_shares(3, c, scale)
+    assert (result.mesh, result.truncation, result.waves) == pytest.approx((0.4, 0.3, 0.35))
+    assert result.total == pytest.approx(0.6)
+    assert (result.component, result.line) == ("xn", "of strip 1 under strip 3 (worst at lag 5)")
 
 
-def test_what_is_no_number_is_infinitely_wrong():
+def test_nan_is_an_infinite_error():
     c = column(mesh_error={(2, 1, 1, 3): np.nan})
-    found = column_shares(0, c, np.ones((3, 3, 7, 6)))
-    assert (found.mesh, found.truncation, found.total, found.component) == (np.inf, 0, np.inf, "ns")
+    result = column_shares(0, c, np.ones((3, 3, 7, 6)))
+    assert (result.mesh, result.truncation, result.total, result.component) == (np.inf, 0, np.inf, "ns")
 
 
 def test_the_worst_of_several_has_the_worst_of_each_part():
@@ -135,21 +135,21 @@ def columns(error_of):
     )
 
 
-def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_sum():
+def test_all_strips_are_assessed_and_the_sum_of_bodies_on_its_own_scale():
     """ICs of 1 are far above the floor, and near the load 5 A_nn is far below: the worst is near."""
     jobs = {"lower": job(), "upper": job(SOFT, UPPER)}
-    found = {"lower": columns([1, 1, 3, 1, 1, 1]), "upper": columns([2, 2, 2, 2, 5, 2])}
-    judged = AtLags(jobs, True).assess(found)
+    result = {"lower": columns([1, 1, 3, 1, 1, 1]), "upper": columns([2, 2, 2, 2, 5, 2])}
+    assessed = assess_matrices(jobs, result, combined=True)
     least = {name: 5 * np.min(a_nn(of.body.material, of.body.side)[~FAR]) for name, of in jobs.items()}
     together = sum(least.values())
-    assert judged.own["lower"].line.split(" (")[0].endswith("under strip 2")
-    assert judged.combined.line.split(" (")[0].endswith("under strip 4")
-    assert judged.in_combined["upper"].total == pytest.approx(
-        judged.own["upper"].total * least["upper"] / together, rel=1e-6
+    assert assessed.own["lower"].line.split(" (")[0].endswith("under strip 2")
+    assert assessed.combined.line.split(" (")[0].endswith("under strip 4")
+    assert assessed.in_combined["upper"].total == pytest.approx(
+        assessed.own["upper"].total * least["upper"] / together, rel=1e-6
     )
-    assert judged.combined.total == pytest.approx(judged.in_combined["upper"].total * 6 / 5)
-    alone = AtLags(jobs, False).assess(found)
-    assert alone.own == judged.own
+    assert assessed.combined.total == pytest.approx(assessed.in_combined["upper"].total * 6 / 5)
+    alone = assess_matrices(jobs, result, combined=False)
+    assert alone.own == assessed.own
     assert alone.combined is None
 
 
@@ -159,12 +159,12 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert job(tolerance=1e-3 / 8).first_cells == tuned.scaled(0.5)
     assert job(tolerance=1.0).first_cells == tuned.scaled(1.25)
     wide = Grid(7, 60, 0.4, 0.5)
-    assert far_radius_for(1e-3, GRID) == far_radius_for(0.1, GRID) == 1280.0
-    assert far_radius_for(1e-3, wide) == pytest.approx(600 * 15)
-    assert far_radius_for(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
+    assert far_radius_of_grid(1e-3, GRID) == far_radius_of_grid(0.1, GRID) == 1280.0
+    assert far_radius_of_grid(1e-3, wide) == pytest.approx(600 * 15)
+    assert far_radius_of_grid(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
 
 
-def test_cells_that_are_given_are_taken():
+def test_given_cells_are_used():
     given = job().first_cells.scaled(3)
     assert job(cells=given).first_cells == given
 
@@ -174,9 +174,9 @@ def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_need
     of_strips, strips = job(), GRID.strips
     loads = of_strips.strip_loads[3 * STRIP : 3 * STRIP + 3]
     no_fit_points = strips[~np.isin(strips, of_strips.fit_points("approach").s)]
-    found = of_strips._least_scales(loads, no_fit_points)
+    result = of_strips._least_scales(loads, no_fit_points)
     near = np.isin(strips, no_fit_points)
     expected = 0.05 * a_nn(STEEL, LOWER)[0, near]
-    assert found.shape == (3, 1, np.sum(near))
-    for of_load in found:
+    assert result.shape == (3, 1, np.sum(near))
+    for of_load in result:
         np.testing.assert_allclose(of_load[0], expected, rtol=1e-12)

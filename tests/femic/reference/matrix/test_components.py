@@ -7,10 +7,10 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.modulus import stored_model
+from femic.reference.harmonic.nesting import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
-from femic.reference.matrix.reference import AtLags, matrices
+from femic.reference.matrix.reference import assess_matrices, matrices
 from femic.reference.refinement import refine
 from femic.reference.run_options import RunOptions
 from geometries.contours import arc
@@ -57,7 +57,7 @@ def both(request, of_nn):
     return whole, solved(alone, of_nn), solved(alone, store)
 
 
-def test_c_asked_alone_is_that_of_all_components_within_both_estimates(both):
+def test_c_of_one_component_agrees_with_c_of_all_within_both_estimates(both):
     whole, alone, _ = both
     for strip in range(GRID.n_s):
         ours, of_whole = alone.column(strip), whole.column(strip)
@@ -73,7 +73,7 @@ def test_it_is_the_same_to_rounding_by_the_same_model(both):
     whole, _, served = both
     for strip in range(GRID.n_s):
         for part in ("ic", "estimate"):
-            ours, of_whole = (getattr(found.column(strip), part)[N, N] for found in (served, whole))
+            ours, of_whole = (getattr(result.column(strip), part)[N, N] for result in (served, whole))
             np.testing.assert_allclose(ours, of_whole, rtol=1e-6, atol=1e-9 * largest(of_whole))
         raw = whole.raw_column(strip)[N, N]
         np.testing.assert_allclose(served.raw_column(strip)[N, N], raw, rtol=0, atol=1e-12 * largest(raw))
@@ -88,12 +88,12 @@ def test_entries_of_m_do_not_depend_on_what_is_asked(both):
     assert left_out.tolist() == [[0, 0]]
 
 
-def test_components_that_are_not_asked_are_no_numbers(both):
+def test_components_that_are_not_requested_are_nan(both):
     _, alone, _ = both
     for part in ("ic", "estimate"):
         values = getattr(alone.column(2), part).reshape(9, -1)
         known = np.all(np.isfinite(values), axis=1)
-        assert [name for name, found in zip(COMPONENTS, known, strict=True) if found] == ["nn"]
+        assert [name for name, result in zip(COMPONENTS, known, strict=True) if result] == ["nn"]
         assert np.all(np.isnan(values[~known]))
 
 
@@ -138,13 +138,13 @@ class Known:
 
 
 @pytest.mark.parametrize("combined", [False, True])
-def test_only_the_components_that_are_asked_are_judged(combined):
+def test_only_requested_components_are_assessed(combined):
     grid = Grid(7, 6, 0.4, 0.5)
-    found = Known()
+    result = Known()
     errors = {}
     for components in (NN, COMPONENTS):
         jobs = {name: replace(of_all("wheel"), grid=grid, components=components) for name in ("a", "b")}
-        assessed = AtLags(jobs, combined).assess(dict.fromkeys(jobs, found))
+        assessed = assess_matrices(jobs, dict.fromkeys(jobs, result), combined=combined)
         errors[components] = [assessed.own["a"], *([assessed.combined] if combined else [])]
         errors[components] += [assessed.in_combined["b"]] if combined else []
     for of_nn, of_all_components in zip(*errors.values(), strict=True):
@@ -160,15 +160,15 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
     job = changed(first, cells=first.first_cells.scaled(1.6), tolerance=np.inf)
     coarse = solved(job, Store())
     shares = {
-        components: AtLags({"body": replace(job, components=components)}, combined=False)
-        .assess({"body": coarse})
-        .own["body"]
+        components: assess_matrices(
+            {"body": replace(job, components=components)}, {"body": coarse}, combined=False
+        ).own["body"]
         for components in (NN, COMPONENTS)
     }
     tolerance = np.sqrt(shares[NN].total * shares[COMPONENTS].total)
     assert shares[NN].total < tolerance < shares[COMPONENTS].total
     asked = {"body": changed(replace(job, components=NN), tolerance=tolerance)}
-    assert not refine(asked, {"body": coarse}, AtLags(asked, combined=False).assess({"body": coarse}))
+    assert not refine(asked, {"body": coarse}, assess_matrices(asked, {"body": coarse}, combined=False))
 
 
 # --- store and plan ------------------------------------------------------------------------------------

@@ -13,17 +13,17 @@ from femic.reference.at_points import references
 from femic.reference.discount import generalized
 from femic.reference.estimate import total
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.lags import syntheses
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import strip_force
 from femic.reference.harmonic.synthesis import displacements
+from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import AtLags, matrices
+from femic.reference.matrix.reference import assess_matrices, matrices
 from femic.reference.models import Points
 from femic.reference.result import scales
 from femic.reference.run_options import RunOptions
@@ -43,7 +43,7 @@ ROUGH = 0.03  # tolerance of C where nothing is said of its error
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
     """After the source's discount C is comparable with ICs of half-spaces, and with single loads."""
-    body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
+    body = Body(side, contour, STEEL, Domain(far_radius_of_grid(tolerance, grid), np.inf), radius)
     settings = Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM)
     return MatrixJob(body, grid, settings, discounts=("source", "approach"))
 
@@ -71,9 +71,9 @@ def on_arcs():
     )
 
 
-def all_columns(found, *, raw=False):
+def all_columns(result, *, raw=False):
     """(lag, observing strip, loaded strip, i, j)."""
-    made = [found.raw_column(m) if raw else found.column(m).ic for m in range(found.job.grid.n_s)]
+    made = [result.raw_column(m) if raw else result.column(m).ic for m in range(result.job.grid.n_s)]
     return np.moveaxis(np.stack(made), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 
 
@@ -127,8 +127,8 @@ def test_lags_are_points(grid, radius):
 def test_single_loads_are_columns(on_arcs, strip):
     """C of one load by its own models, fine at the edges of the patch, within both estimates."""
     lags = np.arange(1, GRID.n_x)
-    for found in on_arcs.values():
-        job, column = found.job, found.column(strip)
+    for result in on_arcs.values():
+        job, column = result.job, result.column(strip)
         observed = [0, 3, 6]
         x, s = (v.ravel() for v in np.meshgrid(GRID.lags[lags], GRID.strips[observed], indexing="ij"))
         names = [i + j for i in "xsn" for j in "xsn"]
@@ -155,15 +155,15 @@ def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane)
     job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=4e-4)
     finer = solved({"lower": job})["lower"]
     assert finer.level.cells > 0
-    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 4e-4
+    assert assess_matrices({"lower": job}, {"lower": finer}, combined=False).own["lower"].total <= 4e-4
 
 
 @pytest.mark.slow
 def test_two_different_flanks_are_known_with_the_first_models():
     """Coarse models lacked cells between strips and far arc: an estimate of 382 %, refined without end."""
     job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
-    found = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
-    assert found.level == Level()
+    result = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
+    assert result.level == Level()
 
 
 # --- what elasticity demands -----------------------------------------------------------------------------
@@ -189,8 +189,8 @@ def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_ar
     estimate = max(np.max(on_plane.column(m).estimate) for m in range(GRID.n_s))
     raw, discounted = (all_columns(on_plane, raw=raw) for raw in (True, False))
     assert reciprocity_defects(raw).max() <= 2 * estimate / np.max(raw)
-    for found in (on_plane, *on_arcs.values()):
-        raw, discounted = (all_columns(found, raw=raw) for raw in (True, False))
+    for result in (on_plane, *on_arcs.values()):
+        raw, discounted = (all_columns(result, raw=raw) for raw in (True, False))
         defects = reciprocity_defects(raw).max(axis=(0, 1))
         assert np.diag(defects).max() < 2e-3
         assert defects.max() < 2e-2  # of sn, which is ten times smaller than ss and nn: joints lie in strips
@@ -200,19 +200,19 @@ def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_ar
         assert np.all(reciprocity_defects(rigid).max(axis=(0, 1)) <= np.maximum(rounding, rounding.T))
 
 
-def test_tractions_always_do_work(on_arcs):
-    raw = {name: all_columns(found, raw=True) for name, found in on_arcs.items()}
-    together = sum(all_columns(found) for found in on_arcs.values())
+def test_raw_and_summed_matrices_are_positive_definite(on_arcs):
+    raw = {name: all_columns(result, raw=True) for name, result in on_arcs.items()}
+    together = sum(all_columns(result) for result in on_arcs.values())
     for ics in (*raw.values(), together):
         assert GridOperator.of(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
 
 
-def test_the_sum_is_judged_with_its_own_scale(on_arcs):
-    jobs = {name: found.job for name, found in on_arcs.items()}
-    assessed = AtLags(jobs, combined=True).assess(on_arcs)
+def test_sum_is_assessed_on_its_own_scale(on_arcs):
+    jobs = {name: result.job for name, result in on_arcs.items()}
+    assessed = assess_matrices(jobs, on_arcs, combined=True)
     assert assessed.combined.total <= ROUGH
     strip = 2
-    c = total([found.column(strip) for found in on_arcs.values()])
+    c = total([result.column(strip) for result in on_arcs.values()])
     share = column_shares(strip, c, column_scale(strip, c.ic, list(jobs.values())))
     assert share.total <= assessed.combined.total
 
@@ -226,10 +226,10 @@ def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
     After the best symmetric rigid compliance: a least-squares fit of its ten entries.
     """
     grid = Grid(6, 16, 0.4, 0.4)
-    found = solved({"lower": matrix_job(LOWER, arc(10.0, 0.6, 0.6), grid, tolerance=ROUGH)})["lower"]
-    nn = all_columns(found)[..., 2, 2]
+    result = solved({"lower": matrix_job(LOWER, arc(10.0, 0.6, 0.6), grid, tolerance=ROUGH)})["lower"]
+    nn = all_columns(result)[..., 2, 2]
     inner = np.flatnonzero(np.abs(grid.strips) < 3.0)
-    normal = generalized(found.job.body, 0 * grid.strips, grid.strips)[:4, 2]  # (4, n_s)
+    normal = generalized(result.job.body, 0 * grid.strips, grid.strips)[:4, 2]  # (4, n_s)
     unit = [np.eye(4)[a][:, None] * np.eye(4)[b] for a, b in zip(*np.triu_indices(4), strict=True)]
     rigid = np.array([normal.T @ (e + e.T) @ normal for e in unit])  # (entry, observer, load)
     unequal, of_rigid, scale = [], [], []
@@ -256,7 +256,7 @@ def test_approximations_fill_the_same_matrix():
     np.testing.assert_array_equal(ics[3, 5, 2], at)
 
 
-def test_scales_of_lines_far_from_the_load_are_those_of_single_loads(on_plane):
+def test_scales_far_from_the_load_equal_the_scales_of_single_loads(on_plane):
     job, strip = on_plane.job, 0
     c = on_plane.column(strip).ic
     line = c[:, :, :, 7]

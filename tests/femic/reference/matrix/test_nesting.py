@@ -8,7 +8,7 @@ import pytest
 from femic.cache.store import Store
 from femic.reference.harmonic import nesting
 from femic.reference.harmonic.condensation import Condensation
-from femic.reference.harmonic.modulus import stored_model
+from femic.reference.harmonic.nesting import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
 from femic.reference.matrix.reference import matrices
@@ -43,17 +43,17 @@ def solved(job, store):
 
 @pytest.fixture(scope="module")
 def store():
-    found = Store("memory://nesting")
-    solved(job_on(GRID), found)
-    return found
+    result = Store("memory://nesting")
+    solved(job_on(GRID), result)
+    return result
 
 
 @pytest.fixture
 def factored(monkeypatch):
     """Wavenumbers that are solved from here on."""
-    found, at = [], Condensation.at
-    monkeypatch.setattr(Condensation, "at", lambda self, k: found.append(k) or at(self, k))
-    return found
+    result, at = [], Condensation.at
+    monkeypatch.setattr(Condensation, "at", lambda self, k: result.append(k) or at(self, k))
+    return result
 
 
 @pytest.mark.parametrize(

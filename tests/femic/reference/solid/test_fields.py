@@ -121,8 +121,8 @@ def test_a_quadratic_displacement_has_its_exact_stress_on_straight_cells(flat):
     strain = np.moveaxis(gradient + np.swapaxes(gradient, 0, 1), 2, 0) / 2
     trace = np.einsum("nkk->n", strain)[:, None, None]
     exact = STEEL.lame * trace * np.eye(3) + 2 * STEEL.G * strain
-    found = stress(flat, STEEL, u)
-    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+    result = stress(flat, STEEL, u)
+    np.testing.assert_allclose(result, exact, atol=1e-9 * np.abs(exact).max())
 
 
 def test_rigid_motions_have_no_stress(flat):
@@ -134,8 +134,8 @@ def test_rigid_motions_have_no_stress(flat):
 def test_von_mises_stress_of_textbook_states():
     tension, shear = np.zeros((2, 3, 3))
     tension[2, 2], shear[0, 1], shear[1, 0] = -5.0, 2.0, 2.0
-    found = von_mises(np.array([tension, shear, 7 * np.eye(3), tension + 3 * np.eye(3)]))
-    np.testing.assert_allclose(found, [5, 2 * np.sqrt(3), 0, 5], atol=1e-14)
+    result = von_mises(np.array([tension, shear, 7 * np.eye(3), tension + 3 * np.eye(3)]))
+    np.testing.assert_allclose(result, [5, 2 * np.sqrt(3), 0, 5], atol=1e-14)
 
 
 def test_stress_below_a_uniform_pressure_is_that_of_boussinesq():

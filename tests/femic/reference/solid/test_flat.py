@@ -73,11 +73,11 @@ def test_error_falls_at_least_like_h_squared():
 @pytest.mark.slow
 def test_error_falls_about_like_the_square_of_the_domain():
     sizes = np.array([20.0, 28.3, 40.0])  # larger ones meet the floor of the mesh error
-    found = np.array([flat_errors(size, 2.0) for size in sizes])
+    result = np.array([flat_errors(size, 2.0) for size in sizes])
     large = [(0, 2), (2, 0), (1, 2)]  # the components in which truncation dominates
     for i, j in large:
-        rate = -np.polyfit(np.log(sizes), np.log(found[:, i, j]), 1)[0]
-        assert rate == pytest.approx(2, abs=0.4), (i, j, found[:, i, j])
+        rate = -np.polyfit(np.log(sizes), np.log(result[:, i, j]), 1)[0]
+        assert rate == pytest.approx(2, abs=0.4), (i, j, result[:, i, j])
 
 
 def error_and_estimate(asked):

@@ -65,10 +65,10 @@ def test_loads_on_both_sides_of_the_crown_are_reciprocal_before_and_after_the_di
 
 
 def test_the_discount_itself_is_reciprocal(both_ways):
-    (job, found), (back, _) = both_ways
+    (job, result), (back, _) = both_ways
     rigid, reverse = (
         np.array(
-            [rigid_part(found.discount, job.body, way.points, Load(way.patch, j))[:, 0] for j in range(3)]
+            [rigid_part(result.discount, job.body, way.points, Load(way.patch, j))[:, 0] for j in range(3)]
         )
         for way in (job, back)
     )
@@ -90,7 +90,7 @@ def test_a_load_at_s_is_the_mirrored_load_at_minus_s_on_the_mirrored_section():
     lateral, signs = slice(1, 3), np.array([[1, -1], [-1, 1]])
     allowed = (one.c.estimate + other.c.estimate)[lateral, lateral, 0]
     for quantity in (before_discount, after_discount):
-        here, there = (quantity(found)[lateral, lateral, 0] for found in (one, other))
+        here, there = (quantity(result)[lateral, lateral, 0] for result in (one, other))
         defect = np.abs(here - signs * there)
         assert np.all(defect <= allowed), (quantity, defect / allowed)
     assert np.all(allowed < 0.05 * np.abs(here).max())

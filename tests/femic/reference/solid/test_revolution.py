@@ -74,9 +74,9 @@ def test_volume_is_that_of_the_revolved_section(solid):
     moment = -np.sum(strip * (z0**2 + z0 * z1 + z1**2) / 3)
     volume = (body.xi_end / body.rolling_radius) * (body.rolling_radius * area - moment)
     share = 0.5 if solid.half_section else 1.0
-    found = Basis(solid.mesh, ElementTetP2(), intorder=5).dx.sum()
+    result = Basis(solid.mesh, ElementTetP2(), intorder=5).dx.sum()
     # far faces are polyhedra of large cells (up to 0.45 of their distance): they lose some percent
-    assert found == pytest.approx(share * volume, rel=0.06)
+    assert result == pytest.approx(share * volume, rel=0.06)
 
 
 def test_supports_hold_far_arc_hub_and_end_and_nothing_else(solid):
@@ -107,9 +107,9 @@ def test_a_large_rolling_radius_is_a_prismatic_body_and_the_difference_falls_lik
     ]
     assert np.all(errors[-1] < 0.02)  # two meshes of the same body
     for i, j in ((0, 2), (2, 0)):  # of first order in x / R_roll
-        found = [error[i, j] for error in errors[:-1]]
-        rate = -np.polyfit(np.log(radii), np.log(found), 1)[0]
-        assert rate == pytest.approx(1, abs=0.15), found
+        result = [error[i, j] for error in errors[:-1]]
+        rate = -np.polyfit(np.log(radii), np.log(result), 1)[0]
+        assert rate == pytest.approx(1, abs=0.15), result
 
 
 def test_ics_of_a_whole_wheel_are_even_or_odd_in_x_and_tend_to_zero_with_the_hub_clamped():

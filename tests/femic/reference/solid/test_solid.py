@@ -66,11 +66,11 @@ def test_even_and_odd_parts_of_a_load_add_up_to_it(direction, s):
     force = np.array([patch_load(solid, load, parity).sum(axis=0) for parity in parts])
     mirrored = np.array([p.signs(1) for p in parts]) * force
     nodes, weights = np.polynomial.legendre.leggauss(40)
-    for side, found in ((1, force.sum(axis=0)), (-1, mirrored.sum(axis=0))):
+    for side, total_force in ((1, force.sum(axis=0)), (-1, mirrored.sum(axis=0))):
         ends = np.clip([s - 0.5, s + 0.5], *((0, 9) if side > 0 else (-9, 0)))
         at = ends.mean() + np.ptp(ends) / 2 * nodes
         share = solid.body.surface.axes(0.0, at)[direction] @ weights * np.ptp(ends) / 2 / (2 * 1.0)
-        np.testing.assert_allclose(found, share, atol=1e-12)
+        np.testing.assert_allclose(total_force, share, atol=1e-12)
 
 
 @pytest.mark.parametrize("direction", [0, 1, 2])

@@ -25,8 +25,8 @@ def bent(straight, *, by):
 def test_a_cell_that_folds_gets_its_edge_back(straight):
     nodes, first = bent(straight, by=0.6)
     assert len(_folded(MeshTet2(nodes, straight.t))) > 0
-    found = _unfolded(straight, nodes, np.array([first, first + 1]))
-    np.testing.assert_array_equal(found, straight.doflocs)
+    result = _unfolded(straight, nodes, np.array([first, first + 1]))
+    np.testing.assert_array_equal(result, straight.doflocs)
 
 
 def test_a_cell_that_does_not_fold_stays_curved(straight):
@@ -41,7 +41,7 @@ def test_an_edge_that_must_be_curved_stays_so(straight):
     np.testing.assert_array_equal(_unfolded(straight, nodes, np.array([first + 1])), nodes)
 
 
-def test_what_is_beyond_is_farther_than_the_distance_from_all_points():
+def test_points_beyond_are_farther_than_the_distance_from_all_points():
     near = Near(np.array([[0.0, 4.0], [0.0, 0.0], [0.0, 0.0]]), 1.5)
     at = np.array([[1.4, 2.0, 5.4, 5.6], [0.0] * 4, [0.0] * 4])
     assert near.beyond(at).tolist() == [False, True, False, True]

@@ -16,33 +16,33 @@ MORE = (("frictionless", 12), ("rolling", 4))
 FLAT = ("A",)  # whose products are fast
 
 
-def described(found):
-    return {name: coverage(found, name) for name in found[0].numbers}
+def coverage_by_number(contacts):
+    return {name: coverage(contacts, name) for name in contacts[0].numbers}
 
 
 @pytest.mark.parametrize(
     ("study", "count"),
     [("frictionless", 4), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
 )
-def test_estimates_of_some_random_contacts_hold_nearly(study, count):
+def test_estimates_of_some_random_contacts_nearly_always_hold(study, count):
     """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
-    found = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
-    for name, one in described(found).items():
-        assert one.held >= 0.75, name
-        assert one.worst < 3, name
-    assert all(value > 0 for comparison in found for value in comparison.estimates.values())
+    contacts = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
+    for name, cover in coverage_by_number(contacts).items():
+        assert cover.held >= 0.75, name
+        assert cover.worst < 3, name
+    assert all(value > 0 for comparison in contacts for value in comparison.estimates.values())
 
 
 def test_coverage_counts_errors_within_estimates():
     """Of errors 1, 2, 3, 0 two are within the estimate 1, and three within twice that; 3 is the worst."""
-    found = [
+    contacts = [
         GridComparison({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0})
         for error in (1.0, 2.0, 3.0, 0.0)
     ]
     once, twice, differences = (
-        coverage(found, "F"),
-        coverage(found, "F", factor=2.0),
-        coverage(found, "F", differences=True),
+        coverage(contacts, "F"),
+        coverage(contacts, "F", factor=2.0),
+        coverage(contacts, "F", differences=True),
     )
     assert (once.held, twice.held, differences.held) == (0.5, 0.75, 0.75)
     assert (once.worst, twice.worst) == (3.0, 1.5)
@@ -55,7 +55,7 @@ def test_a_random_contact_is_the_same_each_time_and_others_differ():
     assert one.load != other.load
 
 
-def test_outcomes_are_kept_one_by_one_and_those_without_a_solution_too(tmp_path, monkeypatch):
+def test_contacts_are_stored_one_by_one_and_those_without_a_solution_too(tmp_path, monkeypatch):
     """Every second contact has none: more than a quarter, so that too few are left of eight."""
     tried = []
 
@@ -68,11 +68,11 @@ def test_outcomes_are_kept_one_by_one_and_those_without_a_solution_too(tmp_path,
     monkeypatch.setattr(module, "STUDIES", {"made": study})
     monkeypatch.setattr(module, "SPARE", 2.0)
     options = RunOptions(1, Store(tmp_path))
-    found = stored_comparisons("made", 1, 3, options)
-    assert [one.numbers["F"] for one in found] == [random_contact(1, n).load for n in (1, 3, 5)]
+    contacts = stored_comparisons("made", 1, 3, options)
+    assert [contact.numbers["F"] for contact in contacts] == [random_contact(1, n).load for n in (1, 3, 5)]
     assert len(tried) == 6
     again = stored_comparisons("made", 1, 3, options)
-    assert again == found
+    assert again == contacts
     assert len(tried) == 6
     monkeypatch.setattr(module, "SPARE", 1.25)
     with pytest.raises(Failure, match="only 5 of 10"):

@@ -36,21 +36,21 @@ VALUES = {  # of a case, and the range that is tried, for the name of a paramete
 
 @pytest.fixture(scope="module")
 def cases():
-    """The cases whose error is asked for, corners and drawn ones, by parameter."""
-    asked, by_name = [], {}
+    """The cases whose error is computed, corners and drawn ones, by parameter."""
+    computed, by_name = [], {}
     with pytest.MonkeyPatch.context() as patch:
         for kind in (HalfSpaces, Rotated):
-            patch.setattr(kind, "error", lambda self: asked.append(self) or 0.0)
+            patch.setattr(kind, "error", lambda self: computed.append(self) or 0.0)
         for row in analytic.limits():
             by_name[row.name] = []
             for reached in row.reached:
-                asked.clear()
+                computed.clear()
                 assert re.fullmatch(r"\d+ (corners|drawn)", reached().at)
-                by_name[row.name].append(list(asked))
+                by_name[row.name].append(list(computed))
     return by_name
 
 
-def test_corners_are_the_ends_of_the_ranges_and_what_is_drawn_lies_between(cases):
+def test_corners_are_the_ends_of_the_ranges_and_drawn_cases_lie_between(cases):
     assert list(cases) == list(VALUES)
     for name, (value, (low, high)) in VALUES.items():
         corners, drawn = ([value(case) for case in some] for some in cases[name])
@@ -81,18 +81,18 @@ def test_places_are_drawn_on_either_side_of_both_axes(cases):
     assert max(case.rolling_radius for case in wheels) > 1e9
 
 
-def test_what_vanishes_must_be_0():
+def test_vanishing_components_must_be_0():
     assert analytic._relative(0.0, [exact.mpmath.mpf(0)] * 2) == 0
     assert analytic._relative(1e-300, [exact.mpmath.mpf(0)] * 2) == np.inf
     halves = [exact.mpmath.mpf(3), exact.mpmath.mpf(-1)]
     assert analytic._relative(2.4, halves) == pytest.approx(0.1)  # 0.4 of 3 + 1
 
 
-def test_the_worst_of_several_cases_is_told_with_their_mean_seconds():
+def test_the_worst_of_several_cases_has_their_mean_seconds():
     cases = [SimpleNamespace(error=lambda value=value: value) for value in (1.0, 3.0, 2.0)]
-    told = analytic._worst("three", cases)
-    assert (told.at, told.error, told.estimate, told.exact) == ("three", 3.0, None, "300 digits")
-    assert 0 <= told.seconds < 0.1
+    worst = analytic._worst("three", cases)
+    assert (worst.at, worst.error, worst.estimate, worst.exact) == ("three", 3.0, None, "300 digits")
+    assert 0 <= worst.seconds < 0.1
 
 
 def test_distances_are_drawn_by_decades():
@@ -113,7 +113,7 @@ def test_rotations_in_many_digits_are_products_of_rotations(side):
 
 
 @pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_a_in_many_digits_is_that_of_a_point_load(side):
+def test_a_in_many_digits_agrees_with_a_point_load(side):
     """2 pi G u of integrals that are those of a unit load at x = 3, s = 4: by hand, with nu = 0.3."""
     material = analytic.Material(2.6, 0.3)  # G = 1
     r = 5.0
@@ -130,7 +130,7 @@ def test_a_in_many_digits_is_that_of_a_point_load(side):
 @pytest.mark.parametrize(
     "case", [HalfSpaces(nu=0.5), HalfSpaces(aspect=3.0), HalfSpaces(ratio=20.0), HalfSpaces(size=2.0)]
 )
-def test_an_error_of_a_millionth_is_found_in_any_case(case, monkeypatch):
+def test_an_error_of_a_millionth_is_detected_in_any_case(case, monkeypatch):
     assert case.error() < 1e-14
     right = analytic.Pair.approximate
     monkeypatch.setattr(analytic.Pair, "approximate", lambda *of: right(*of) * (1 + 1e-6))
@@ -139,7 +139,7 @@ def test_an_error_of_a_millionth_is_found_in_any_case(case, monkeypatch):
 
 @pytest.mark.parametrize("radius", [np.inf, 400.0])
 @pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_turns_of_surfaces_are_known_to_all_digits_and_wrong_ones_are_found(side, radius, monkeypatch):
+def test_rotations_of_surfaces_are_right_to_all_digits_and_wrong_ones_are_detected(side, radius, monkeypatch):
     case = Rotated(30.0, radius, side=side)
     assert case.error() < 1e-14
     right = exact.rotation

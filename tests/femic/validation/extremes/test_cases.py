@@ -1,4 +1,4 @@
-"""The cases of `femic extremes`, their errors and what is told of them; nothing is solved."""
+"""The cases of `femic extremes`, their errors and reports of them; nothing is solved."""
 
 import re
 from dataclasses import replace
@@ -60,7 +60,7 @@ def test_the_distance_of_a_wide_patch_is_in_its_other_half_side():
     assert scene.lines[0].x[-1] == pytest.approx(20.0)
 
 
-def test_planes_are_labelled_by_what_is_unusual():
+def test_planes_are_labelled_by_unusual_parameters():
     assert flat().label == ""
     assert flat(nu=0.4999).label == "ν = 0.4999"
     assert flat(aspect=0.01, distance=1000.0).label == "a/b = 0.01, distance / half-side = 1000"
@@ -75,7 +75,7 @@ def test_points_lie_on_the_outline_of_the_patch():
         assert line.running[-1] == pytest.approx(5 * half_side)
 
 
-def test_curved_cases_change_what_they_are_named_after():
+def test_curved_cases_change_the_parameter_of_their_name():
     steep, small, huge, wide, stiff = map(
         scene_of, (curved(80.0), wheel(20.0), wheel(1e6), ratio(1.5), moduli(1e-3))
     )
@@ -117,14 +117,14 @@ def test_errors_are_over_estimates_whatever_their_sign(sign):
     assert estimate > 0
 
 
-def test_errors_against_a_finer_c_are_those_of_the_coarser_one():
+def test_errors_against_a_finer_c_belong_to_the_coarser_one():
     """It is 0.002 more than that, with another estimate."""
     coarse, finer = plane_with(0.012), plane_with(0.010, estimate=1.0)
     assert compared(coarse, finer)[2] == pytest.approx(0.2)
     assert compared(coarse, coarse)[0] == 0
 
 
-def test_what_vanishes_is_held_against_rounding():
+def test_estimates_of_vanishing_components_count_as_rounding():
     """C_xn of equal bodies is 0: 5e-11 of the floor 0.05 is 1e-9 of its scale, and there is no estimate."""
     results = plane_with(5e-11, estimate=0.0, component=(X, N))
     error, estimate, used = compared(results, None)
@@ -133,26 +133,26 @@ def test_what_vanishes_is_held_against_rounding():
 
 
 class Solving(Engines):
-    """Engines that solve nothing: what they were asked for, and errors that are given."""
+    """Engines that solve nothing: the calls, and errors that are given."""
 
     def __init__(self, errors):
         super().__init__(RunOptions(1))
-        object.__setattr__(self, "asked", [])
+        object.__setattr__(self, "calls", [])
         object.__setattr__(self, "errors", iter(errors))
 
     def _solved(self, scene_case, engine, engine_settings):
-        self.asked.append((scene_case, engine, dict(engine_settings)))
+        self.calls.append((scene_case, engine, dict(engine_settings)))
         cost = SimpleNamespace(seconds={"mesh": 1.0, "solution": 0.5})
-        one = plane_with(next(self.errors))
-        references = {name: replace(of, models={"fine": cost}) for name, of in one.references.items()}
-        return replace(one, references=references)
+        results = plane_with(next(self.errors))
+        references = {name: replace(of, models={"fine": cost}) for name, of in results.references.items()}
+        return replace(results, references=references)
 
 
 @pytest.mark.parametrize(("engine", "tolerance"), [(HARMONIC, 0.01), (SOLID, 0.1)])
 def test_planes_are_compared_with_a(engine, tolerance):
     solving = Solving([0.005])
     reached = solving._case(engine, flat(nu=0.1))
-    assert [(asked[1], asked[2]) for asked in solving.asked] == [(engine, {"tolerance": tolerance})]
+    assert [(call[1], call[2]) for call in solving.calls] == [(engine, {"tolerance": tolerance})]
     assert (reached.at, reached.exact, reached.seconds) == ("ν = 0.1", "A", 3.0)
     assert reached.used == pytest.approx(0.5)
     assert reached.honest
@@ -161,8 +161,8 @@ def test_planes_are_compared_with_a(engine, tolerance):
 def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
     solving = Solving([0.012, 0.001])
     reached = solving._case(SOLID, curved(30.0))
-    assert [asked[1] for asked in solving.asked] == [SOLID, HARMONIC]
-    finer = solving.asked[1][2]
+    assert [call[1] for call in solving.calls] == [SOLID, HARMONIC]
+    finer = solving.calls[1][2]
     assert finer["tolerance"] == 0.001
     assert finer["far_radius"] > 2 * 1280
     assert reached.exact == "a finer C"
@@ -170,18 +170,16 @@ def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
     assert not reached.honest
 
 
-def test_planes_are_drawn_within_their_ranges_and_the_worst_is_told():
+def test_planes_are_drawn_within_their_ranges_and_the_worst_is_returned():
     """The 29th is 3 estimates away in one component on every line, all others half of one."""
     solving = Solving([0.03 if k == 28 else 0.005 for k in range(40)])
-    found = solving._drawn_planes()
-    assert found.used == pytest.approx(3)
-    assert found.seconds == 3.0
-    assert found.note.startswith("40 scenes: 717 of 720 errors")  # of six components on three lines
-    assert {asked[1] for asked in solving.asked} == {HARMONIC}
-    assert [asked[2]["tolerance"] for asked in solving.asked] == [
-        (0.1, 0.01, 0.001)[k % 3] for k in range(40)
-    ]
-    drawn = [asked[0].changes for asked in solving.asked]
+    worst = solving._drawn_planes()
+    assert worst.used == pytest.approx(3)
+    assert worst.seconds == 3.0
+    assert worst.note.startswith("40 scenes: 717 of 720 errors")  # of six components on three lines
+    assert {call[1] for call in solving.calls} == {HARMONIC}
+    assert [call[2]["tolerance"] for call in solving.calls] == [(0.1, 0.01, 0.001)[k % 3] for k in range(40)]
+    drawn = [call[0].changes for call in solving.calls]
     nu = np.array([changes["lower"]["nu"] for changes in drawn])
     a, b = np.array([[changes["patch"][side] for changes in drawn] for side in "ab"])
     beside = np.array([changes["lines"][0]["s"] for changes in drawn]) / b
@@ -206,15 +204,15 @@ VALUES = {  # of a scene, for the name of a parameter
 
 
 @pytest.mark.parametrize(("kind", "rows"), [(HARMONIC, engines._harmonic()), (SOLID, engines._solid())])
-def test_what_is_tried_reaches_both_ends_of_the_range_that_is_told(kind, rows):
+def test_cases_reach_both_ends_of_the_range(kind, rows):
     """The engine takes it all; an end of 0 of a distance and ends at infinity are not tried."""
     named = {name: (allowed, within) for name, allowed, within, _ in rows}
     for name, value in VALUES.items():
         allowed, within = named[name]
         ends = [float(end) for end in re.findall(r"\d[\d.e-]*", allowed)]
         values = [value(engines._scene(case, kind)) for case in within]
-        wanted = [end for end in ends if not (name.startswith("distance") and end == 0)]
-        assert all(np.min(np.abs(np.array(values) - end)) <= 1e-9 * end for end in wanted), name
+        tried = [end for end in ends if not (name.startswith("distance") and end == 0)]
+        assert all(np.min(np.abs(np.array(values) - end)) <= 1e-9 * end for end in tried), name
         assert np.max(values) == pytest.approx(1e6 if "∞" in allowed else ends[-1])
 
 
@@ -232,16 +230,17 @@ def test_planes_are_drawn_for_the_harmonic_engine_alone():
     assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
 
 
-# --- what is told ---------------------------------------------------------------------------------------
+# --- reports ---------------------------------------------------------------------------------------------
 
 
 def test_estimates_that_just_hold_are_honest():
     reached = WithinLimit("", 0.02, 0.02, 1.0, "A", 1.0)
     assert reached.honest
     assert not replace(reached, used=np.nextafter(1, 2)).honest
+    assert replace(reached, estimate=None, used=None).honest
 
 
-def test_a_refusal_is_told_by_its_last_line():
+def test_a_refusal_is_reported_with_its_last_line():
     def bad():
         raise WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")
 
@@ -249,7 +248,7 @@ def test_a_refusal_is_told_by_its_last_line():
     assert refusal("ν = 0.3", lambda: 0.3)() == BeyondLimit("ν = 0.3", "")
 
 
-def test_each_case_is_told_with_its_numbers_and_a_failed_one_is_infinitely_wrong():
+def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():
     def failing():
         raise Failure("no: a larger `tolerance`")
 
@@ -258,11 +257,11 @@ def test_each_case_is_told_with_its_numbers_and_a_failed_one_is_infinitely_wrong
     in_digits = WithinLimit("there", 1e-15, None, None, "", 0.0)
     cases = (lambda: estimated, lambda: in_digits, failing)
     row = Limit("harmonic", "ν", "0 … 1", cases, (lambda: BeyondLimit("there", "no"),))
-    (found,) = results_of([row], said.append)
+    (result,) = results_of([row], said.append)
     assert said[0] == "  harmonic: ν: here: error 1.2e-03, estimate 2.5e-03, 1.3 s"
     assert said[1] == "  harmonic: ν: there: error 1.0e-15, 0.0 s"
-    failed = found.reached[-1]
-    assert found.worst is failed
+    failed = result.reached[-1]
+    assert result.worst is failed
     assert (failed.error, failed.used, failed.note) == (np.inf, np.inf, "no: a larger engine.tolerance")
     assert not failed.honest
-    assert found.beyond == (BeyondLimit("there", "no"),)
+    assert result.beyond == (BeyondLimit("there", "no"),)

@@ -40,12 +40,12 @@ def engine(tmp_path_factory):
     return Engines(RunOptions(2, Store(tmp_path_factory.mktemp("extremes"))))
 
 
-def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():
-    found = list(results_of(analytic.limits(), lambda _: None))
-    assert {one.limit.name for one in found} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
-    for one in found:
-        assert one.worst.error < ROUNDING, one.limit.name
-        assert all(case.says for case in one.beyond)
+def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond():
+    results = list(results_of(analytic.limits(), lambda _: None))
+    assert {result.limit.name for result in results} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for result in results:
+        assert result.worst.error < ROUNDING, result.limit.name
+        assert all(case.says for case in result.beyond)
 
 
 def test_a_wrong_digit_is_found():
@@ -71,7 +71,7 @@ def test_integrals_in_many_digits_are_those_of_the_kernels():
 
 
 @pytest.mark.parametrize("kind", [HARMONIC, SOLID])
-def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
+def test_cases_beyond_an_engine_are_refused_with_the_field(kind, engine):
     rows = engine.limits(kind)
     beyond = [case() for row in rows for case in row.beyond]
     assert len(beyond) == 5
@@ -81,25 +81,25 @@ def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
 
 
 @pytest.mark.parametrize(
-    ("asked", "tolerance"),
+    ("scene_case", "tolerance"),
     [
         pytest.param(on_outline(), 0.01, marks=pytest.mark.slow),  # errors fall like h only
         (flat(nu=0.0, aspect=1.35, size=0.712, distance=9.4), 0.1),  # few wavenumbers: once 7.6 estimates
     ],
     ids=["on the outline", "few wavenumbers"],
 )
-def test_estimates_hold_where_they_did_not(asked, tolerance, engine):
-    error, estimate, used = compared(engine._solved(asked, HARMONIC, {"tolerance": tolerance}), None)
+def test_estimates_hold_in_cases_that_once_exceeded_them(scene_case, tolerance, engine):
+    error, estimate, used = compared(engine._solved(scene_case, HARMONIC, {"tolerance": tolerance}), None)
     assert 0 < error < tolerance
     assert estimate < tolerance
     assert used <= 1
 
 
 @pytest.mark.slow
-def test_a_component_asked_alone_has_an_estimate_that_bounds_its_error(engine):
+def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(engine):
     """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
-    asked = flat(nu=0.4999)
-    alone = replace(asked, changes={**asked.changes, "components": ["sn"]})
+    scene_case = flat(nu=0.4999)
+    alone = replace(scene_case, changes={**scene_case.changes, "components": ["sn"]})
     results = engine._solved(alone, HARMONIC, {"tolerance": 0.001})
     c, a = reference_of(results, "lower"), ics_of(results, "A", "lower")
     for line in results.lines.values():
@@ -107,21 +107,18 @@ def test_a_component_asked_alone_has_an_estimate_that_bounds_its_error(engine):
         assert error.max() <= max(estimate.max(), 1e-9 * a[2, 2, line].max())
 
 
-def test_an_estimate_that_is_too_small_is_seen():
+def test_an_estimate_that_is_too_small_is_counted():
     good, bad = (WithinLimit("", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.1))
-    assert good.honest
-    assert not bad.honest
-    assert WithinLimit("", 0.02, None, None, "digits", 1.0).honest
-    found = LimitResult(Limit("", "", "", ()), (good, bad), (BeyondLimit("here", ""),))
-    assert found.worst.error == 0.02
-    assert "1 of 2 cases" in summary([found])
-    assert "no message at here" in summary([found])
+    result = LimitResult(Limit("", "", "", ()), (good, bad), (BeyondLimit("here", ""),))
+    assert result.worst.error == 0.02
+    assert "1 of 2 cases" in summary([result])
+    assert "no message at here" in summary([result])
 
 
-def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
+def test_the_command_writes_json_and_a_page(tmp_path, monkeypatch, capsys):
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
-    found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert len(found["rows"]) == len(analytic.limits())
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert len(record["rows"]) == len(analytic.limits())
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
@@ -152,20 +149,20 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
     row = Limit("analytic", "ν", "", (failing,))
     monkeypatch.setattr(analytic, "limits", lambda: [row])
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
-    found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert found["rows"][0]["reached"][0]["note"] == "not converged, and why"
-    assert found["rows"][0]["reached"][0]["error"] is None
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert record["rows"][0]["reached"][0]["note"] == "not converged, and why"
+    assert record["rows"][0]["reached"][0]["error"] is None
 
 
 @pytest.mark.slow
 def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
     """99 of 100 errors are within their estimates; of the others none is ten times its own."""
     monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
-    found = engine._drawn_planes()
-    within, errors = map(int, re.search(r"(\d+) of (\d+) errors", found.note).groups())
+    worst = engine._drawn_planes()
+    within, errors = map(int, re.search(r"(\d+) of (\d+) errors", worst.note).groups())
     assert errors == 15 * 3 * len(engines.SIX)
     assert within >= 0.99 * errors
-    assert found.used < 10
+    assert worst.used < 10
 
 
 # --- scenes at their limits -----------------------------------------------------------------------------
@@ -206,7 +203,7 @@ EXTREMES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", EXTREMES)
-def test_it_comes_to_the_tolerance_at_once(case):
+def test_extreme_scenes_reach_the_tolerance_without_refinement(case):
     """Without a round of refinement; every result passed its estimate on the way."""
     changes = EXTREMES[case]
     engine = {"check": False} | changes.get("engine", {})

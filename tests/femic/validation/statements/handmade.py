@@ -71,9 +71,9 @@ Made = Callable[[Of], np.ndarray]
 def without_c(name: str, *, fitted: bool = False, upper_E: float = 210e3) -> Results:
     """A geometry, or the plane, with its approximations."""
     variants = ["A", "B", "Bbar", "Bhat", "mix"] + ["Bhat_prime"] * fitted
-    asked = {"components": list(COMPONENTS), "variants": variants, "engine": {"check": False}}
-    asked |= {"upper": {"E": upper_E}} | ({"effective": FIT} if fitted else {})
-    scene = load_scene(name, asked)
+    changes = {"components": list(COMPONENTS), "variants": variants, "engine": {"check": False}}
+    changes |= {"upper": {"E": upper_E}} | ({"effective": FIT} if fitted else {})
+    scene = load_scene(name, changes)
     points, lines = scene_points(scene)
     approximations, seconds = approximated(scene, points)
     return Results(scene, points, lines, jobs(scene), {}, {}, approximations, seconds)
@@ -96,7 +96,7 @@ def with_c(results: Results, c: Made, *, estimate: float = 0.0, rotation: dict |
 
 @dataclass
 class Runs:
-    """What statements ask for, hand-made; what is not given is not asked for."""
+    """Hand-made runs; those that are not given are not used."""
 
     geometries: dict[str, Results]
     others: dict[str, Results] = field(default_factory=dict)

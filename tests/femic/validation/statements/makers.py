@@ -1,4 +1,4 @@
-"""C, and runs of statements with it, made so that one measure of `femic validate` has a wanted number."""
+"""C, and runs of statements with it, made so that one measure of `femic validate` has a given value."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.validation.statements import criteria, curves
-from femic.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, error, line_of
+from femic.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, Curve, line_of
 from femic.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, X
 from tests.femic.validation.statements.handmade import Runs, made, times, with_c, without_c
@@ -12,24 +12,25 @@ from tests.femic.validation.statements.handmade import Runs, made, times, with_c
 FIRST, SECOND = GEOMETRIES
 
 
-def test_errors_are_over_the_lines_asked_for():
+def test_errors_are_largest_on_the_lines_of_a_curve():
     def c(of):
         out = of.a.copy()
         out[N, N] += np.where(of.points.x == 1.6, 1e-6, 0)
         return out
 
     results = made(FIRST, c)
-    assert error(results, "A", "lower", "nn", [line_of(results, THROUGH)]) == 0
-    assert error(results, "A", "lower", "nn", [line_of(results, ACROSS)]) > 0
+    errors = {on: Curve(results, "lower", "nn", on).error("A") for on in (THROUGH, "x", ACROSS, "s", None)}
+    assert errors[THROUGH] == errors["x"] == 0
+    assert errors[ACROSS] == errors["s"] == errors[None] > 0
     with pytest.raises(ValueError, match="empty"):
-        error(results, "A", "lower", "nn", [])
+        Curve(results, "lower", "nn", "nowhere").error("A")
 
 
-def test_what_a_variant_misses_at_a_place_is_a_share_of_c_there():
+def test_relative_deviation_at_a_place_is_a_share_of_c_there():
     """C_nn is 0.8 of A_nn: A misses a quarter, wherever."""
     results = made(FIRST, times("A", (N, N), 0.8))
-    for place in ((ACROSS, 10.0), (ACROSS, -7.3), (THROUGH, 12.0)):
-        assert curves.relative(results, "A", ("combined", "nn"), place) == pytest.approx(0.25)
+    for line, coordinate in ((ACROSS, 10.0), (ACROSS, -7.3), (THROUGH, 12.0)):
+        assert Curve(results, "combined", "nn", line).relative("A", coordinate) == pytest.approx(0.25)
 
 
 def test_the_peak_of_one_line_is_not_the_scale_of_another():
@@ -38,20 +39,20 @@ def test_the_peak_of_one_line_is_not_the_scale_of_another():
     As an error, a fifth of A_xx there over the largest C_xx four elements away, on another line.
     """
     results = made(FIRST, times("A", (X, X), lambda of: np.where(of.on(ACROSS), 0.8, 1)))
-    line = line_of(results, ACROSS)
-    assert curves.on_its_line(results, "A", ("lower", "xx"), line) == pytest.approx(0.25)
-    a = np.abs(curves.curve(results, "A", "lower", "xx"))
+    across = Curve(results, "lower", "xx", ACROSS)
+    assert across.share("A") == pytest.approx(0.25)
+    a = np.abs(Curve(results, "lower", "xx").variant("A"))
     far = np.hypot(results.points.x, results.points.s) >= 1.6
     on_line = results.lines[ACROSS]
     largest = np.max(np.where(np.arange(len(a)) < on_line.start, a, 0.8 * a)[far])
     expected = 0.2 * np.max(a[on_line]) / largest
-    assert error(results, "A", "lower", "xx", [line]) == pytest.approx(expected)
+    assert across.error("A") == pytest.approx(expected)
     assert expected < 0.25
 
 
-def test_panels_are_cut_where_asked():
+def test_a_panel_can_begin_away_from_the_load():
     results = made(FIRST, times("A", None, 1))
-    whole = curves.panel(results, ("A",), ("lower", "nn"), line_of(results, THROUGH))
+    whole = Curve(results, "lower", "nn", THROUGH).panel("A")
     far = whole.beyond(1.0)
     assert whole.at.min() == 0
     assert far.at.min() >= 1.0
@@ -70,21 +71,26 @@ def test_without_curvature_along_x_a_wheel_is_its_section():
     np.testing.assert_allclose(both, sum(parts), rtol=0, atol=1e-15 * np.max(both))
 
 
-def test_what_c_cannot_decide_is_close_to_a_threshold():
+def test_closeness_to_a_threshold_is_a_share_of_it():
     """0.002 of it; of 1 where it is 0."""
-    at_zero, at_half = (criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5))
+    at_zero, at_half, tiny = (
+        criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5, 1e-12)
+    )
     assert at_zero.close(0.0019)
     assert not at_zero.close(0.0021)
     assert at_half.close(0.5009)
+    assert at_half.close(0.4991)
     assert not at_half.close(0.5011)
+    assert not at_half.close(0.4989)
+    assert not tiny.close(1e-15)
 
 
-def test_numbers_are_those_of_the_geometries_without_a_fit_unless_asked():
+def test_numbers_are_measured_without_a_fit_by_default():
     class Runs:
         geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
 
-    assert set(criteria.per_geometry(lambda found: found)(Runs).values()) == {"plain"}
-    assert set(criteria.per_geometry(lambda found: found, fitted=True)(Runs).values()) == {"fitted"}
+    assert set(criteria.per_geometry(lambda results: results)(Runs).values()) == {"plain"}
+    assert set(criteria.per_geometry(lambda results: results, fitted=True)(Runs).values()) == {"fitted"}
 
 
 # --- places, units, cases -------------------------------------------------------------------------------
@@ -99,20 +105,21 @@ def test_a_value_at_a_place_lies_between_the_points_along_the_line():
     """Dimensionless: times E = 210 GPa of the lower body and the reference length of 10 mm."""
     results = with_c(without_c(FIRST, upper_E=70e3), linear_in)
     assert curves.unit(results) == pytest.approx(2.1e6)
-    for place, value in (((THROUGH, 10.03), 3.003e-6), ((THROUGH, -7.0), 1.3e-6), ((ACROSS, 4.21), 2.579e-6)):
-        assert curves.value_at(results, "C", (CONVEX, "sn"), place) == pytest.approx(2.1e6 * value)
-    both = curves.value_at(results, "C", ("combined", "sn"), (THROUGH, 0.0))
+    places = ((THROUGH, 10.03, 3.003e-6), (THROUGH, -7.0, 1.3e-6), (ACROSS, 4.21, 2.579e-6))
+    for line, coordinate, value in places:
+        assert Curve(results, CONVEX, "sn", line).at("C", coordinate) == pytest.approx(2.1e6 * value)
+    both = Curve(results, "combined", "sn", THROUGH).at("C", 0.0)
     assert both == pytest.approx(2.1e6 * 4e-6)
 
 
 def test_sizes_count_whatever_their_sign():
     """C is 1.6 of A: A misses 3/8 of C, by 0.6 A."""
     results = made(FIRST, times("A", (N, N), 1.6))
-    assert curves.relative(results, "A", ("lower", "nn"), (ACROSS, 5.0)) == pytest.approx(3 / 8)
-    assert error(results, "A", "lower", "nn") == pytest.approx(3 / 8)
-    assert curves.on_its_line(results, "A", ("lower", "nn"), line_of(results, ACROSS)) == pytest.approx(3 / 8)
-    a = np.max(np.abs(curves.curve(results, "A", "lower", "nn")))
-    assert curves.largest(results, "A", ("lower", "nn")) == pytest.approx(0.6 * a)
+    everywhere, across = (Curve(results, "lower", "nn", on) for on in (None, ACROSS))
+    assert across.relative("A", 5.0) == pytest.approx(3 / 8)
+    assert everywhere.error("A") == pytest.approx(3 / 8)
+    assert across.share("A") == pytest.approx(3 / 8)
+    assert everywhere.largest("A") == pytest.approx(0.6 * np.max(np.abs(everywhere.variant("A"))))
     assert curves.rms(np.array([3.0, -4.0, 0.0, 0.0])) == 2.5
 
 
@@ -121,15 +128,15 @@ def test_a_panel_is_dimensionless_in_both_directions():
     results = made(FIRST, linear_in, estimate=0.01)
     line = line_of(results, ACROSS)
     more = {"other": np.arange(len(line.s), dtype=float)}
-    shown = curves.panel(results, ("A",), (CONCAVE, "sn"), line, more)
+    shown = Curve(results, CONCAVE, "sn", ACROSS).panel("A", more=more)
     assert (shown.at[0], shown.at[-1]) == (0, pytest.approx(2.5))
     np.testing.assert_allclose(shown.curves["C"], 2.1e6 * (3e-6 - 1e-6 * shown.at), rtol=1e-12)
     np.testing.assert_array_equal(shown.curves["other"], more["other"][line.s >= 0])
-    largest_nn = np.max(np.abs(curves.curve(results, "A", CONCAVE, "nn")))
+    largest_nn = np.max(np.abs(Curve(results, CONCAVE, "nn").variant("A")))
     np.testing.assert_allclose(shown.estimate, 0.01 * largest_nn, rtol=1e-12)
 
 
-def test_cases_have_the_names_and_numbers_of_what_they_are_of():
+def test_cases_are_named_by_geometry_body_and_component():
     runs = Runs({FIRST: 1.0, SECOND: 10.0})
     tenths = {"lower": 0.1, "upper": 0.2, "combined": 0.3}
     per_body = criteria.per_body(lambda results, body: results + tenths[body])(runs)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.validation.statements import bodies, choices, curvature, nn, sn, tangential, xn
-from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, error
+from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, Curve
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S
@@ -84,7 +84,7 @@ def test_a_fit_is_too_large_between_the_patch_and_3_mm():
     assert less == {"both": pytest.approx(expected)}
 
 
-def test_which_body_has_the_larger_xn_is_asked_beside_the_load_only():
+def test_xn_of_both_bodies_is_compared_beside_the_load_only():
     """On the other lines the concave body has nine times as much."""
 
     def size(of):
@@ -138,9 +138,9 @@ def test_the_larger_xn_of_prismatic_variants_is_inverse_to_the_modulus(variant, 
     equal = ratio(made(name, times("A", None, 1)))
     criterion = next(c for c in STATEMENTS[6].criteria if c.name == {"B": "in B", "Bhat": "in B̂"}[variant])
     for value in (0.99, 1.01):
-        found = ratio(with_c(without_c(name, upper_E=210e3 * equal / value), times("A", None, 1)))
-        assert found == pytest.approx(value)
-        assert criterion.met(found) == (value > 1)
+        computed = ratio(with_c(without_c(name, upper_E=210e3 * equal / value), times("A", None, 1)))
+        assert computed == pytest.approx(value)
+        assert criterion.met(computed) == (value > 1)
 
 
 @pytest.mark.parametrize(("body", "normal"), [(CONVEX, -1), (CONCAVE, 1)])
@@ -156,8 +156,8 @@ def test_the_factor_is_on_sn_and_ns_of_a_and_vanishes_opposite(body, normal):
     cos, sin = np.cos(alpha / 2), np.sin(alpha / 2)
     b_hat = cos * (-ss * sin + sn_ * cos) - sin * (-ns * sin + n_n * cos)
     for variant, expected in (("B", b), ("Bhat", b_hat)):
-        found = sn.with_factor(results, variant, body)[SN]
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.max(np.abs(a)))
+        computed = sn.with_factor(results, variant, body)[SN]
+        np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-13 * np.max(np.abs(a)))
         both = sn.with_factor(results, variant, "combined")
         parts = sum(sn.with_factor(results, variant, one) for one in ALONE)
         np.testing.assert_allclose(both, parts, rtol=0, atol=1e-15 * np.max(np.abs(a)))
@@ -166,16 +166,16 @@ def test_the_factor_is_on_sn_and_ns_of_a_and_vanishes_opposite(body, normal):
 # --- details --------------------------------------------------------------------------------------------
 
 
-def test_rotations_are_told_without_dimension():
+def test_rotations_are_dimensionless():
     """1e-9 rad/N times 210 GPa times (10 mm)^2."""
-    found = bodies.rotations(turned(-2e-9, 1e-9)())
+    rotations = bodies.rotations(turned(-2e-9, 1e-9)())
     of_both = {"lower": -0.042, "upper": 0.021}
-    assert found == pytest.approx(
+    assert rotations == pytest.approx(
         {f"rotation · E L²: {g}, {b}": n for g in GEOMETRIES for b, n in of_both.items()}
     )
 
 
-def test_sizes_in_xs_are_told_without_dimension():
+def test_sizes_in_xs_are_dimensionless():
     runs = runs_of(times("A", XS, by_body(1.5, 0.8)))
     sizes = tangential.sizes_in_xs(runs)
     for name in GEOMETRIES:
@@ -184,16 +184,16 @@ def test_sizes_in_xs_are_told_without_dimension():
             assert sizes[f"largest |C_xs - A_xs| E L: {name}, {body}"] == pytest.approx(share * 2.1e6 * a)
 
 
-def test_the_term_of_curvature_is_that_of_point_loads_away_from_the_load():
+def test_the_term_of_curvature_is_due_to_point_loads_away_from_the_load():
     """A_xx + A_nn on s = 0 are (2 - nu) / 2 pi G x; alpha is -x / 500 mm; here it is twice the change."""
-    found = curvature.terms_and_changes(term(2.0)())
+    details = curvature.terms_and_changes(term(2.0)())
     for x in (8.0, 16.0):
         expected = 10 * 1.3 * (2 - 0.3) / np.pi / x * np.sin(x / 500) / 2  # E L / (2 pi G) = L (1 + nu) / pi
-        assert found[f"-½ (A_xx + A_nn) sin α_x: x = {x:g} mm"] == pytest.approx(expected, rel=1e-3)
-        assert found[f"C_xn less C_xn not revolved: x = {x:g} mm"] == pytest.approx(expected / 2, rel=1e-3)
+        assert details[f"-½ (A_xx + A_nn) sin α_x: x = {x:g} mm"] == pytest.approx(expected, rel=1e-3)
+        assert details[f"C_xn less C_xn not revolved: x = {x:g} mm"] == pytest.approx(expected / 2, rel=1e-3)
 
 
-def test_errors_of_xn_are_told_with_curvature_along_x_and_without():
+def test_errors_of_xn_are_listed_with_curvature_along_x_and_without():
     """C of the wheel is B-hat with it: that has no error; the others have what is between them and it."""
     results = made(SECOND, times("Bhat", None, 1))
     errors = xn.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
@@ -203,22 +203,22 @@ def test_errors_of_xn_are_told_with_curvature_along_x_and_without():
     assert prismatic > 1e-3
     assert errors[f"error of B̂, not revolved: {SECOND}, {CONVEX}"] == pytest.approx(0, abs=1e-12)
     for variant in "AB":
-        told = errors[f"error of {variant}: {SECOND}, {CONCAVE}"]
-        assert told == error(results, variant, CONCAVE, "xn") > 0
+        of_wheel = errors[f"error of {variant}: {SECOND}, {CONCAVE}"]
+        assert of_wheel == Curve(results, CONCAVE, "xn").error(variant) > 0
 
 
-def test_mean_errors_are_told_of_all_variants_that_there_are():
+def test_mean_errors_are_listed_for_all_variants_that_exist():
     """C is A / 1.2; the fit is of both bodies together only."""
     runs = Runs({name: made(name, times("A", None, 1 / 1.2), fitted=True) for name in GEOMETRIES})
-    found = choices.mean_errors(runs)
+    errors = choices.mean_errors(runs)
     for body in ALONE:
-        assert found[f"mean error of A: {FIRST}, {body}"] == pytest.approx(0.2)
-        assert f"mean error of B̂′: {SECOND}, {body}" not in found
-    assert found[f"mean error of B̂′: {SECOND}, combined"] > 0
-    assert len(found) == 2 * (6 + 5 + 5)
+        assert errors[f"mean error of A: {FIRST}, {body}"] == pytest.approx(0.2)
+        assert f"mean error of B̂′: {SECOND}, {body}" not in errors
+    assert errors[f"mean error of B̂′: {SECOND}, combined"] > 0
+    assert len(errors) == 2 * (6 + 5 + 5)
 
 
-def test_the_mix_is_beaten_by_whatever_is_best():
+def test_the_mix_is_compared_with_the_best_variant():
     """C is B but for a thousandth: the mix is more than ten times worse than B, not better than another."""
     results = made(FIRST, between("B", "A", 1e-3))
     assert choices.mix_over_best(results, CONVEX, np.max) > 10

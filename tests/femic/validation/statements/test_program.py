@@ -20,7 +20,7 @@ from tests.femic.validation.statements.makers import engines
 FIRST = GEOMETRIES[0]
 
 
-def test_deviations_are_in_estimates():
+def test_deviations_are_multiples_of_estimates():
     """Half of an estimate away: 0.5, not 2; the engines 3 estimates of one of them apart: 3 of 2."""
     results = made("flat", lambda of: of.a + 0.5 * 0.01 * np.max(of.a[N, N]), estimate=0.01)
     assert program._over_estimate(results, "combined") == pytest.approx(0.5)
@@ -32,7 +32,7 @@ def test_deviations_are_in_estimates():
     assert list(apart.values()) == pytest.approx([1.5] * 9)
 
 
-def test_distance_from_the_limit_is_that_of_the_worst_line():
+def test_deviation_from_the_limit_is_the_largest_of_all_lines():
     def c(of):
         out = of.a.copy()
         out[S, N] *= np.where(of.on(ACROSS), 1.05, 1)
@@ -60,7 +60,7 @@ def test_point_loads_are_homogeneous_and_reciprocal():
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
-def test_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
+def test_right_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
     criteria = {criterion.name: criterion for criterion in STATEMENTS[15].criteria}
     assert criteria["point loads"].met(far_field_error(nu))
     assert all(criteria["cylinder"].met(cylinder_error(side, nu)) for side in (UPPER, LOWER))
@@ -71,7 +71,7 @@ def test_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
 
 
 @pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_point_loads_are_those_of_boussinesq_and_cerruti(side):
+def test_point_loads_agree_with_boussinesq_and_cerruti(side):
     """x = 3 mm, s = 4 mm, r = 5 mm, times 2 pi G = 2 pi: each by hand."""
     constants = one_body(Material(2.6, 0.3), side)  # G = 1
     u = 2 * np.pi * point_load(constants, np.array([3.0]), np.array([4.0]))[..., 0]
@@ -83,7 +83,7 @@ def test_point_loads_are_those_of_boussinesq_and_cerruti(side):
     np.testing.assert_allclose(u, expected, rtol=1e-14)
 
 
-def test_what_vanishes_is_held_against_a_billionth():
+def test_estimates_count_as_a_billionth_at_least():
     """Differences of 5e-10 with no estimate are half of it, with one of 1e-9 as well; the worst line is."""
     differences = {"one": np.full((3, 3), 5e-10), "other": np.full((3, 3), 3e-10)}
     for estimate in (0.0, 1e-9):

@@ -1,4 +1,4 @@
-"""The scenes that statements are judged by, and which statements are judged; nothing is solved."""
+"""The scenes that decide statements, and the selection of statements; nothing is solved."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -20,8 +20,8 @@ INF = float("inf")
 
 
 @pytest.fixture
-def asked(monkeypatch):
-    """Runs that compute nothing, and the scenes that they were asked for."""
+def recorded(monkeypatch):
+    """Runs that compute nothing, and the scenes that they would compute."""
     scenes = []
 
     def compute(scene, _):
@@ -32,8 +32,8 @@ def asked(monkeypatch):
     return Runs(RunOptions(1), tolerance=0.007), scenes
 
 
-def test_a_geometry_has_all_components_and_variants_and_is_computed_once(asked):
-    runs, scenes = asked
+def test_a_geometry_has_all_components_and_variants_and_is_computed_once(recorded):
+    runs, scenes = recorded
     for name in (*GEOMETRIES, *GEOMETRIES):
         assert runs.geometry(name).name == name
     assert [scene.name for scene in scenes] == list(GEOMETRIES)
@@ -44,8 +44,8 @@ def test_a_geometry_has_all_components_and_variants_and_is_computed_once(asked):
         assert (scene.settings.engine, scene.settings.tolerance, scene.check) == (HARMONIC, 0.007, None)
 
 
-def test_both_engines_are_another_run(asked):
-    runs, scenes = asked
+def test_both_engines_are_another_run(recorded):
+    runs, scenes = recorded
     runs.geometry("geometry1")
     both = runs.with_both_engines("geometry1")
     assert both.check is not None
@@ -53,8 +53,8 @@ def test_both_engines_are_another_run(asked):
     assert len(scenes) == 2
 
 
-def test_the_other_ratio_is_that_of_the_other_geometry(asked):
-    runs, _ = asked
+def test_the_other_poisson_ratio_belongs_to_the_other_geometry(recorded):
+    runs, _ = recorded
     first, second = GEOMETRIES
     for name, other in ((first, second), (second, first)):
         for body, own in runs.geometry(name).bodies.items():
@@ -64,8 +64,8 @@ def test_the_other_ratio_is_that_of_the_other_geometry(asked):
             assert changed.rolling_radius == own.rolling_radius
 
 
-def test_a_wheel_that_is_not_revolved_differs_in_nothing_else(asked):
-    runs, _ = asked
+def test_a_wheel_that_is_not_revolved_differs_in_nothing_else(recorded):
+    runs, _ = recorded
     wheel, prismatic = runs.geometry("geometry2"), runs.not_revolved()
     assert [scene.bodies["upper"].rolling_radius for scene in (wheel, prismatic)] == [500.0, INF]
     for scene in (wheel, prismatic):
@@ -76,9 +76,9 @@ def test_a_wheel_that_is_not_revolved_differs_in_nothing_else(asked):
         np.testing.assert_array_equal(one, other)
 
 
-def test_planes_are_flat_and_nearly_so(asked):
+def test_planes_are_flat_and_nearly_so(recorded):
     """Arcs of a thousand reference lengths turn by 2.5 mrad on 25 mm."""
-    runs, _ = asked
+    runs, _ = recorded
     plane, nearly = runs.plane(), runs.nearly_plane()
     for body in ("lower", "upper"):
         assert plane.bodies[body].contour.inclination(25.0) == 0
@@ -87,8 +87,8 @@ def test_planes_are_flat_and_nearly_so(asked):
     assert nearly.patch == runs.geometry("geometry1").patch
 
 
-def test_a_fit_is_that_of_the_geometry_itself_and_is_made_once(asked, monkeypatch):
-    runs, _ = asked
+def test_a_geometry_is_fitted_to_itself_and_once(recorded, monkeypatch):
+    runs, _ = recorded
     fitted = []
 
     def calibrate(scene, _):
@@ -105,14 +105,15 @@ def test_a_fit_is_that_of_the_geometry_itself_and_is_made_once(asked, monkeypatc
     assert fitted == list(GEOMETRIES)
 
 
-def test_all_statements_are_judged_unless_some_are_named():
+def test_all_statements_are_selected_unless_some_are_named():
     assert selection(None) == tuple(STATEMENTS)
     assert selection([9, 1, 9, 21]) == (9, 1, 21)
 
 
 @pytest.mark.parametrize(
-    ("only", "told"), [([3, len(STATEMENTS) + 1, 0], f"--only {len(STATEMENTS) + 1} 0"), ([], r"--only \?")]
+    ("only", "message"),
+    [([3, len(STATEMENTS) + 1, 0], f"--only {len(STATEMENTS) + 1} 0"), ([], r"--only \?")],
 )
-def test_numbers_that_are_none_are_named(only, told):
-    with pytest.raises(WrongInput, match=rf"^{told}: give some of 1 to {len(STATEMENTS)}$"):
+def test_unknown_numbers_of_statements_are_refused_by_name(only, message):
+    with pytest.raises(WrongInput, match=rf"^{message}: give some of 1 to {len(STATEMENTS)}$"):
         selection(only)

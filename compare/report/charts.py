@@ -1,0 +1,161 @@
+"""Charts as data: panels of curves, maps and surfaces, by the steps of a slider.
+
+A chart is drawn twice: to be explored on a page (`compare.report.interactive`), and as a picture for paper
+(`compare.report.static`), where the panels of all steps stand side by side.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from compare.report.looks import Look, without_marker
+from geometries.arrays import Array
+
+Scale = Literal["sequential", "diverging", "logarithmic"]
+PLAIN = Look()
+MOST_MARKERS = 25  # points of a curve up to which each has its marker
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve y over x, (n,), and the half-height of its band, such as an estimated error.
+
+    Curves with the same label are shown and hidden together; without one a curve is not in the legend.
+    Markers are drawn on curves of few points only.
+    """
+
+    label: str
+    x: ArrayLike
+    y: ArrayLike
+    look: Look = PLAIN
+    band: ArrayLike | None = None
+
+    @property
+    def points(self) -> tuple[Array, Array]:
+        """Abscissas and ordinates."""
+        return np.asarray(self.x, dtype=float), np.asarray(self.y, dtype=float)
+
+    @property
+    def drawn_look(self) -> Look:
+        """The look, without markers on a line of many points."""
+        return self.look if np.size(self.x) <= MOST_MARKERS else without_marker(self.look)
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over one abscissa; labels with units. `marks` are abscissas of dotted lines.
+
+    `least`: ordinates are never zoomed closer than this range at first, so that rounding looks like zero.
+    """
+
+    title: str
+    across: str
+    up: str
+    curves: Sequence[Curve]
+    log_x: bool = False
+    log_y: bool = False
+    marks: Sequence[float] = ()
+    least: float = 0.0
+
+    @property
+    def vanishes(self) -> bool:
+        """Whether no curve leaves the range of rounding."""
+        return self.least > 0 and all(_largest(curve.y) < self.least for curve in self.curves)
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Values (n_x, n_y) over x and y, NaN where there are none; further curves, such as edges, lie upon it.
+
+    `classes` names values 0, 1, ... that are kinds instead of numbers. `limits` are those of the colours;
+    a logarithmic scale has `decades` of each sign.
+    """
+
+    title: str
+    across: str
+    up: str
+    x: Array
+    y: Array
+    values: Array
+    unit: str
+    scale: Scale = "sequential"
+    limits: tuple[float, float] | None = None
+    decades: float = 3.0
+    classes: Sequence[str] = ()
+    curves: Sequence[Curve] = ()
+    to_scale: bool = False
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The limits of the colours: those given, those of the values, symmetric where both signs count."""
+        if self.limits:
+            return self.limits
+        low, high = (float(f(self.values)) for f in (np.nanmin, np.nanmax))
+        if self.scale == "sequential":
+            return low, high
+        high = max(abs(low), abs(high), np.finfo(float).tiny)
+        return -high, high
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A body's surface in grey and values on a part of it, in 3D; points (3, n, m) [mm], values (n, m).
+
+    `picture` is the file of the same for paper.
+    """
+
+    title: str
+    body: Array
+    part: Array
+    values: Array
+    unit: str
+    picture: Path
+
+
+Cell = Panel | Map | Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """Cells in columns, by the steps of a slider; a single step has no slider.
+
+    `name` is that of its file, `slider` says what the steps are, and moves all sliders of the same name.
+    """
+
+    name: str
+    steps: Mapping[str, Sequence[Cell]]
+    columns: int = 3
+    slider: str = ""
+    heights: float = 1.0  # of the cells, over the standard
+    start: str = ""  # the step shown first, or the last one
+    alt: str = field(default="", kw_only=True)
+
+    @property
+    def first(self) -> int:
+        """The number of the step shown first."""
+        return list(self.steps).index(self.start) if self.start else len(self.steps) - 1
+
+    @property
+    def cells(self) -> list[Cell]:
+        """The cells of all steps."""
+        return [cell for cells in self.steps.values() for cell in cells]
+
+    @property
+    def legend(self) -> dict[str, Look]:
+        """The look of each label."""
+        curves = [curve for cell in self.cells if not isinstance(cell, Surface) for curve in cell.curves]
+        return {curve.label: curve.look for curve in curves if curve.label}
+
+
+def chart_of(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:
+    """Return a chart without a slider."""
+    return Chart(name, {"": cells}, columns, heights=heights)
+
+
+def _largest(values: ArrayLike) -> float:
+    magnitudes = np.abs(np.asarray(values, dtype=float))
+    return float(np.nanmax(magnitudes)) if np.isfinite(magnitudes).any() else 0.0

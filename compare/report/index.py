@@ -1,0 +1,39 @@
+"""The list of all pages in a folder of results, `index.html`."""
+
+import html
+import re
+from datetime import datetime
+from pathlib import Path
+
+from compare.report.parts import Page, Section, write_page
+from compare.report.tables import Cell, Row, Table, texts
+
+INDEX = "index.html"
+TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+HEAD = 4096  # characters within which a page has its title
+
+
+def write_index(folder: Path) -> Path | None:
+    """Write `index.html` of the pages in the folders of a folder, newest first; None where there are none.
+
+    Only pages that femic wrote are listed: those beside a folder of results, with a title.
+    """
+    pages = sorted(folder.glob("*/*.html"), key=lambda path: path.stat().st_mtime, reverse=True)
+    rows = [_row(folder, path, title) for path in pages if (title := _title(path))]
+    if not rows:
+        return None
+    table = Table("folder", texts("page", "title", "written"), rows)
+    sentence = "Results in this folder, the newest first. Each page is one file: it may be moved and sent."
+    return write_page(Page("femic: results", sentence, [Section("", [table])]), folder / INDEX)
+
+
+def _title(path: Path) -> str:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        title = TITLE.search(file.read(HEAD))
+    return html.unescape(title[1]) if title else ""
+
+
+def _row(folder: Path, path: Path, title: str) -> Row:
+    written = datetime.fromtimestamp(path.stat().st_mtime).astimezone()
+    link = Cell(path.name, link=path.relative_to(folder).as_posix())
+    return Row(path.parent.name, [link, title, f"{written:%Y-%m-%d %H:%M}"])

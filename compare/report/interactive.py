@@ -1,0 +1,202 @@
+"""Charts to explore: what `templates/explore.js` gives to Plotly, as JSON."""
+
+import json
+from collections.abc import Iterator
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
+from compare.report.looks import Look
+from geometries.arrays import Array
+
+Trace = dict[str, Any]  # a trace of Plotly
+Axis = dict[str, Any]
+
+HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
+DIGITS = 6  # of the numbers on a page
+COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu"}
+CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
+
+
+@cache
+def plotly_js() -> str:
+    """Return the source of Plotly, which a page contains once."""
+    return (resources.files("plotly") / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+
+
+def as_json(chart: Chart) -> str:
+    """Return what a page needs to draw a chart, as JSON that may stand in a script element."""
+    steps = [[_cell(cell) for cell in cells] for cells in chart.steps.values()]
+    content = {
+        "name": chart.name,
+        "slider": chart.slider,
+        "labels": list(chart.steps),
+        "start": chart.first,
+        "columns": chart.columns,
+        "height": round(max(HEIGHT[type(cell)] for cell in chart.cells) * chart.heights),
+        "legend": [{"label": label, **_swatch(look)} for label, look in chart.legend.items()],
+        "steps": steps,
+    }
+    return json.dumps(content, ensure_ascii=False, allow_nan=False).replace("</", "<\\/")
+
+
+def _swatch(look: Look) -> dict[str, Any]:
+    return {"colour": look.colour, "dash": look.dash, "marker": look.marker, "width": look.width}
+
+
+def _cell(cell: Cell) -> dict[str, Any]:
+    if isinstance(cell, Panel):
+        return _panel(cell)
+    return _map(cell) if isinstance(cell, Map) else _surface(cell)
+
+
+def _panel(panel: Panel) -> dict[str, Any]:
+    """Return the traces and the layout of a panel."""
+    traces = [trace for curve in panel.curves for trace in _curve(curve)]
+    layout: dict[str, Any] = {
+        "xaxis": _axis(panel.across, log=panel.log_x),
+        "yaxis": _axis(panel.up, log=panel.log_y),
+        "shapes": [_dotted(mark) for mark in panel.marks],
+    }
+    if panel.vanishes:
+        layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
+        layout["annotations"] = [_remark("0 by symmetry")]
+    return {"title": panel.title, "traces": traces, "layout": layout}
+
+
+def _axis(title: str, *, log: bool = False) -> Axis:
+    axis: Axis = {"title": {"text": title}}
+    return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
+
+
+def _dotted(at: float) -> dict[str, Any]:
+    line = {"color": "grey", "dash": "dot", "width": 1}
+    return {"type": "line", "x0": at, "x1": at, "y0": 0, "y1": 1, "yref": "paper", "line": line}
+
+
+def _remark(text: str) -> dict[str, Any]:
+    return {"text": text, "x": 0.5, "y": 0.7, "xref": "paper", "yref": "paper", "showarrow": False}
+
+
+def _curve(curve: Curve) -> Iterator[Trace]:
+    """Yield the band of a curve, and the curve."""
+    x, y = curve.points
+    group = {"legendgroup": curve.label, "showlegend": False}
+    if curve.band is not None:
+        half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
+        known = np.isfinite(half) & np.isfinite(y)
+        at, low, high = x[known], (y - half)[known], (y + half)[known]
+        yield {
+            "x": _numbers(np.append(at, at[::-1])),
+            "y": _numbers(np.append(high, low[::-1])),
+            "type": "scatter",
+            "mode": "lines",
+            "fill": "toself",
+            "fillcolor": f"{curve.look.colour} faint",
+            "line": {"width": 0},
+            "hoverinfo": "skip",
+            **group,
+        }
+    look = curve.drawn_look
+    yield {
+        "x": _numbers(x),
+        "y": _numbers(y),
+        "type": "scatter",
+        "mode": "+".join([*(["lines"] if look.dash else []), *(["markers"] if look.marker else [])]),
+        "name": curve.label,
+        "line": {"color": look.colour, "width": look.width, "dash": look.dash or "solid"},
+        "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 6},
+        "hovertemplate": "%{y:.4g}" if curve.label else "%{y:.4g}<extra></extra>",
+        **group,
+    }
+
+
+def _map(drawn: Map) -> dict[str, Any]:
+    """Return the traces and the layout of a map."""
+    values, low, high = drawn.values.T, *drawn.range
+    shown: Trace = {"type": "heatmap", "x": _numbers(drawn.x), "y": _numbers(drawn.y), "hoverongaps": False}
+    place = f"{drawn.across.split(' [')[0]} %{{x:.4g}}, {drawn.up.split(' [')[0]} %{{y:.4g}}: "
+    if drawn.classes:
+        shown |= _classes(values, drawn.classes) | {"hovertemplate": f"{place}%{{text}}<extra></extra>"}
+    elif drawn.scale == "logarithmic":
+        shown |= _logarithmic(values, high, drawn.decades)
+        shown["colorbar"] |= {"title": {"text": drawn.unit, "side": "right"}}
+        shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {drawn.unit}<extra></extra>"
+    else:
+        shown |= {"z": _numbers(values), "zmin": low, "zmax": high}
+        shown["colorbar"] = {"title": {"text": drawn.unit, "side": "right"}, "thickness": 12}
+        shown["hovertemplate"] = f"{place}%{{z:.4g}}<extra></extra>"
+    if not drawn.classes:
+        shown |= {"colorscale": COLOURS[drawn.scale], "reversescale": drawn.scale != "sequential"}
+    axes = {"xaxis": _axis(drawn.across), "yaxis": _axis(drawn.up)}
+    if drawn.to_scale:
+        axes["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+        axes["xaxis"] |= {"constrain": "domain"}
+    traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve))]
+    return {"title": drawn.title, "traces": traces, "layout": axes | {"hovermode": "closest"}}
+
+
+def _classes(values: Array, names: Any) -> Trace:
+    """Return the part of a trace for values 0, 1, ... of named kinds."""
+    count = len(names)
+    edges = [(CLASSES[k], (k + end) / count) for k in range(count) for end in (0, 1)]
+    text = [["" if np.isnan(v) else names[int(v)] for v in row] for row in values]
+    ticks = {"tickvals": list(range(count)), "ticktext": list(names), "thickness": 12}
+    scale = [[at, colour] for colour, at in edges]
+    return {
+        "z": _numbers(values),
+        "text": text,
+        "zmin": -0.5,
+        "zmax": count - 0.5,
+        "colorscale": scale,
+        "colorbar": ticks,
+    }
+
+
+def _logarithmic(values: Array, largest: float, decades: float) -> Trace:
+    """Return the part of a trace with logarithmic colours of both signs, linear below `decades`."""
+    least = largest / 10**decades
+    magnitude = np.log10(np.maximum(np.abs(values) / least, 1.0))
+    powers = np.arange(int(decades) + 1)
+    ticks = np.concatenate([-powers[:0:-1], powers])
+    names = [f"{np.sign(k) * least * 10.0 ** abs(k):.0e}" if k else "0" for k in ticks]
+    return {
+        "z": _numbers(np.sign(values) * magnitude),
+        "customdata": _numbers(values),
+        "zmin": -decades,
+        "zmax": decades,
+        "colorbar": {"tickvals": ticks.tolist(), "ticktext": names, "thickness": 12},
+    }
+
+
+def _surface(surface: Surface) -> dict[str, Any]:
+    """Return the traces and the layout of a surface in 3D."""
+    grey = {"colorscale": [[0, "#b8bcc2"], [1, "#b8bcc2"]], "showscale": False, "hoverinfo": "skip"}
+    lit = {"lighting": {"ambient": 0.65, "diffuse": 0.6, "specular": 0.05}}
+    at = {axis: _numbers(points) for axis, points in zip("xyz", surface.body, strict=True)}
+    on = {
+        axis: _numbers(np.where(np.isnan(surface.values), np.nan, points))
+        for axis, points in zip("xyz", surface.part, strict=True)
+    }
+    bar = {"title": {"text": surface.unit, "side": "right"}, "thickness": 14}
+    pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
+    pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
+    traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]
+    named = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}} for axis in "xyz"}
+    eye = {"eye": {"x": -1.2, "y": -1.2, "z": 1.1}}
+    return {
+        "title": surface.title,
+        "traces": traces,
+        "layout": {"scene": named | {"aspectmode": "data", "camera": eye}},
+    }
+
+
+def _numbers(values: Array) -> Any:
+    """Return numbers as lists, to some digits, None for NaN."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim > 1:
+        return [_numbers(row) for row in array]
+    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in array]

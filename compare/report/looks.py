@@ -1,0 +1,74 @@
+"""Looks of the curves of ICs: colours that the colour-blind can tell apart, dashes, markers, and symbols."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import cycle
+from pathlib import Path
+from types import MappingProxyType
+
+from approx.variants import VARIANTS, exchanged_symbol
+from femic.scenes.ic_names import is_map
+
+INK = "ink"  # black on light pages, white on dark ones
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a curve is drawn: colour, dash and marker in Plotly's words, width [px]; no line without a dash."""
+
+    colour: str = INK
+    dash: str = "solid"
+    marker: str = ""
+    width: float = 1.6
+
+
+# Colours of Okabe and Ito. B-hat and mix may coincide with others: those listed first are drawn on top.
+OWN: Mapping[str, Look] = MappingProxyType(
+    {
+        "mix": Look("#56b4e9", "dot", "cross", 2.6),
+        "A": Look("#0072b2", "dash", "square"),
+        "B": Look("#e69f00", "solid", "circle"),
+        "Bbar": Look("#009e73", "dashdot", "triangle-up"),
+        "Bhat": Look("#d55e00", "dash", "diamond"),
+        "Bhat_prime": Look("#cc79a7", "longdash", "triangle-down"),
+        "C_solid": Look(INK, "", "circle-open"),
+        "C": Look(INK, "solid", "star", 2.2),
+    }
+)
+FURTHER = tuple(
+    Look(colour, dash, marker)
+    for colour, dash, marker in (
+        ("#7f6d00", "solid", "hexagon"),
+        ("#8c564b", "dash", "pentagon"),
+        ("#7a5fd0", "dot", "diamond-tall"),
+        ("#808080", "longdashdot", "triangle-left"),
+        ("#17a2a2", "dashdot", "triangle-right"),
+        ("#b03060", "longdash", "octagon"),
+    )
+)
+
+
+def symbol_of(name: str) -> str:
+    """Return the symbol of ICs: of C, of a map of it, or of a form, perhaps with exchanged components."""
+    if is_map(name):
+        path = Path(name)
+        return f"C from {path.stem if path.stem != 'sweep' else path.parent.name}"
+    fixed = {"C": "C", "C_solid": "C (solid)"} | {key: form.symbol for key, form in VARIANTS.items()}
+    return fixed[name] if name in fixed else exchanged_symbol(name)
+
+
+def looks_of(names: Iterable[str]) -> dict[str, Look]:
+    """Return the look of each of some ICs: its own, or a further one in turn."""
+    further = cycle(FURTHER)
+    return {name: OWN[name] if name in OWN else next(further) for name in names}
+
+
+def drawing_order(names: Iterable[str]) -> list[str]:
+    """Return names from the curve at the bottom to the one on top."""
+    order = list(OWN)
+    return sorted(names, key=lambda name: -order.index(name) if name in OWN else 1)
+
+
+def without_marker(look: Look) -> Look:
+    """Return a look of a line alone."""
+    return replace(look, marker="") if look.dash else look

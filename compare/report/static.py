@@ -1,0 +1,159 @@
+"""Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, Normalize, SymLogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+
+from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
+from compare.report.interactive import CLASSES
+from compare.report.looks import INK, Look, without_marker
+
+RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
+SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
+MOST_ENTRIES = 8  # of a legend in a row
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
+DASHES: dict[str, Any] = {
+    "": "none",
+    "solid": "-",
+    "dash": (0, (4, 2)),
+    "dot": (0, (1.2, 2)),
+    "dashdot": (0, (4, 1.5, 1, 1.5)),
+    "longdash": (0, (8, 2)),
+    "longdashdot": (0, (8, 2, 1, 2)),
+}
+MARKERS = {
+    "": "",
+    "square": "s",
+    "circle": "o",
+    "circle-open": "o",
+    "triangle-up": "^",
+    "triangle-down": "v",
+    "triangle-left": "<",
+    "triangle-right": ">",
+    "diamond": "D",
+    "diamond-tall": "d",
+    "star": "*",
+    "cross": "P",
+    "hexagon": "h",
+    "pentagon": "p",
+    "octagon": "8",
+}
+COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_r"}
+
+
+def picture(chart: Chart) -> Figure:
+    """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend."""
+    rows = list(_rows(chart))
+    sizes = [SIZE[type(cell)] for cell in chart.cells]
+    width, height = (max(size[k] for size in sizes) for k in (0, 1))
+    columns = max(len(row) for row in rows)
+    with mpl.rc_context(RC):
+        figure = Figure((width * columns, height * chart.heights * len(rows) + 0.5), layout="constrained")
+        grid = figure.subplots(len(rows), columns, squeeze=False)
+        for axes_row, row in zip(grid, rows, strict=True):
+            for axes in axes_row[len(row) :]:
+                axes.remove()
+            for axes, (step, cell) in zip(axes_row, row, strict=False):
+                _draw(figure, axes, cell, step)
+        _add_legend(figure, chart)
+    return figure
+
+
+def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
+    """Yield rows of cells with the steps they belong to; steps of a single cell stand side by side."""
+    steps = list(chart.steps.items())
+    if all(len(cells) == 1 for _, cells in steps):
+        flat = [(step, cell) for step, cells in steps for cell in cells]
+        yield from (flat[k : k + chart.columns] for k in range(0, len(flat), chart.columns))
+        return
+    for step, cells in steps:
+        named = [(step, cell) for cell in cells]
+        yield from (named[k : k + chart.columns] for k in range(0, len(named), chart.columns))
+
+
+def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
+    axes.set_title(", ".join(filter(None, (step, cell.title))), fontsize=9)
+    if isinstance(cell, Surface):
+        axes.imshow(mpl.image.imread(cell.picture))
+        axes.set_axis_off()
+        return
+    axes.set(xlabel=cell.across, ylabel=cell.up)
+    if isinstance(cell, Map):
+        _draw_map(figure, axes, cell)
+    else:
+        _draw_panel(axes, cell)
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    for curve in panel.curves:
+        _draw_curve(axes, curve)
+    for mark in panel.marks:
+        axes.axvline(mark, color="grey", linestyle=":", linewidth=1)
+    if panel.log_x:
+        axes.set_xscale("log")
+    if panel.log_y:
+        axes.set_yscale("log")
+    if panel.vanishes:
+        axes.set_ylim(-panel.least, panel.least)
+        axes.set_yticks([0.0])
+        axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
+
+
+def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
+    x, y = curve.points
+    style = style_of(curve.drawn_look)
+    if curve.band is not None:
+        half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
+        axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
+    return axes.plot(x, y, **style)
+
+
+def style_of(look: Look) -> dict[str, Any]:
+    """Return a look as the keywords of a line of Matplotlib."""
+    return {
+        "color": "black" if look.colour == INK else look.colour,
+        "linestyle": DASHES[look.dash],
+        "linewidth": 0.8 * look.width,
+        "marker": MARKERS[look.marker],
+        "markersize": 4,
+        **({"markerfacecolor": "white"} if look.marker.endswith("-open") else {}),
+    }
+
+
+def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
+    axes.grid(visible=False)
+    low, high = drawn.range
+    masked = np.ma.masked_invalid(drawn.values.T)
+    ticks: dict[str, Any] = {}
+    style: dict[str, Any] = {"cmap": COLOURS[drawn.scale], "norm": Normalize(low, high)}
+    if drawn.classes:
+        count = len(drawn.classes)
+        style = {"cmap": ListedColormap(CLASSES[:count]), "norm": Normalize(-0.5, count - 0.5)}
+        ticks = {"ticks": range(count), "format": lambda value, _: drawn.classes[round(value)]}
+    elif drawn.scale == "logarithmic":
+        style["norm"] = SymLogNorm(high / 10**drawn.decades, vmin=low, vmax=high)
+    shades = axes.pcolormesh(drawn.x, drawn.y, masked, rasterized=True, **style)
+    figure.colorbar(shades, ax=axes, label=drawn.unit, **ticks)
+    for curve in drawn.curves:
+        for line in _draw_curve(axes, curve):
+            line.set_path_effects(HALO)
+    if drawn.to_scale:
+        axes.set_aspect("equal")
+
+
+def _add_legend(figure: Figure, chart: Chart) -> None:
+    """Add one legend of all labels below the cells."""
+    lines = any(isinstance(cell, Panel) for cell in chart.cells)
+    handles = [
+        Line2D([], [], label=label, **style_of(look if lines else without_marker(look)))
+        for label, look in chart.legend.items()
+    ]
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(MOST_ENTRIES, len(handles)))

@@ -1,0 +1,155 @@
+// Draws the charts of a page with Plotly when they come into view. Labels that are hidden, and sliders of one name,
+// are shared by all charts of the page.
+(() => {
+  "use strict";
+  const hidden = new Set();
+  const charts = [];
+  const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+  const faint = colour => {
+    const n = parseInt(colour.slice(1), 16);
+    return `rgba(${n >> 16}, ${(n >> 8) & 255}, ${n & 255}, 0.2)`;
+  };
+  const paint = value => {
+    if (typeof value !== "string") return value;
+    const [colour, tone] = value.split(" ");
+    const plain = colour === "ink" ? css("--ink") : colour;
+    return tone === "faint" ? faint(plain) : plain;
+  };
+  const painted = trace => {
+    const copy = { ...trace };
+    if (copy.fillcolor) copy.fillcolor = paint(copy.fillcolor);
+    for (const part of ["line", "marker"]) if (copy[part]?.color) copy[part] = { ...copy[part], color: paint(copy[part].color) };
+    if (copy.legendgroup && hidden.has(copy.legendgroup)) copy.visible = false;
+    return copy;
+  };
+  const axis = given => ({
+    gridcolor: css("--grid"), zerolinecolor: css("--grid"), linecolor: css("--grid"), automargin: true, ...given,
+    title: { ...given?.title, font: { size: 12 }, standoff: 6 },
+  });
+  const layout = (cell, height) => {
+    const own = { ...cell.layout };
+    for (const name of ["xaxis", "yaxis"]) if (own[name]) own[name] = axis(own[name]);
+    if (own.scene) {
+      own.scene = { ...own.scene };
+      for (const name of ["xaxis", "yaxis", "zaxis"])
+        own.scene[name] = { ...own.scene[name], gridcolor: css("--grid"), backgroundcolor: css("--paper"), color: css("--ink") };
+    }
+    return {
+      height, margin: { l: 52, r: 14, t: 10, b: 42 }, showlegend: false, hovermode: "x unified", uirevision: "kept",
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { family: "system-ui, sans-serif", size: 12, color: css("--ink") },
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--dim"), activecolor: css("--mark") },
+      hoverlabel: { bgcolor: css("--paper"), font: { color: css("--ink") } }, ...own,
+    };
+  };
+  const config = {
+    displaylogo: false, responsive: true, displayModeBar: "hover",
+    modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d", "autoScale2d", "sendChartToCloud"],
+  };
+
+  const draw = chart => {
+    if (!chart.seen) return;
+    chart.content.steps[chart.step].forEach((cell, k) => {
+      chart.titles[k].textContent = cell.title;
+      Plotly.react(chart.cells[k], cell.traces.map(painted), layout(cell, chart.content.height), config);
+    });
+  };
+
+  const swatch = ({ colour, dash, marker }) => {
+    const dashes = { solid: "", dash: "6 3", dot: "2 3", dashdot: "6 2 2 2", longdash: "10 3", longdashdot: "10 2 2 2" };
+    const line = dash ? `<line x1="1" x2="27" y1="6" y2="6" stroke-width="2" stroke-dasharray="${dashes[dash]}"/>` : "";
+    const mark = marker && !dash ? '<circle cx="14" cy="6" r="3.5" fill="none" stroke-width="1.6"/>' : "";
+    const stroke = colour === "ink" ? "var(--ink)" : colour;
+    return `<svg width="28" height="12" aria-hidden="true" style="stroke:${stroke}">${line}${mark}</svg>`;
+  };
+  const legend = chart => {
+    const list = document.createElement("div");
+    list.className = "legend";
+    for (const entry of chart.content.legend) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.dataset.label = entry.label;
+      button.title = "show or hide on the whole page";
+      button.innerHTML = swatch(entry);
+      button.append(entry.label);
+      button.addEventListener("click", () => toggle(entry.label));
+      button.setAttribute("aria-pressed", "true");
+      list.append(button);
+    }
+    chart.place.append(list);
+  };
+  const toggle = label => {
+    if (!hidden.delete(label)) hidden.add(label);
+    for (const button of document.querySelectorAll(".legend button"))
+      button.setAttribute("aria-pressed", String(!hidden.has(button.dataset.label)));
+    charts.filter(chart => chart.content.legend.some(entry => entry.label === label)).forEach(draw);
+  };
+
+  const slider = chart => {
+    const { labels, slider: name, start } = chart.content;
+    if (labels.length < 2) return;
+    const label = document.createElement("label");
+    label.className = "slider";
+    chart.input = Object.assign(document.createElement("input"), { type: "range", min: 0, max: labels.length - 1, step: 1, value: start });
+    chart.output = document.createElement("output");
+    label.append(`${name} `, chart.input, chart.output);
+    chart.place.prepend(label);
+    chart.input.addEventListener("input", () => {
+      const same = charts.filter(other => other.input && other.content.slider === name && other.content.labels.length === labels.length);
+      same.forEach(other => move(other, Number(chart.input.value)));
+    });
+  };
+  const move = (chart, step) => {
+    chart.step = step;
+    if (chart.input) {
+      chart.input.value = step;
+      chart.output.textContent = chart.content.labels[step];
+      chart.input.setAttribute("aria-valuetext", chart.content.labels[step]);
+    }
+    draw(chart);
+  };
+
+  for (const place of document.querySelectorAll(".chart")) {
+    const content = JSON.parse(place.querySelector("script").textContent);
+    const chart = { place, content, step: content.start, cells: [], titles: [], seen: false };
+    const grid = document.createElement("div");
+    grid.className = "cells";
+    grid.style.setProperty("--columns", content.columns);
+    for (const cell of content.steps[content.start]) {
+      const figure = document.createElement("div"), title = document.createElement("div"), plot = document.createElement("div");
+      title.className = "title";
+      title.textContent = cell.title;
+      plot.style.minHeight = `${content.height}px`;
+      figure.append(title, plot);
+      grid.append(figure);
+      chart.cells.push(plot);
+      chart.titles.push(title);
+    }
+    place.append(grid);
+    legend(chart);
+    charts.push(chart);
+    slider(chart);
+    move(chart, content.start);
+  }
+  const seen = new IntersectionObserver(entries => {
+    for (const entry of entries.filter(one => one.isIntersecting)) {
+      const chart = charts.find(one => one.place === entry.target);
+      seen.unobserve(entry.target);
+      chart.seen = true;
+      draw(chart);
+    }
+  }, { rootMargin: "400px" });
+  charts.forEach(chart => seen.observe(chart.place));
+  addEventListener("beforeprint", () => {
+    for (const folded of document.querySelectorAll("details:not([open])")) folded.dataset.folded = folded.open = true;
+  });
+  addEventListener("afterprint", () => {
+    for (const opened of document.querySelectorAll("details[data-folded]")) {
+      opened.open = false;
+      delete opened.dataset.folded;
+    }
+  });
+  const redraw = () => charts.forEach(draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  document.documentElement.dataset.explore = "ready";
+})();

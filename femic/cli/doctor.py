@@ -1,0 +1,26 @@
+"""`femic doctor` checks whether an installation is complete, femic's own, and right."""
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from femic.installation import findings
+from geometries.errors import Failure
+
+
+def doctor() -> None:
+    """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
+    console = Console(highlight=False)
+    wrong = []
+    table = Table(box=None, pad_edge=False, show_header=False)
+    with console.status("checking"):
+        for finding in findings():
+            mark = "[green]ok[/]" if finding.holds else "[red]no[/]" if finding.matters else "[yellow]–[/]"
+            remedy = "" if finding.holds else f"\n→ {finding.remedy}"
+            table.add_row(mark, finding.name, Text(f"{finding.text}{remedy}"))
+            if not finding.holds and finding.matters:
+                wrong.append(finding.name)
+    console.print(table)
+    if wrong:
+        raise Failure(f"this installation is not in order: {', '.join(wrong)}")
+    console.print("This installation is in order.")

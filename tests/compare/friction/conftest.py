@@ -1,0 +1,28 @@
+"""C in the contacts of tests with friction, on several supports."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c
+
+SAME, SOFTER = "the same", "a fifth softer"
+
+
+@pytest.fixture
+def in_place_of_c(monkeypatch):
+    """C is B-hat; C with other supports is the same, and a fifth more."""
+    monkeypatch.setattr(REFERENCE_ICS, bhat_as_c())
+
+    def supports(problem, name, factor):
+        def scaled(on_grid, **_):
+            operator = bhat_as_c()(problem, on_grid).operator
+            return replace(operator, transformed=factor * operator.transformed)
+
+        return SimpleNamespace(name=name, operator=scaled)
+
+    def others(problem, *_):
+        return [supports(problem, SAME, 1.0), supports(problem, SOFTER, 1.2)]
+
+    monkeypatch.setattr("femic.contact.pairs.supports.other_supports", others)

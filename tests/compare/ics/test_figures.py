@@ -1,0 +1,26 @@
+"""Figures of the report of `femic run`."""
+
+from matplotlib.figure import Figure
+
+from compare.ics.figures import COST, FIGURES
+from compare.report import views
+from compare.report.parts import Picture
+from femic.cli.main import DONE, exit_code
+
+
+def empty_figure(output):
+    yield Picture(f"dummy_of_{output.results.scene.name}", Figure())
+
+
+def test_new_figure_is_one_registration(write_scene, tmp_path, monkeypatch):
+    """The report of the command shows it in its section, and its file lies beside those of the others."""
+    monkeypatch.setattr(views, "can_render", lambda: False)
+    monkeypatch.setitem(FIGURES, COST, (*FIGURES[COST], empty_figure))
+    path, out = write_scene('bodies = ["lower"]\ncomponents = ["nn"]'), tmp_path / "out"
+    command = ["run", str(path), "--out", str(out), "--store", str(tmp_path / "store"), "--workers", "1"]
+    assert exit_code(command) == DONE
+    assert (out / "figures" / "dummy_of_mine.png").is_file()
+    html = (out / "report.html").read_text(encoding="utf-8")
+    _, after_heading = html.split(f"<h2>{COST}</h2>")
+    assert 'alt="dummy_of_mine" src="data:image/png' in after_heading.split("<h2>")[0]
+    assert html.count("dummy_of_mine") == 1

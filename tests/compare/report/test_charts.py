@@ -1,0 +1,125 @@
+"""Charts as data, as JSON for pages, and as pictures for paper."""
+
+import json
+
+import numpy as np
+import pytest
+
+from compare.report import interactive, static
+from compare.report.charts import MOST_MARKERS, Chart, Curve, Map, Panel, chart_of
+from compare.report.looks import INK, OWN, Look, drawing_order, looks_of
+
+X = np.linspace(0.0, 2.0, 5)
+LOOKS = looks_of(["A", "C"])
+
+
+def curves(factor=1.0):
+    return [
+        Curve("C", X, factor * X, LOOKS["C"], band=0.1 * np.ones(5)),
+        Curve("A", X, factor * X**2, LOOKS["A"]),
+    ]
+
+
+@pytest.fixture
+def chart():
+    steps = {f"{k} kN": [Panel("upper", "s [mm]", "p [MPa]", curves(k))] for k in (1, 2)}
+    return Chart("pressures", steps, slider="load")
+
+
+def traces(chart, step, cell=0):
+    return json.loads(interactive.as_json(chart))["steps"][step][cell]["traces"]
+
+
+def test_values_on_the_page_are_those_of_the_curves(chart):
+    for step, factor in enumerate((1, 2)):
+        drawn = {trace["name"]: trace for trace in traces(chart, step) if "name" in trace}
+        np.testing.assert_allclose(drawn["C"]["y"], factor * X, rtol=1e-5)
+        np.testing.assert_allclose(drawn["A"]["y"], factor * X**2, rtol=1e-5)
+        np.testing.assert_allclose(drawn["A"]["x"], X, rtol=1e-5)
+
+
+def test_a_band_goes_from_above_to_below_the_curve(chart):
+    (band,) = (trace for trace in traces(chart, 0) if trace.get("fill"))
+    np.testing.assert_allclose(band["y"], [*(X + 0.1), *(X - 0.1)[::-1]], rtol=1e-5)
+    assert band["legendgroup"] == "C"
+
+
+def test_a_band_ends_where_it_is_not_known():
+    half = np.array([0.1, np.nan, 0.1, 0.1, 0.1])
+    panel = Panel("", "", "", [Curve("C", X, X, band=half)])
+    assert len(traces(chart_of("one", [panel]), 0)[0]["x"]) == 2 * 4
+
+
+def test_each_label_is_once_in_the_legend(chart):
+    legend = json.loads(interactive.as_json(chart))["legend"]
+    assert [(entry["label"], entry["colour"]) for entry in legend] == [("C", INK), ("A", OWN["A"].colour)]
+
+
+def test_the_slider_begins_with_the_last_step_or_the_one_named(chart):
+    assert json.loads(interactive.as_json(chart))["start"] == 1
+    assert Chart("", chart.steps, start="1 kN").first == 0
+
+
+def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
+    panel = Panel("</script>", "", "", [Curve("A", X, np.where(X > 1, np.nan, X))])
+    text = interactive.as_json(chart_of("gaps", [panel]))
+    assert "</script>" not in text
+    assert json.loads(text)["steps"][0][0]["traces"][0]["y"][-1] is None
+
+
+@pytest.mark.parametrize(("largest", "vanishes"), [(1e-12, True), (1e-3, False)])
+def test_rounding_is_shown_as_zero(largest, vanishes):
+    panel = Panel("", "", "", [Curve("A", X, largest * X / 2)], least=1e-9)
+    layout = json.loads(interactive.as_json(chart_of("zero", [panel])))["steps"][0][0]["layout"]
+    assert ("annotations" in layout) is vanishes
+    (axes,) = static.picture(chart_of("zero", [panel])).axes
+    assert (axes.get_ylim() == (-1e-9, 1e-9)) is vanishes
+
+
+def test_maps_have_rows_along_y():
+    values = np.arange(6.0).reshape(3, 2)
+    drawn = Map("", "x [mm]", "s [mm]", np.arange(3.0), np.arange(2.0), values, "MPa")
+    (trace,) = traces(chart_of("map", [drawn]), 0)
+    np.testing.assert_array_equal(trace["z"], values.T)
+    assert (trace["zmin"], trace["zmax"]) == (0.0, 5.0)
+
+
+def test_colours_of_both_signs_are_symmetric():
+    drawn = Map("", "", "", X, X, np.full((5, 5), -3.0), "", "diverging")
+    assert drawn.range == (-3.0, 3.0)
+
+
+def test_a_logarithmic_map_keeps_signs_and_values():
+    values = np.array([[-100.0, -1.0], [1e-9, 10.0]])
+    drawn = Map("", "x", "s", np.arange(2.0), np.arange(2.0), values, "mm", "logarithmic", decades=2.0)
+    (trace,) = traces(chart_of("map", [drawn]), 0)
+    np.testing.assert_allclose(trace["customdata"], values.T)
+    np.testing.assert_allclose(trace["z"], np.array([[-2.0, 0.0], [0.0, 1.0]]).T)
+
+
+def test_kinds_are_named():
+    drawn = Map("", "x", "s", X[:2], X[:1], np.array([[0.0], [1.0]]), "", classes=("sticks", "slides"))
+    (trace,) = traces(chart_of("map", [drawn]), 0)
+    assert trace["text"] == [["sticks", "slides"]]
+
+
+def test_paper_shows_all_steps_side_by_side(chart):
+    figure = static.picture(chart)
+    assert [axes.get_title() for axes in figure.axes] == ["1 kN, upper", "2 kN, upper"]
+    for axes, factor in zip(figure.axes, (1, 2), strict=True):
+        np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), factor * X)
+
+
+def test_markers_are_drawn_on_curves_of_few_points_only():
+    look = Look("#123456", "dash", "square")
+    for count, marker in ((MOST_MARKERS, "square"), (MOST_MARKERS + 1, "")):
+        assert Curve("A", np.arange(count), np.arange(count), look).drawn_look.marker == marker
+
+
+def test_looks_differ_and_those_listed_first_lie_on_top():
+    names = ["A", "B", "Bhat", "mine", "C", "yours"]
+    looks = looks_of(names)
+    assert len(set(looks.values())) == len(names)
+    order = drawing_order(names)
+    assert order.index("C") < order.index("Bhat") < order.index("A")
+    assert set(order[-2:]) == {"mine", "yours"}

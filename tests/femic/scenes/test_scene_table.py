@@ -1,0 +1,69 @@
+"""Tables of scene files that are made from dataclasses: a key is declared once."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import pytest
+from pydantic import Field, ValidationError, create_model
+
+from femic.contact.specification import ContactSpecification, FrictionSpecification
+from femic.key_types import Length, Several
+from femic.scenes.listing import listing
+from femic.scenes.load import load_scene
+from femic.scenes.scene_table import SceneTable, keys_of, shared, tables
+from geometries.errors import WrongInput
+
+
+@dataclass(frozen=True)
+class Wheel:
+    radius: Annotated[Length, Field(description="radius [mm]")] = 460.0
+    spokes: Annotated[Several[int], Field(min_length=1, description="numbers of spokes")] = (5,)
+    name: str = ""
+
+
+WheelTable = create_model("WheelTable", __base__=SceneTable, **keys_of(Wheel, {"radius": Length | None}))
+
+
+def test_a_table_has_the_defaults_descriptions_and_limits_of_the_dataclass():
+    assert Wheel(**shared(WheelTable(), Wheel)) == Wheel()
+    assert WheelTable.model_fields["radius"].description == "radius [mm]"
+    for wrong in ({"spokes": []}, {"radius": -1.0}, {"radius": "wide"}, {"rim": 1.0}):
+        with pytest.raises(ValidationError):
+            WheelTable.model_validate(wrong)
+
+
+def test_type_of_a_key_can_be_replaced():
+    assert WheelTable.model_validate({"radius": None, "spokes": [3, 4]}).spokes == (3, 4)
+    assert WheelTable in set(tables())
+
+
+def test_a_scene_without_contact_has_the_specification_of_the_defaults():
+    assert load_scene("flat").contact == ContactSpecification()
+
+
+def test_a_key_of_contact_reaches_its_specification_and_the_listing():
+    changes = {"shift": 0.03, "elements": 12, "gap": "exact", "grid": "scene", "flanks": False}
+    contact = load_scene("flat", {"contact": changes | {"ics": ["A", "Bhat+sn:B"]}}).contact
+    assert contact == ContactSpecification(**changes, ics=("A", "Bhat+sn:B"))
+    assert contact.exact
+    assert not contact.automatic
+    assert "# lateral_force = ...  # without friction: lateral force F_y" in listing("flat")
+
+
+def test_friction_keys_are_in_the_contact_table():
+    friction = load_scene("rolling", {"contact": {"friction": [0.1], "lateral": 0.001}}).contact.friction
+    assert friction.coefficients == (0.1,)
+    assert friction.lateral == 0.001
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, transient, compression"),
+        ({"motion": "rolling"}, "give `friction`"),
+        ({"friction": FrictionSpecification()}, "give `friction`"),
+    ],
+)
+def test_a_motion_is_known_and_has_friction_where_friction_is_specified(keys, message):
+    with pytest.raises(WrongInput, match=message):
+        ContactSpecification(**keys)

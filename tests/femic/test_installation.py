@@ -1,0 +1,123 @@
+"""femic doctor: what is found in this installation, and in damaged ones."""
+
+import base64
+import hashlib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import femic
+from femic import installation
+from femic.cli.main import exit_code
+from femic.installation import Finding, SelfTest
+
+GOOD = Finding("numpy", True, "2.4")
+
+
+def test_import_names_lead_here():
+    for name in installation.NAMES:
+        finding = installation.import_name(name)
+        assert finding.holds
+        assert Path(finding.text).name == name
+
+
+def test_a_name_that_another_package_installs_is_told(monkeypatch):
+    monkeypatch.setattr(metadata, "packages_distributions", lambda: {"compare": ["compare", "femic"]})
+    finding = installation.import_name("compare")
+    assert not finding.holds
+    assert "also of the package compare" in finding.text
+    assert "virtual environment" in finding.remedy
+
+
+def test_a_name_that_leads_elsewhere_is_told(monkeypatch, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert not installation.import_name("elsewhere").holds
+
+
+@pytest.mark.parametrize(("content", "holds"), [("x = 1\n", True), ("x = 2\n", False), (None, False)])
+def test_changed_and_missing_files_are_told(monkeypatch, tmp_path, content, holds):
+    digest = base64.urlsafe_b64encode(hashlib.sha256(b"x = 1\n").digest()).rstrip(b"=").decode()
+    file = metadata.PackagePath("femic/one.py")
+    file.hash, file.dist = metadata.FileHash(f"sha256={digest}"), None
+    monkeypatch.setattr(metadata.PackagePath, "locate", lambda _: tmp_path / "one.py", raising=False)
+    monkeypatch.setattr(metadata, "files", lambda _: [file])
+    if content is not None:
+        (tmp_path / "one.py").write_text(content, encoding="utf-8")
+    finding = installation.unchanged_files()
+    assert finding.holds is holds
+    assert holds or "femic/one.py" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("line", "extra", "holds", "matters"),
+    [
+        ("numpy>=2", "", True, True),
+        ("numpy<1", "", False, True),
+        ("a-library-that-is-not-there>=1", "", False, True),
+        ("a-library-that-is-not-there>=1; extra == 'direct'", "direct", False, False),
+        ("pytest>=1; extra == 'dev'", "dev", None, None),
+    ],
+)
+def test_libraries_are_compared_with_what_femic_requires(monkeypatch, line, extra, holds, matters):
+    monkeypatch.setattr(metadata, "requires", lambda _: [line])
+    findings = list(installation.dependencies())
+    assert [(one.holds, one.matters) for one in findings] == ([] if holds is None else [(holds, matters)])
+    assert holds is not False or "pip install" in findings[0].remedy
+    assert matters is not False or f"femic[{extra}]" in findings[0].remedy
+
+
+@pytest.mark.parametrize(("value", "holds"), [(1.009, True), (1.011, False), (0.98, False)])
+def test_a_known_number_is_within_its_tolerance(value, holds):
+    assert installation.self_test(SelfTest("", "", lambda: (value, 1.0), 0.01)).holds is holds
+
+
+def test_an_error_in_a_self_test_is_a_finding():
+    def fails():
+        raise femic.Failure("no memory")
+
+    finding = installation.self_test(SelfTest("", "", fails, 0.01))
+    assert not finding.holds
+    assert "no memory" in finding.text
+
+
+@pytest.mark.slow  # 10 s
+@pytest.mark.parametrize("test", installation.SELF_TESTS, ids=lambda test: test.name)
+def test_the_self_tests_hold_here(test):
+    assert installation.self_test(test).holds
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        ([], 0),
+        ([Finding("3D", False, "no screen", "apt-get install x", matters=False)], 0),
+        ([Finding("scipy", False, "not installed", "pip install 'scipy[a]'")], 1),
+    ],
+)
+def test_doctor_fails_on_what_matters(monkeypatch, capsys, more, code):
+    monkeypatch.setattr("femic.cli.doctor.findings", lambda: [GOOD, *more])
+    assert exit_code(["doctor"]) == code
+    printed = capsys.readouterr()
+    assert "numpy" in printed.out
+    for finding in more:
+        assert finding.remedy in printed.out
+    assert ("not in order: scipy" in printed.err) is bool(code)
+
+
+@pytest.mark.parametrize(("name", "is_ours"), [("compare.contact", True), ("scipy.sparse", False)])
+def test_a_part_of_femic_that_cannot_be_imported_leads_to_doctor(monkeypatch, capsys, name, is_ours):
+    def overwritten(*_):
+        raise ImportError("cannot import name 'page'", name=name)
+
+    monkeypatch.setattr("femic.cli.doctor.findings", overwritten)
+    if not is_ours:
+        with pytest.raises(ImportError):
+            exit_code(["doctor"])
+        return
+    assert exit_code(["doctor"]) == 1
+    message = capsys.readouterr().err
+    assert "cannot import name 'page'" in message
+    assert "femic doctor" in message

@@ -1,0 +1,144 @@
+"""The keys of scene and campaign files as rows of tables, from the declarations that check these files."""
+
+import re
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import BaseModel, TypeAdapter
+from pydantic.fields import FieldInfo
+
+from femic.campaigns.files.keys import AxisTable, CampaignFile
+from femic.campaigns.results.registry import KINDS
+from femic.contact.motions import MOTIONS
+from femic.key_types import LARGEST, LARGEST_LENGTH, LEAST_LENGTH
+from femic.scenes.contours import CONTOURS
+from femic.scenes.effective import CombinedTable, TransitionTable
+from femic.scenes.file import SceneFile
+from femic.scenes.lines import LineAlongS, LineAlongX
+from femic.scenes.listing import TABLES, as_toml, choices, table_in
+from femic.scenes.load import builtin_names, load_scene
+
+UNIT = re.compile(r" ?\[(mm|MPa|N|deg|1/mm)\]")
+DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
+PAGE = re.compile(r"docs/([\w/-]+)\.md")
+RANGES = {
+    (LEAST_LENGTH, LARGEST_LENGTH): "length",
+    (-LARGEST_LENGTH, LARGEST_LENGTH): "place",
+    (1 / LARGEST, LARGEST): "amount",
+    (-LARGEST, LARGEST): "signed amount",
+}
+CONTAINERS = ("effective", "lines")  # keys of a scene with tables of several kinds
+
+
+def scene_keys() -> dict[str, Any]:
+    """Return what the page on keys shows, by the names of its template."""
+    fields = SceneFile.model_fields
+    simple = [key for key in fields if key not in (*TABLES, *CONTAINERS)]
+    return {
+        "scene": rows(SceneFile, only=simple),
+        "tables": {name: (fields[name].description, rows(table_in(fields[name]))) for name in TABLES},
+        "contours": {name: (told(table, "kind"), rows(table, "kind")) for name, table in CONTOURS.items()},
+        "effective": (fields["effective"].description, rows(CombinedTable), rows(TransitionTable)),
+        "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS)),
+        "campaign": rows(CampaignFile),
+        "axis": rows(AxisTable),
+        "kinds": list(KINDS),
+        "builtin": {name: load_scene(name).title for name in builtin_names()},
+    }
+
+
+def told(table: type[BaseModel], key: str) -> str:
+    return table.model_fields[key].description or ""
+
+
+def rows(table: type[BaseModel], *without: str, only: list[str] | None = None) -> list[dict[str, str]]:
+    """Return a row for each key of a table."""
+    fields = {key: field for key, field in table.model_fields.items() if key not in without}
+    return [row(table, key, field) for key, field in fields.items() if only is None or key in only]
+
+
+def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
+    """Return name, type with limits, unit, default and meaning of a key."""
+    text = PAGE.sub(r"[\1](../\1.md)", field.description or "")
+    units, explained = UNIT.findall(text), DEFAULT.search(text)
+    meaning = DEFAULT.sub("", text)
+    if len(units) == 1:
+        meaning = UNIT.sub("", meaning)
+    if table is table_in(SceneFile.model_fields["contact"]):
+        meaning += of_motions(key)
+    return {
+        "key": field.alias or key,
+        "type": type_of(field),
+        "unit": units[0] if units else "",
+        "default": explained[1] if explained else default_of(field),
+        "meaning": meaning,
+    }
+
+
+def of_motions(key: str) -> str:
+    """Return for which motions a key of [contact] is, where not for all."""
+    motions = [f"`{name}`" for name, motion in MOTIONS.items() if key in motion.keys]
+    return f" (only with `motion` = {' or '.join(motions)})" if motions else ""
+
+
+def default_of(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    default = field.get_default()
+    if default is None or isinstance(default, BaseModel):
+        return "none"
+    return f"`{as_toml(default)}`"
+
+
+def type_of(field: FieldInfo) -> str:
+    """Return the type of the values of a key, with its limits."""
+    names = [f"`{name[1:-1]}`" for name in (*choices(field.annotation), *choices(*field.metadata))]
+    annotated: Any = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
+    parts = described(TypeAdapter(annotated).json_schema(), ", ".join(names))
+    return " or ".join(dict.fromkeys(parts))
+
+
+def described(schema: dict[str, Any], names: str) -> Iterator[str]:
+    """Yield the types that a schema allows; `names` are those of the values, where only some are allowed."""
+    if "anyOf" in schema:
+        for part in schema["anyOf"]:
+            yield from described(part, names)
+    elif schema.get("format") == "file-path":
+        yield "file"
+    elif "const" in schema:
+        yield f"`{schema['const']}`"
+    elif schema.get("type") == "string":
+        yield ", ".join(f"`{name}`" for name in schema.get("enum", ())) or names or "text"
+    elif schema.get("type") == "boolean":
+        yield "true or false"
+    elif schema.get("type") in ("number", "integer"):
+        yield number(schema)
+    elif schema.get("type") == "array":
+        yield from list_of(schema, names)
+    elif schema.get("type") != "null":
+        yield "table"
+
+
+def list_of(schema: dict[str, Any], names: str) -> Iterator[str]:
+    """Yield the type of a list, or of a pair of the same type."""
+    pair = schema.get("prefixItems")
+    items = (
+        " or ".join(described(pair[0] if pair else schema["items"], names)) if pair or schema["items"] else ""
+    )
+    kind = "pair" if pair else "list"
+    yield f"{kind} of {items}" if items else kind
+
+
+def number(schema: dict[str, Any]) -> str:
+    """Return the type of a number, with its limits."""
+    low, above = (schema.get(key) for key in ("minimum", "exclusiveMinimum"))
+    high, below = (schema.get(key) for key in ("maximum", "exclusiveMaximum"))
+    low, high = schema.get("ge", low), schema.get("le", high)  # of whole numbers
+    if (low, high) in RANGES:
+        return RANGES[low, high]
+    words = {"at least": low, "above": above, "at most": high, "below": below}
+    limits = ", ".join(f"{word} {limit:g}" for word, limit in words.items() if limit is not None)
+    if low is not None and high is not None:
+        limits = f"{low:g} … {high:g}"
+    kind = "whole number" if schema["type"] == "integer" else "number"
+    return f"{kind} ({limits})" if limits else kind
