@@ -210,11 +210,8 @@ class _Newton:
         centred = self.problem.motion.at_elements(slip)
         trial = q - self.scale * centred[self.mask]
         length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
-        stick, direction, share = (
-            length[:, 0] <= self.g[:, 0],
-            trial / length,
-            np.minimum(self.g / length, 1.0),
-        )
+        stick, direction = np.ravel(length <= self.g), trial / length
+        share = np.minimum(self.g / length, 1.0)
         of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
         of_forces = self.forces(q) - self.problem.free.targets / self.sums
         residual = np.concatenate([of_elements.ravel(), of_forces])
