@@ -1,8 +1,8 @@
-"""`femic contact` solves the contact of a scene with several ICs and writes the file, figures and report."""
+"""`femic contact` solves the contact of a scene with several ICs and writes the file, charts and report."""
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,32 +10,28 @@ import numpy as np
 import xarray as xr
 
 from compare.contact import figures, sensitivity
-from compare.contact.compute import ContactResults, reference_name
-from compare.contact.dataset import ics_of, others_of, reference_of, to_dataset, with_supports
+from compare.contact.answers import KILONEWTON, answer_sentences, answer_table, case_labels, numbers_table
+from compare.contact.compute import ContactResults
+from compare.contact.dataset import others_of, reference_of, to_dataset, with_supports
 from compare.matrix.compute import discounted
-from compare.report import views
+from compare.report.charts import chart_of
+from compare.report.looks import symbol_of
 from compare.report.parts import (
     Block,
+    Folded,
+    Note,
     Page,
-    Picture,
     Section,
     Verbatim,
-    extreme,
     join_words,
-    onset,
-    range_text,
     write_page,
     write_results,
 )
-from compare.report.styles import symbol_of
-from compare.report.tables import Cell, Row, Table, changes_table, columns_of, numbers
+from compare.report.tables import Cell, Row, Table, changes_table
 from femic.cache import folders
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.scenes.scene import Scene
-from geometries.patches import N
 
-RELIEF = 0.2  # drawn height of the largest pressure over the grid's width
-LIFTED = 0.02  # drawn height of pressures of 0 over the height of the largest
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 GRIDS = (
     "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, I)|"
@@ -48,16 +44,17 @@ MAPS = (
     "s / b. Colours: normal displacement with A minus B̂, over the largest with B̂. A uniform difference "
     "changes the approach only; a varying one changes the pressures."
 )
+SYMBOLS = "; ".join(f"{one.symbol}: {one.meaning}" for one in OF_FRICTIONLESS.values()) + "."
 SIDEWAYS = 1e-3  # lateral force over load from which the summary mentions it
-FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
 @dataclass(frozen=True)
 class FurtherSolution:
-    """A further solution of the same contacts: a section, rows by number of the case, and a note."""
+    """A further solution of the same contacts: its name, a section, numbers by number of the case, a note."""
 
-    section: Section
-    rows: Mapping[int, Row]
+    name: str
+    section: Folded
+    numbers: Mapping[int, xr.Dataset]
     note: str
 
 
@@ -72,106 +69,68 @@ def write_contact(
     `supports` has the numbers of the largest contact with other supports, by change.
     """
     dataset = with_supports(to_dataset(results), supports)
-    sections = _sections(results, dataset, further, folders.make(out / "figures"))
-    return write_results(
-        Page(str(dataset.attrs["title"]), summary(dataset), sections), out, "contact", dataset
-    )
+    return write_results(_page(results, dataset, further), out, "contact", dataset)
+
+
+def _page(results: ContactResults, dataset: xr.Dataset, further: FurtherSolution | None) -> Page:
+    answer = answer_table(dataset, reference_of(dataset), others_of(dataset))
+    return Page(str(dataset.attrs["title"]), summary(dataset), _sections(results, dataset, further), answer)
 
 
 def _sections(
-    results: ContactResults, dataset: xr.Dataset, further: FurtherSolution | None, folder: Path
-) -> Iterator[Section]:
-    drawn = [
-        Picture("numbers", figures.over_angle(dataset)),
-        Picture("profiles", figures.profiles(dataset)),
-        Picture("surfaces", figures.surfaces(dataset)),
-        *(_pictures_in_3d(results, folder) if views.can_render() else ()),
-    ]
-    yield Section("Numbers over the angle of the patch", drawn)
+    results: ContactResults, dataset: xr.Dataset, further: FurtherSolution | None
+) -> Iterator[Section | Folded]:
+    yield Section("", [figures.answer_chart(dataset)])
+    lower = next(iter(results.solved.contacts.values())).on_grid.undeformed.lower
+    yield Section("Pressures on the rail", [figures.on_rail(dataset, lower)])
+    yield Section("Patches", [figures.patches(dataset)])
+    if dataset.sizes["case"] > 1:
+        yield Folded("Further numbers over the angle of the patch", [figures.further_numbers(dataset)])
+    texts = _explanation(dataset, further), Note(SYMBOLS)
+    yield Folded("All numbers, by load and ICs", [*texts, *_tables(dataset, further)])
     if further:
         yield further.section
-    yield Section("Numbers by case", [_explanation(dataset, further), *_tables(dataset, further)])
-    yield Section("Rigid motions and supports of the bodies", list(_supports(results.scene, dataset)))
-    seconds = f"Total: {results.solved.seconds:.1f} s."
-    yield Section("Grids, and C on them", [GRIDS, _grids_table(results), seconds])
-    yield Section("The scene", [Verbatim(results.scene.text)])
+    yield Folded("Rigid motions and supports of the bodies", list(_supports(results.scene, dataset)))
+    yield Folded("Grids, C on them, and cost", [GRIDS, _grids_table(results), _cost(dataset, results)])
+    yield Folded("The scene", [Verbatim(results.scene.text)])
 
 
 def _explanation(dataset: xr.Dataset, further: FurtherSolution | None) -> str:
-    text = (
-        "Of the patch with the largest load. Small, below each number: its estimated error (from elements "
-        "twice and four times as large; of C also from C plus its own estimate), and its ratio to the number "
-        f"with {symbol_of(reference_of(dataset))}. “p_max, displaced”: with the distance of the displaced "
-        "body instead of the linearised one; a dash where that contact exceeds the grid, or has no "
-        "solution. Seconds: pressures alone; the seconds of C itself are below."
-    )
-    return f"{text} {further.note}" if further else text
-
-
-def _pictures_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
-    """Draw pressures of the reference on the lower surface, as heights and colours, a picture per case."""
-    name = reference_name(results.solved.ics)
-    for number, loading in enumerate(results.solved.loadings):
-        contact = results.solved.contacts[loading, name]
-        surface, grid = contact.on_grid.undeformed.lower, contact.on_grid.grid
-        p = np.where(contact.normal.in_contact, contact.normal.p, np.nan)
-        x = np.linspace(contact.on_grid.x[0], contact.on_grid.x[-1], 2)
-        s = np.linspace(*surface.contour.limits, 200)
-        path = folder / f"contact_3d_{number}.png"
-        rail, patch = (
-            np.reshape(surface.position(*map(np.ravel, np.meshgrid(*at, indexing="ij"))), (3, *map(len, at)))
-            for at in ((x, s), (contact.on_grid.x, grid.strips))
-        )
-        heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
-        raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
-        views.draw_pressures(rail, raised, p, path, title=f"{loading}, pressures with {name}")
-        yield Picture(path.stem, path)
+    sentences = [
+        "Of the patch with the largest load, with estimated errors: from elements twice and four times as "
+        "large; of C also from C plus its own estimate. Small, below each number: its difference to the "
+        f"number with {symbol_of(reference_of(dataset))}, in its unit where it may vanish by symmetry. "
+        "“p_max, displaced”: with the distance of the displaced body instead of the linearised one; a dash "
+        "where that contact exceeds the grid, or has no solution.",
+        *_displaced_sentence(dataset),
+    ]
+    return " ".join([*sentences, further.note] if further else sentences)
 
 
 def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
     """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
-    maps = Picture("sensitivity", sensitivity.maps(results))
-    title = f"Where A and B̂ differ: {', '.join(results)}"
-    page = Page(title, sensitivity.summary(results), [Section("", [MAPS, maps])])
+    differences = sensitivity.differences(results)
+    page = Page(
+        f"Where A and B̂ differ: {', '.join(results)}",
+        sensitivity.summary(differences),
+        [Section("", [chart_of("sensitivity", *sensitivity.maps(differences)), MAPS])],
+        sensitivity.table(differences),
+    )
     return write_page(page, folders.make(out) / "contact.html")
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return sentences computed from the numbers: deviations of each of the ICs, and their onset."""
-    reference, cases = reference_of(dataset), dataset.sizes["case"]
-    symbol, angle = symbol_of(reference), dataset.angle.sel(ics=reference)
-    patches = "One case, a patch" if cases == 1 else f"{cases} cases, patches"
-    sentences = [f"{patches} over {range_text(angle, '.0f')} degrees with {symbol}."]
-    for name in others_of(dataset):
-        p_max, b, approach = (
-            dataset[key].sel(ics=name) / dataset[key].sel(ics=reference) - 1
-            for key in ("p_max", "b", "approach")
-        )
-        failing = onset(angle.values, (abs(p_max) > FAILS).values)
-        fails = f"off by more than {FAILS:.0%} {failing}" if failing else f"within {FAILS:.0%} everywhere"
-        sentences.append(
-            f"{symbol_of(name)}: p_max {extreme(p_max):+.1%}, b {extreme(b):+.1%}, approach "
-            f"{extreme(approach):+.1%} of {symbol}'s at worst; p_max is {fails}."
-        )
-    sentences += _lateral_force_sentence(dataset)
-    seconds = dataset.seconds.values
-    sentences.append(
-        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case"
-        + (f", C on its grids {_seconds_of_c(dataset):.0f} s." if "C" in dataset.ics else ".")
-    )
-    displaced = abs(dataset.displaced_p_max / dataset.p_max - 1).sel(ics=reference)
-    if displaced.notnull().any():
-        sentences.append(
-            f"The exact distance of the displaced body instead of the linearised one changes p_max by up to "
-            f"{float(displaced.max()):.1%}."
-        )
-    return " ".join(sentences)
+    """Return the answer, in at most three sentences: pressure and patch, deviations of others, what else."""
+    answers = answer_sentences(dataset, reference_of(dataset), others_of(dataset))
+    further = [*_lateral_force_sentence(dataset), *_displaced_sentence(dataset)]
+    return " ".join([*answers, *further[:1]])
 
 
 def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     """Yield a sentence on the lateral force, where the contact is not symmetric."""
     shares, reference = dataset.F_y / dataset["load"], reference_of(dataset)
-    shares = shares.isel(case=int(np.argmax(abs(shares.sel(ics=reference)).values)))
+    number = int(np.argmax(abs(shares.sel(ics=reference)).values))
+    shares = shares.isel(case=number)
     share = float(shares.sel(ics=reference))
     if abs(share) < SIDEWAYS:
         return
@@ -180,36 +139,57 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     )
     yield (
         f"The lateral force on the upper body is {share:+.3f} of the load with "
-        f"{symbol_of(reference)} at {shares.case.item()}"
+        f"{symbol_of(reference)} at {case_labels(dataset)[number]}"
         + (f", {others}: approximations lack the bending of the sections." if others else ".")
     )
 
 
-def _seconds_of_c(dataset: xr.Dataset) -> float:
-    return sum(float(of_grid["seconds"]) for of_grid in json.loads(dataset.attrs["references"]).values())
+def _displaced_sentence(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield a sentence on the exact distance, where there are contacts with it."""
+    displaced = abs(dataset.displaced_p_max / dataset.p_max - 1).sel(ics=reference_of(dataset))
+    if displaced.notnull().any():
+        yield (
+            "The exact distance of the displaced body instead of the linearised one changes p_max by up to "
+            f"{float(displaced.max()):.1%}."
+        )
+
+
+def _cost(dataset: xr.Dataset, results: ContactResults) -> str:
+    seconds = dataset.seconds.values
+    grids = json.loads(dataset.attrs["references"]).values()
+    of_c = f", C on its grids {sum(float(grid['seconds']) for grid in grids):.0f} s" if grids else ""
+    return (
+        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case{of_c}; all of it "
+        f"{results.solved.seconds:.1f} s."
+    )
 
 
 def _tables(dataset: xr.Dataset, further: FurtherSolution | None) -> Iterator[Table]:
-    """Yield a table per case: each number with its estimate, its ratio to the reference, and the cost."""
-    columns = [*columns_of(OF_FRICTIONLESS.values()), *numbers("p_max, displaced", "iterations", "s")]
-    for number, name in enumerate(dataset.case.values):
+    """Yield a table per case: each number with its estimate and its difference to the reference, the cost."""
+    reference = reference_of(dataset)
+    names, quantities = [reference, *others_of(dataset)], dict(OF_FRICTIONLESS)
+    for number, label in enumerate(case_labels(dataset)):
         case = dataset.isel(case=number)
-        rows = [_row(case, ics) for ics in ics_of(case)]
-        if further and number in further.rows:
-            rows.append(further.rows[number])
-        yield Table(str(name), columns, rows)
-
-
-def _row(case: xr.Dataset, name: str) -> Row:
-    selected, reference = case.sel(ics=name), case.sel(ics=reference_of(case))
-    ratios = selected / reference
-    estimates = {key: selected[f"estimate_{key}"] for key in OF_FRICTIONLESS}
-    cells = [
-        Cell(float(selected[key]), ".5g", f"± {float(estimates[key]):.2g}; {float(ratios[key]):.4f}")
-        for key in OF_FRICTIONLESS
-    ]
-    cost = Cell(int(selected.iterations)), Cell(float(selected.seconds), ".2f")
-    return Row(symbol_of(name), [*cells, Cell(float(selected.displaced_p_max), ".5g"), *cost])
+        if label.endswith("kN"):
+            case = case.assign({key: case[key] / KILONEWTON for key in ("load", "estimate_load")})
+            quantities["load"] = replace(OF_FRICTIONLESS["load"], unit="kN")
+        with_ics = [case.sel(ics=name) for name in names]
+        solutions = dict(zip(map(symbol_of, names), with_ics, strict=True))
+        missing = []
+        if further and number in further.numbers:
+            solutions[further.name] = further.numbers[number]
+            missing = [Cell("–")]
+        table = numbers_table(label, quantities, solutions, with_ics[0])
+        rows = {
+            "p_max, displaced [MPa]": ("displaced_p_max", ".5g"),
+            "iterations": ("iterations", ".0f"),
+            "pressures alone [s]": ("seconds", ".2f"),
+        }
+        others = [
+            Row(head, [*(Cell(float(one[key]), form) for one in with_ics), *missing])
+            for head, (key, form) in rows.items()
+        ]
+        yield Table(label, table.columns, [*table.rows, *others])
 
 
 def _supports(scene: Scene, dataset: xr.Dataset) -> Iterator[Block]:

@@ -1,13 +1,13 @@
 """Maps and sentences of where A and B-hat differ under the pressures of the scenes' contacts."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from compare.contact.compute import ContactResults
-from compare.report.styles import RC
+from compare.report.charts import Map
+from compare.report.parts import join_words
+from compare.report.tables import Cell, Row, Table, numbers
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.sensitivity import REFERENCE, Sensitivity, sensitivities
 from femic.scenes.scene import Scene
@@ -27,43 +27,62 @@ def shape_of(results: ContactResults) -> SolvedContact:
     return min(contacts, key=lambda contact: abs(contact.normal.load - shape_load))
 
 
-def _sensitivities(results: Mapping[str, ContactResults]) -> list[Sensitivity]:
+def differences(results: Mapping[str, ContactResults]) -> list[Sensitivity]:
+    """Return the differences under the pressures of every scene (row) on the patch of every scene."""
     return list(sensitivities({name: shape_of(contacts) for name, contacts in results.items()}))
 
 
-def summary(results: Mapping[str, ContactResults]) -> str:
-    """Return sentences on the range of differences on each patch, and on the pressures with the largest."""
-    differences = _sensitivities(results)
-    sentences = [
-        f"Pressures of {case.pressures} on {case.patch}: A is off by {np.min(case.inside):+.1%} ... "
-        f"{np.max(case.inside):+.1%} of the largest displacement with B̂."
-        for case in differences
+def summary(cases: Sequence[Sensitivity]) -> str:
+    """Return how far A is off at worst, and which pressures that is under on each patch."""
+    worst = max(cases, key=lambda case: case.largest)
+    by_patch = {
+        patch: max((case for case in cases if case.patch == patch), key=lambda case: case.largest)
+        for patch in _patches(cases)
+    }
+    under = join_words(
+        f"on the patch of {patch} under the pressures of {case.pressures}" for patch, case in by_patch.items()
+    )
+    return (
+        f"Displacements with A are off by up to {worst.largest:.1%} of the largest with B̂, "
+        f"under the pressures of {worst.pressures} on the patch of {worst.patch}. A is furthest off {under}."
+    )
+
+
+def _patches(cases: Sequence[Sensitivity]) -> list[str]:
+    return list(dict.fromkeys(case.patch for case in cases))
+
+
+def table(cases: Sequence[Sensitivity]) -> Table:
+    """Return the range of differences, a row per pressures, a column per patch."""
+    patches = _patches(cases)
+    ranges = [
+        Cell(f"{100 * np.min(case.inside):+.1f} ... {100 * np.max(case.inside):+.1f}") for case in cases
     ]
-    for scene in results:
-        worst = max((case for case in differences if case.patch == scene), key=lambda case: case.largest)
-        sentences.append(
-            f"On the patch of {scene} A is furthest off under the pressures of {worst.pressures}."
-        )
-    return " ".join(sentences)
+    n = len(patches)
+    return Table(
+        "A over B̂, pressures of",
+        numbers(*(f"on the patch of {patch}" for patch in patches), unit="%"),
+        [Row(name, ranges[k * n : (k + 1) * n]) for k, name in enumerate(patches)],
+    )
 
 
-def maps(results: Mapping[str, ContactResults]) -> Figure:
-    """Draw the maps, a row per pressures, a column per patch."""
-    drawn = _sensitivities(results)
-    n = round(np.sqrt(len(drawn)))
-    largest = max(case.largest for case in drawn)
-    with mpl.rc_context(RC | {"axes.grid": False}):
-        figure = Figure(figsize=(4.6 * n, 3.4 * n), layout="constrained")
-        for axes, case in zip(figure.subplots(n, n, squeeze=False).ravel(), drawn, strict=True):
-            shown = np.ma.masked_where(~case.on_patch, case.difference)
-            shades = axes.pcolormesh(
-                case.x, case.s, shown.T, cmap="RdBu_r", vmin=-largest, vmax=largest, rasterized=True
-            )
-            axes.set(xlabel="x [mm]", ylabel="s [mm]", title=f"pressures of {case.pressures} on {case.patch}")
-            for limit, place, inside in (
-                (axes.set_xlim, case.x, case.on_patch.any(axis=1)),
-                (axes.set_ylim, case.s, case.on_patch.any(axis=0)),
-            ):
-                limit(place[inside].min(), place[inside].max())
-        figure.colorbar(shades, ax=figure.axes, label="(u_n with A − u_n with B̂) / max u_n with B̂ [-]")
-        return figure
+def maps(cases: Sequence[Sensitivity]) -> tuple[list[Map], int]:
+    """Return the maps, a row per pressures, a column per patch, and the number of columns."""
+    largest = 100 * max(case.largest for case in cases)
+    return [_map(case, largest) for case in cases], len(_patches(cases))
+
+
+def _map(case: Sensitivity, largest: float) -> Map:
+    x, s = (np.flatnonzero(case.on_patch.any(axis=axis)) for axis in (1, 0))
+    shown = np.where(case.on_patch, 100 * case.difference, np.nan)
+    return Map(
+        f"pressures of {case.pressures} on {case.patch}",
+        "x [mm]",
+        "s [mm]",
+        case.x[x[0] : x[-1] + 1],
+        case.s[s[0] : s[-1] + 1],
+        shown[x[0] : x[-1] + 1, s[0] : s[-1] + 1],
+        "A − B̂, over the largest [%]",
+        "diverging",
+        (-largest, largest),
+    )

@@ -1,35 +1,36 @@
-"""Figures, sentences, table and page of contact with ICs beside contact with finite elements."""
+"""Charts, sentences, tables and page of contact with ICs beside contact with finite elements."""
 
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from compare.contact.answers import answer_sentences, answer_table, case_labels, numbers_table
 from compare.contact.dataset import ics_of
-from compare.contact.figures import loaded_part
+from compare.contact.figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
-from compare.finite_elements.deviations import deviations, differences, relative_estimates
-from compare.report.panels import draw_band, draw_by_ics, figure_grid
+from compare.finite_elements.deviations import deviations, relative_estimates
+from compare.report.charts import Chart, Panel, chart_of
+from compare.report.looks import symbol_of
 from compare.report.parts import (
+    Block,
+    Folded,
+    Items,
     Page,
-    Part,
+    Section,
+    Verbatim,
     extreme,
-    final_sections,
     join_words,
     onset,
     range_text,
     write_results,
 )
-from compare.report.styles import symbol_of
-from compare.report.tables import Cell, Row, Table, columns_of
+from compare.report.tables import Table
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
-SHARES = (0.01, 0.02, 0.05)  # deviations: the summary gives the angles from which they are exceeded
-DRAWN = ("p_max", "a", "b", "approach")
+SHARES = (0.01, 0.02, 0.05)  # deviations: sentences give the angles from which they are exceeded
+FURTHER = ("a", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as unsymmetric
 WITHOUT_RIGID = (
     "Approaches with FE and with C exclude the rigid part M_zz of the compliance, computed by the models of "
@@ -41,9 +42,10 @@ RAW = (
     "approximations do not."
 )
 BELOW = (
-    "Small, below each number: its estimated error, and its deviation from finite elements (FE), as a share, "
-    "or in its unit where it vanishes by symmetry. "
+    "With estimated errors. Small, below each number: its difference to the number by finite elements (FE), "
+    "in its unit where it may vanish by symmetry. "
 )
+PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements beside it."
 
 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
@@ -51,11 +53,22 @@ def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
-    tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
-    end = final_sections(tables, BELOW + approach_note(dataset), cost(dataset), str(dataset.attrs["scene"]))
+    answer = answer_table(dataset, FE, _compared(dataset))
     return write_results(
-        Page(title, summary(dataset), chain(_parts(dataset), end)), out, "fe_contact", dataset
+        Page(title, summary(dataset), _sections(dataset), answer), out, "fe_contact", dataset
     )
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    yield Section("", [answer_chart(dataset), PROFILES])
+    yield Folded("How far each of the ICs is off, and from which angle on", [*details(dataset)])
+    if dataset.sizes["case"] > 1:
+        chart = numbers_chart(dataset, FURTHER, "numbers")
+        yield Folded("Further numbers over the angle of the patch", [chart])
+    tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
+    yield Folded("All numbers, by load and ICs", [BELOW + approach_note(dataset), *tables])
+    yield Folded("Cost of finite elements", [cost(dataset)])
+    yield Folded("The scene", [Verbatim(str(dataset.attrs["scene"]))])
 
 
 def approach_note(dataset: xr.Dataset) -> str:
@@ -73,23 +86,24 @@ def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return sentences computed from the numbers: deviations of ICs from finite elements, and their onset."""
-    angle = dataset.angle.sel(ics=FE)
-    dataset = dataset.isel(case=angle.notnull().values)
-    estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
-    sentences = [
-        f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Estimated error of the "
-        f"patch by finite elements: {estimate:.1%}."
-    ]
-    for name in _compared(dataset):
-        worst = join_words(
-            f"{extreme(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN
-        )
-        sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
-    sentences += _lateral_force_sentence(dataset)
+    """Return the answer: pressure and patch by finite elements, deviations of ICs, and loads without one."""
+    sentences = [*answer_sentences(dataset, FE, _compared(dataset))]
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
+
+
+def details(dataset: xr.Dataset) -> Iterator[Block]:
+    """Yield what else is off, from where on, and the lateral force, in sentences."""
+    dataset = dataset.isel(case=dataset.angle.sel(ics=FE).notnull().values)
+    estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
+    sentences = [f"Estimated error of the patch by finite elements: {estimate:.1%}."]
+    for name in _compared(dataset):
+        worst = join_words(
+            f"{extreme(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in (*MAIN, *FURTHER)
+        )
+        sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
+    yield Items([*sentences, *_lateral_force_sentence(dataset)])
 
 
 def _compared(dataset: xr.Dataset) -> list[str]:
@@ -130,76 +144,44 @@ def _from_where(dataset: xr.Dataset, ics: str) -> str:
     )
 
 
-def _parts(dataset: xr.Dataset) -> Iterator[Part]:
-    yield Part(
-        "Deviations over the angle of the patch",
-        "Numbers with ICs over the numbers with finite elements, minus 1. Band: estimate of finite elements.",
-        "deviations",
-        over_angle(dataset),
-    )
-    yield Part(
-        "Pressures across the patch",
-        "At x = 0, with finite elements, and with ICs on the elements beside it.",
-        "profiles",
-        profiles(dataset),
-    )
+def numbers_chart(dataset: xr.Dataset, keys: tuple[str, ...], name: str) -> Chart:
+    """Return numbers over the angle of the patch, and below them their differences to finite elements."""
+    above, below = over_angle(dataset, keys, FE)
+    return chart_of(name, [*above, *below], len(keys))
 
 
-def over_angle(dataset: xr.Dataset) -> Figure:
-    """Draw deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
-    cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=FE).values))
-    angle = cases.angle.sel(ics=FE)
-    with figure_grid(1, len(DRAWN), (3.2, 2.9)) as (figure, grid):
-        for axes, key in zip(grid[0], DRAWN, strict=True):
-            off, band = 100 * deviations(cases, key), 100 * relative_estimates(cases, key)
-            draw_by_ics(axes, angle, off)
-            draw_band(axes, angle, -band, band, "estimate of FE")
-            axes.set(title=OF_FRICTIONLESS[key].symbol, xlabel="Δδ with FE [deg]")
-        figure.axes[0].set_ylabel("ICs minus FE, over FE [%]")
-    return figure
+def answer_chart(dataset: xr.Dataset) -> Chart:
+    """Return pressures at x = 0 by load beside numbers over the angle; below, differences to FE."""
+    profiles = {label: _profile(dataset, number) for number, label in enumerate(case_labels(dataset))}
+    return beside_numbers(dataset, profiles, FE)
 
 
-def profiles(dataset: xr.Dataset) -> Figure:
-    """Draw pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
-    with figure_grid(1, dataset.sizes["case"]) as (figure, grid):
-        for number, axes in enumerate(grid[0]):
-            _draw_profile(axes, dataset, number)
-            axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
-        figure.axes[0].set_ylabel("pressure at x = 0 [MPa]")
-    return figure
-
-
-def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
+def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
+    """Return pressures along s at x = 0, and below them differences at the nodes of finite elements."""
     p = dataset[f"p_{number}"]
-    at = p[f"s_{number}"]
     part = loaded_part(p)
-    draw_by_ics(axes, at[part], p.dropna("ics", how="all")[..., part], 0)
+    s = p[f"s_{number}"].values[part]
+    pressures = {name: (s, p.sel(ics=name).values[part]) for name in _compared(dataset)}
     if f"p_fe_{number}" not in dataset:
-        return
-    with_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
-    inside = (s >= at[part].values[0]) & (s <= at[part].values[-1])
-    axes.plot(s[inside], with_fe[inside], "o", color="black", markersize=2.5, label=FE)
+        return profile_panels("pressure at x = 0, without FE", pressures, {}, FE)
+    with_fe, s_fe = (dataset[f"{name}_fe_{number}"].values for name in ("p", "s"))
+    inside = (s_fe >= s[0]) & (s_fe <= s[-1])
+    with_fe, s_fe = with_fe[inside], s_fe[inside]
+    differences = {
+        name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in pressures.items()
+    }
+    angle = float(dataset.angle.sel(ics=FE)[number])
+    title = f"pressure at x = 0, patch over {angle:.0f}°"
+    return profile_panels(title, pressures | {FE: (s_fe, with_fe)}, differences, FE)
 
 
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """Return the table of all numbers of a case."""
     case = dataset.isel(case=number)
-    columns = columns_of(OF_FRICTIONLESS[name] for name in NUMBERS)
-    rows = [
-        Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
-        for name in ics_of(case)
-    ]
-    return Table(str(case.case.values), columns, rows)
-
-
-def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> Cell:
-    case = dataset.isel(case=number).sel(ics=ics)
-    value, estimate = (float(case[name]) for name in (key, f"estimate_{key}"))
-    if key in OF_PLACE and _symmetric(dataset, number):
-        return Cell("0")
-    apart, form = (differences, "+.2g") if key in OF_PLACE else (deviations, "+.2%")
-    off = "" if ics == FE else f", {float(apart(dataset, key).isel(case=number).sel(ics=ics)):{form}}"
-    return Cell(value, ".4g", f"± {estimate:.1g}{off}")
+    solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared(dataset))}
+    zeros = OF_PLACE if _symmetric(dataset, number) else ()
+    quantities = {name: OF_FRICTIONLESS[name] for name in NUMBERS}
+    return numbers_table(case_labels(dataset)[number], quantities, solutions, solutions[FE], zeros)
 
 
 def _symmetric(dataset: xr.Dataset, number: int) -> bool:

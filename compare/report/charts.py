@@ -105,7 +105,7 @@ class Map:
 class Surface:
     """A body's surface in grey and values on a part of it, in 3D; points (3, n, m) [mm], values (n, m).
 
-    `picture` is the file of the same for paper.
+    `picture` is the file of the same for paper; without one it is drawn by Matplotlib.
     """
 
     title: str
@@ -113,7 +113,7 @@ class Surface:
     part: Array
     values: Array
     unit: str
-    picture: Path
+    picture: Path | None = None
 
 
 Cell = Panel | Map | Surface
@@ -124,6 +124,8 @@ class Chart:
     """Cells in columns, by the steps of a slider; a single step has no slider.
 
     `name` is that of its file, `slider` says what the steps are, and moves all sliders of the same name.
+    With a `choice`, the cells of a step are alternatives, chosen by their titles: the page shows one at a
+    time, paper the first.
     """
 
     name: str
@@ -132,6 +134,7 @@ class Chart:
     slider: str = ""
     heights: float = 1.0  # of the cells, over the standard
     start: str = ""  # the step shown first, or the last one
+    choice: str = field(default="", kw_only=True)
     alt: str = field(default="", kw_only=True)
 
     @property

@@ -17,7 +17,8 @@ Axis = dict[str, Any]
 
 HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
 DIGITS = 6  # of the numbers on a page
-COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu"}
+COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu"}  # red is positive
+EYE = {"x": -1.2, "y": -1.2, "z": 1.1}  # whence a cube is seen
 CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 
 
@@ -33,6 +34,7 @@ def as_json(chart: Chart) -> str:
     content = {
         "name": chart.name,
         "slider": chart.slider,
+        "choice": chart.choice,
         "labels": list(chart.steps),
         "start": chart.first,
         "columns": chart.columns,
@@ -130,7 +132,7 @@ def _map(drawn: Map) -> dict[str, Any]:
         shown["colorbar"] = {"title": {"text": drawn.unit, "side": "right"}, "thickness": 12}
         shown["hovertemplate"] = f"{place}%{{z:.4g}}<extra></extra>"
     if not drawn.classes:
-        shown |= {"colorscale": COLOURS[drawn.scale], "reversescale": drawn.scale != "sequential"}
+        shown["colorscale"] = COLOURS[drawn.scale]
     axes = {"xaxis": _axis(drawn.across), "yaxis": _axis(drawn.up)}
     if drawn.to_scale:
         axes["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
@@ -186,12 +188,20 @@ def _surface(surface: Surface) -> dict[str, Any]:
     pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
     traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]
     named = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}} for axis in "xyz"}
-    eye = {"eye": {"x": -1.2, "y": -1.2, "z": 1.1}}
+    away = _slenderness(surface.body, surface.part) ** 0.5
+    eye = {"eye": {axis: away * at for axis, at in EYE.items()}}
     return {
         "title": surface.title,
         "traces": traces,
         "layout": {"scene": named | {"aspectmode": "data", "camera": eye}},
     }
+
+
+def _slenderness(*points: Array) -> float:
+    """Return the longest over the mean side of the box about points, (3, n, m); the mean is drawn as 1."""
+    spans = np.ptp(np.concatenate([part.reshape(3, -1) for part in points], axis=1), axis=1)
+    positive = spans[spans > 0]
+    return float(np.max(positive) / np.exp(np.mean(np.log(positive))))
 
 
 def _numbers(values: Array) -> Any:

@@ -32,6 +32,7 @@ OWN: Mapping[str, Look] = MappingProxyType(
         "Bhat": Look("#d55e00", "dash", "diamond"),
         "Bhat_prime": Look("#cc79a7", "longdash", "triangle-down"),
         "C_solid": Look(INK, "", "circle-open"),
+        "FE": Look(INK, "", "circle-open"),
         "C": Look(INK, "solid", "star", 2.2),
     }
 )
@@ -49,11 +50,13 @@ FURTHER = tuple(
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of ICs: of C, of a map of it, or of a form, perhaps with exchanged components."""
+    """Return the symbol of C, of a map of it, of FE, or of a form, perhaps with exchanged components."""
     if is_map(name):
         path = Path(name)
         return f"C from {path.stem if path.stem != 'sweep' else path.parent.name}"
-    fixed = {"C": "C", "C_solid": "C (solid)"} | {key: form.symbol for key, form in VARIANTS.items()}
+    fixed = {"C": "C", "C_solid": "C (solid)", "FE": "FE"} | {
+        key: form.symbol for key, form in VARIANTS.items()
+    }
     return fixed[name] if name in fixed else exchanged_symbol(name)
 
 

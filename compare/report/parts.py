@@ -123,6 +123,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     )
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
+    environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
     environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
     environment.filters["typeset"] = _typeset
     sections = [one.section if isinstance(one, Part) else one for one in page.sections]
@@ -140,16 +141,24 @@ def _typeset(text: str) -> Markup:
     return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def _embedded(block: Picture | Chart, folder: Path, prefix: str) -> str:
-    """Return the file of a picture, or of a chart on paper, as a data URL; it is written unless it exists."""
-    name = f"{prefix}_{block.name}" if prefix else block.name
+def _embedded(block: Picture, folder: Path, prefix: str) -> str:
+    """Return the file of a picture as a data URL; it is written unless it exists."""
+    path = folders.make(folder) / f"{_file(block.name, prefix)}.png"
+    return _data_url(save(block.figure, path) if isinstance(block.figure, Figure) else block.figure)
+
+
+def _on_paper(chart: Chart, folder: Path, prefix: str) -> list[str]:
+    """Return the pictures of a chart as data URLs; their files are written."""
     folders.make(folder)
-    if isinstance(block, Chart):
-        path = save_all(static.picture(block), folder / name)
-    else:
-        path = (
-            save(block.figure, folder / f"{name}.png") if isinstance(block.figure, Figure) else block.figure
-        )
+    figures = static.pictures(chart).items()
+    return [_data_url(save_all(figure, folder / _file(name, prefix))) for name, figure in figures]
+
+
+def _file(name: str, prefix: str) -> str:
+    return f"{prefix}_{name}" if prefix else name
+
+
+def _data_url(path: Path) -> str:
     kind = "svg+xml" if path.suffix == ".svg" else "png"
     return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
 

@@ -1,11 +1,14 @@
 """Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib."""
 
+import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,8 +20,10 @@ from compare.report.looks import INK, Look, without_marker
 
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
+CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES = 8  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
+NOT_IN_NAMES = r"[^\w.-]+"  # characters of a step that the name of its file has not
 DASHES: dict[str, Any] = {
     "": "none",
     "solid": "-",
@@ -32,7 +37,6 @@ MARKERS = {
     "": "",
     "square": "s",
     "circle": "o",
-    "circle-open": "o",
     "triangle-up": "^",
     "triangle-down": "v",
     "triangle-left": "<",
@@ -48,8 +52,30 @@ MARKERS = {
 COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_r"}
 
 
+def pictures(chart: Chart) -> dict[str, Figure]:
+    """Return the figures of a chart by their names: one, or one per step where a step has several rows."""
+    chart = _without_choice(chart)
+    if len(chart.steps) == 1 or all(len(cells) <= chart.columns for cells in chart.steps.values()):
+        return {chart.name: picture(chart)}
+    return {
+        f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}": picture(
+            replace(chart, steps={step: cells}, start="")
+        )
+        for step, cells in chart.steps.items()
+    }
+
+
+def _without_choice(chart: Chart) -> Chart:
+    """Return a chart with the first of the cells to choose from, steps side by side."""
+    if not chart.choice:
+        return chart
+    first = {step: cells[:1] for step, cells in chart.steps.items()}
+    return replace(chart, steps=first, columns=CHOSEN_COLUMNS, choice="")
+
+
 def picture(chart: Chart) -> Figure:
     """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend."""
+    chart = _without_choice(chart)
     rows = list(_rows(chart))
     sizes = [SIZE[type(cell)] for cell in chart.cells]
     width, height = (max(size[k] for size in sizes) for k in (0, 1))
@@ -81,17 +107,38 @@ def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
 def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     axes.set_title(", ".join(filter(None, (step, cell.title))), fontsize=9)
     if isinstance(cell, Surface):
-        axes.imshow(mpl.image.imread(cell.picture))
-        axes.set_axis_off()
+        _draw_surface(figure, axes, cell)
         return
     axes.set(xlabel=cell.across, ylabel=cell.up)
     if isinstance(cell, Map):
         _draw_map(figure, axes, cell)
     else:
-        _draw_panel(axes, cell)
+        draw_panel(axes, cell)
 
 
-def _draw_panel(axes: Axes, panel: Panel) -> None:
+def _draw_surface(figure: Figure, axes: Axes, surface: Surface) -> None:
+    """Draw the picture of a surface, or else the values upon the body in 3D."""
+    if surface.picture is not None:
+        axes.imshow(mpl.image.imread(surface.picture))
+        axes.set_axis_off()
+        return
+    space: Any = figure.add_subplot(axes.get_subplotspec(), projection="3d", computed_zorder=False)
+    space.set_title(axes.get_title(), fontsize=9)
+    axes.remove()
+    norm = Normalize(np.nanmin(surface.values), np.nanmax(surface.values))
+    colours = mpl.colormaps[COLOURS["sequential"]](norm(surface.values))
+    part = [np.where(np.isnan(surface.values), np.nan, points) for points in surface.part]
+    fine = {"rcount": 200, "ccount": 200, "rasterized": True}
+    space.plot_surface(*surface.body, color="lightgrey", zorder=1, **fine)
+    space.plot_surface(*part, facecolors=colours, shade=False, zorder=2, **fine)
+    space.set_aspect("equal")
+    space.view_init(elev=35, azim=-135)
+    space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+    figure.colorbar(ScalarMappable(norm, COLOURS["sequential"]), ax=space, label=surface.unit, shrink=0.6)
+
+
+def draw_panel(axes: Axes, panel: Panel) -> None:
+    """Draw the curves of a panel, without title and names of axes."""
     for curve in panel.curves:
         _draw_curve(axes, curve)
     for mark in panel.marks:
@@ -112,7 +159,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     if curve.band is not None:
         half = np.broadcast_to(np.asarray(curve.band, dtype=float), y.shape)
         axes.fill_between(x, y - half, y + half, color=style["color"], alpha=0.2, linewidth=0)
-    return axes.plot(x, y, **style)
+    return axes.plot(x, y, label=curve.label, **style)
 
 
 def style_of(look: Look) -> dict[str, Any]:
@@ -121,7 +168,7 @@ def style_of(look: Look) -> dict[str, Any]:
         "color": "black" if look.colour == INK else look.colour,
         "linestyle": DASHES[look.dash],
         "linewidth": 0.8 * look.width,
-        "marker": MARKERS[look.marker],
+        "marker": MARKERS[look.marker.removesuffix("-open")],
         "markersize": 4,
         **({"markerfacecolor": "white"} if look.marker.endswith("-open") else {}),
     }

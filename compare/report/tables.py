@@ -9,6 +9,8 @@ import xarray as xr
 from femic.contact.pairs.quantities import Quantity
 
 ROUNDING = 1e-9  # share below which a difference is rounding
+VANISHING = 1e-4  # share of its estimate below which a difference is none
+LEAST_POWER, LARGEST_POWER = -4, 7  # powers of ten of numbers that are written without one
 
 
 @dataclass(frozen=True)
@@ -100,27 +102,53 @@ def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, d
     return Cell(float(value), f".{digits}g", below)
 
 
+def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
+    """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
+
+    Without an estimate, or with one of rounding, a number has six digits; NaN is a dash.
+    """
+    value, estimate = float(value), float(estimate)
+    if np.isnan(value):
+        return "–"
+    if not estimate > ROUNDING * abs(value):
+        return f"{value:.6g}"
+    last = _power(estimate, 1) - 1  # power of ten of the last digit
+    power, decimals = _power(max(abs(value), estimate)), max(-last, 0)
+    rounded = round(estimate, -last)
+    if round(value, -last) == 0:
+        return f"0 ± {rounded:.{decimals}f}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
+    if LEAST_POWER <= power <= LARGEST_POWER:
+        return f"{round(value, -last):.{decimals}f} ± {rounded:.{decimals}f}"
+    scale, decimals = 10.0**power, max(power - last, 0)
+    return f"({value / scale:.{decimals}f} ± {estimate / scale:.{decimals}f})e{power}"
+
+
+def _power(value: float, digits: int = 6) -> int:
+    """Return the power of ten of the first digit of a number, rounded to some digits behind that."""
+    return int(f"{value:.{digits}e}".split("e")[1])
+
+
 def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> Cell:
     """Return a cell with the change of a number, below it the former number with its estimate."""
     change = float(value) - float(before)
-    below = f"of {float(before):.4g} ± {float(estimate):.2g}"
-    return (
-        Cell(change, "+.2g", below) if abs(change) > ROUNDING * abs(float(before)) else Cell("0", "", below)
-    )
+    rounding = max(ROUNDING * abs(float(before)), VANISHING * float(estimate))
+    below = f"of {with_estimate(before, estimate)}"
+    return Cell(change, "+.2g", below) if abs(change) > rounding else Cell("0", "", below)
 
 
 def changes_table(
     caption: str, quantities: Mapping[str, Quantity], before: xr.Dataset, changed: xr.Dataset, prefix: str
 ) -> Table:
-    """Return the changes of quantities due to other supports, a row per change; `changed` has a prefix."""
+    """Return the changes of quantities due to other supports, a column per change; `changed` has a prefix."""
+    names = [str(name) for name in changed.supports.values]
     rows = [
         Row(
-            str(name),
+            Column(quantity.symbol, quantity.unit).title,
             [
                 changed_cell(changed[prefix + key].sel(supports=name), before[key], before[f"estimate_{key}"])
-                for key in quantities
+                for name in names
             ],
         )
-        for name in changed.supports.values
+        for key, quantity in quantities.items()
     ]
-    return Table(caption, columns_of(quantities.values()), rows)
+    return Table(caption, numbers(*names), rows)

@@ -87,28 +87,6 @@ def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title:
             plotter.show_axes()
 
 
-def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, title: str) -> None:
-    """Write a PNG of pressures [MPa] on a surface.
-
-    `rail` are points of the whole surface, `patch` of the part of the elements, (3, n, m) [mm] each;
-    `pressures` (n, m) are NaN where there is no contact.
-    """
-    os.environ.update(OFF_SCREEN)
-    loaded = pyvista.StructuredGrid(*patch)
-    loaded["pressure"] = pressures.ravel(order="F")
-    pressed = loaded.threshold(scalars="pressure", all_scalars=True)
-    if pressed.n_cells == 0:  # a single row of elements has no quadrangle of its own
-        pressed = loaded.threshold(scalars="pressure", all_scalars=False)
-    focus, size = loaded.points.mean(axis=0), loaded.length
-    bar = COLOUR_BAR | {"title": "pressure\n[MPa]\n"}
-    with _picture(path, window_size=(900, 620), lighting="light kit") as plotter:
-        plotter.add_mesh(pyvista.StructuredGrid(*rail), color="lightgrey", smooth_shading=True)
-        plotter.add_mesh(pressed, scalars="pressure", cmap="viridis", scalar_bar_args=bar, lighting=False)
-        plotter.add_text(title, position=(0.02, 0.93), viewport=True, font_size=11, color="black")
-        plotter.camera_position = [focus + size * np.array([-0.9, -0.9, 0.9]), focus, (0, 0, 1)]
-        plotter.show_axes()
-
-
 @dataclass(frozen=True, eq=False)
 class LoadedBody:
     """A body under a load; the block around it that is shown has x >= 0, `reach` [mm] to each side."""

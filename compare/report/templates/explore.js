@@ -13,18 +13,20 @@
   const paint = value => {
     if (typeof value !== "string") return value;
     const [colour, tone] = value.split(" ");
-    const plain = colour === "ink" ? css("--ink") : colour;
-    return tone === "faint" ? faint(plain) : plain;
+    const seen = colour === "ink" ? css("--ink") : colour;
+    return tone === "faint" ? faint(seen) : seen;
   };
+  const plain = { exponentformat: "power", minexponent: 4 }; // numbers up to 99999 without powers or prefixes
   const painted = trace => {
     const copy = { ...trace };
     if (copy.fillcolor) copy.fillcolor = paint(copy.fillcolor);
     for (const part of ["line", "marker"]) if (copy[part]?.color) copy[part] = { ...copy[part], color: paint(copy[part].color) };
+    if (copy.colorbar) copy.colorbar = { ...plain, ...copy.colorbar };
     if (copy.legendgroup && hidden.has(copy.legendgroup)) copy.visible = false;
     return copy;
   };
   const axis = given => ({
-    gridcolor: css("--grid"), zerolinecolor: css("--grid"), linecolor: css("--grid"), automargin: true, ...given,
+    gridcolor: css("--grid"), zerolinecolor: css("--grid"), linecolor: css("--grid"), automargin: true, ...plain, ...given,
     title: { ...given?.title, font: { size: 12 }, standoff: 6 },
   });
   const layout = (cell, height) => {
@@ -47,9 +49,14 @@
     modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d", "autoScale2d", "sendChartToCloud"],
   };
 
+  // The cells of the present step: all, or the one that is chosen.
+  const shown = chart => {
+    const cells = chart.content.steps[chart.step];
+    return chart.content.choice ? [cells[chart.chosen]] : cells;
+  };
   const draw = chart => {
     if (!chart.seen) return;
-    chart.content.steps[chart.step].forEach((cell, k) => {
+    shown(chart).forEach((cell, k) => {
       chart.titles[k].textContent = cell.title;
       Plotly.react(chart.cells[k], cell.traces.map(painted), layout(cell, chart.content.height), config);
     });
@@ -76,13 +83,27 @@
       button.setAttribute("aria-pressed", "true");
       list.append(button);
     }
-    chart.place.append(list);
+    chart.place.prepend(list);
   };
   const toggle = label => {
     if (!hidden.delete(label)) hidden.add(label);
     for (const button of document.querySelectorAll(".legend button"))
       button.setAttribute("aria-pressed", String(!hidden.has(button.dataset.label)));
     charts.filter(chart => chart.content.legend.some(entry => entry.label === label)).forEach(draw);
+  };
+
+  const choice = chart => {
+    const cells = chart.content.steps[chart.step];
+    if (!chart.content.choice || cells.length < 2) return;
+    const label = document.createElement("label"), select = document.createElement("select");
+    label.className = "choice";
+    for (const cell of cells) select.add(new Option(cell.title));
+    label.append(`${chart.content.choice} `, select);
+    chart.place.prepend(label);
+    select.addEventListener("change", () => {
+      chart.chosen = select.selectedIndex;
+      draw(chart);
+    });
   };
 
   const slider = chart => {
@@ -111,11 +132,11 @@
 
   for (const place of document.querySelectorAll(".chart")) {
     const content = JSON.parse(place.querySelector("script").textContent);
-    const chart = { place, content, step: content.start, cells: [], titles: [], seen: false };
+    const chart = { place, content, step: content.start, chosen: 0, cells: [], titles: [], seen: false };
     const grid = document.createElement("div");
     grid.className = "cells";
     grid.style.setProperty("--columns", content.columns);
-    for (const cell of content.steps[content.start]) {
+    for (const cell of shown(chart)) {
       const figure = document.createElement("div"), title = document.createElement("div"), plot = document.createElement("div");
       title.className = "title";
       title.textContent = cell.title;
@@ -128,6 +149,7 @@
     place.append(grid);
     legend(chart);
     charts.push(chart);
+    choice(chart);
     slider(chart);
     move(chart, content.start);
   }

@@ -1,16 +1,24 @@
 """What `femic contact` writes: numbers, sentences and pictures of a contact, and maps of two scenes."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from compare.contact import figures, sensitivity
+from compare.contact.answers import NO_BREAK, answer_table, case_labels, numbers_table
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import summary, write_contact, write_sensitivity
 from compare.contact.sensitivity import shape_of
-from compare.contact.sensitivity import summary as sensitivity_summary
+from compare.report import interactive
+from compare.report.tables import with_estimate
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.contact.pairs.sensitivity import mapped, sensitivities
 from femic.scenes.load import load_scene, scene_from_table
+from tests.compare.conftest import widest
 from tests.femic.scenes.changes import arc
 
 
@@ -39,27 +47,163 @@ def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
     assert (tmp_path / "contact.html").stat().st_size > 1e5
 
 
-def test_summary_states_the_error_of_a_and_its_onset(results):
+def sentences(text):
+    """The sentences of a text; a point within a number ends none."""
+    return re.split(r"(?<=\.) ", text)
+
+
+def test_summary_states_pressure_patch_and_how_far_a_is_off(results):
     dataset = to_dataset(results["tall"])
+    largest = dataset.isel(case=1).sel(ics="Bhat")
+    first, second, _ = sentences(summary(dataset))
+    assert first.startswith(f"At 310 kN the largest pressure is {float(largest.p_max):.0f} ± ")
+    assert f"2a × 2b = {2 * float(largest.a):.3g} × {2 * float(largest.b):.3g} mm" in first
     off = dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat") - 1
-    assert f"A: p_max {float(off.max()):+.1%}" in summary(dataset)
-    first = float(dataset.angle.sel(ics="Bhat").min())
+    least = float(dataset.angle.sel(ics="Bhat").min())
     assert float(off.min()) > 0.05
-    assert f"p_max is off by more than 5% already at {first:.0f} degrees, the least" in summary(dataset)
+    assert f"A {float(off.max()):+.1%} (beyond 5% already at {least:.0f} degrees, the least" in second
 
 
 def test_onset_lies_between_the_last_case_within_and_the_first_case_beyond(results):
     dataset = to_dataset(results["tall"])
     within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
     low, high = sorted(dataset.angle.sel(ics="Bhat").values)
-    text = summary(within)
-    assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in text
+    assert f"(beyond 5% from between {low:.0f} and {high:.0f} degrees on)" in summary(within)
 
 
 def test_the_lateral_force_of_one_ics_alone_is_in_the_summary(results):
     dataset = to_dataset(results["tall"]).sel(ics=["Bhat"])
     aside = dataset.assign(F_y=(("case", "ics"), [[0.0], [31e3]]))
-    assert "lateral force on the upper body is +0.100 of the load with B̂ at 310000 N. " in summary(aside)
+    assert summary(aside).endswith("lateral force on the upper body is +0.100 of the load with B̂ at 310 kN.")
+
+
+@pytest.mark.parametrize("names", [["A", "Bhat"], ["Bhat"]])
+def test_summary_has_at_most_three_sentences(results, names):
+    dataset = to_dataset(results["tall"]).sel(ics=names)
+    for force in (0.0, 31e3):
+        aside = dataset.assign(F_y=dataset.F_y + force)
+        assert len(sentences(summary(aside))) <= 3
+
+
+def numbers_of(row):
+    """The numbers in the cells of a row, without estimates."""
+    return [float(cell.text.split(" ± ")[0]) for cell in row.filled]
+
+
+def test_the_answer_has_a_row_per_load_with_differences_beside_it(results):
+    dataset = to_dataset(results["tall"])
+    table = answer_table(dataset, "Bhat", ["A"])
+    assert [row.name.replace(NO_BREAK, " ") for row in table.rows] == ["58 kN", "310 kN"]
+    for number, row in enumerate(table.rows):
+        case = dataset.isel(case=number)
+        *reference, difference = numbers_of(row)
+        for value, key in zip(reference, ("p_max", "a", "b", "approach"), strict=True):
+            expected, estimate = (float(case[name].sel(ics="Bhat")) for name in (key, f"estimate_{key}"))
+            assert value == pytest.approx(expected, abs=0.051 * estimate)
+        ratio = float(case.p_max.sel(ics="A") / case.p_max.sel(ics="Bhat"))
+        assert difference == pytest.approx(100 * (ratio - 1), abs=0.051)
+
+
+def test_the_answer_of_a_single_load_has_a_row_for_each_of_the_ics(results):
+    dataset = to_dataset(results["tall"]).isel(case=[1])
+    bhat, a = answer_table(dataset, "Bhat", ["A"]).rows
+    assert (bhat.name, a.name) == ("B̂", "A")
+    assert all(cell.below == "" for cell in bhat.filled)
+    ratio = float((dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat")).item())
+    assert a.filled[0].below == f"{ratio - 1:+.2%}"
+
+
+def test_all_numbers_are_in_a_table_with_a_row_per_quantity(results):
+    case = to_dataset(results["tall"]).isel(case=1)
+    solutions = {"B̂": case.sel(ics="Bhat"), "A": case.sel(ics="A")}
+    table = numbers_table("t", OF_FRICTIONLESS, solutions, solutions["B̂"])
+    rows = {row.name: row.filled for row in table.rows}
+    assert len(rows) == len(OF_FRICTIONLESS)
+    p_max = rows["p_max [MPa]"][1]
+    assert p_max.text == with_estimate(solutions["A"].p_max, solutions["A"].estimate_p_max)
+    assert p_max.below == f"{float(solutions['A'].p_max / solutions['B̂'].p_max) - 1:+.2%}"
+    for side in rows["F_y [N]"]:  # rounding, shown as 0, and no share of it
+        assert (side.text.split(" ± ")[0], side.below) == ("0", "")
+
+
+def traces(content, step, cell):
+    return {one["name"]: one for one in content["steps"][step][cell]["traces"] if "name" in one}
+
+
+def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(results):
+    dataset = to_dataset(results["tall"])
+    content = json.loads(interactive.as_json(figures.answer_chart(dataset)))
+    assert (content["labels"], content["slider"], content["start"]) == (["58 kN", "310 kN"], "load", 1)
+    angle = dataset.angle.sel(ics="Bhat").values
+    for step in (0, 1):
+        p = dataset[f"p_{step}"]
+        middle = p.isel({f"x_{step}": p.sizes[f"x_{step}"] // 2})
+        drawn = {cell: traces(content, step, cell) for cell in range(6)}
+        for name, symbol in (("A", "A"), ("Bhat", "B̂")):
+            s, values = (np.array(drawn[0][symbol][axis], dtype=float) for axis in "xy")
+            expected = middle.sel(ics=name).interp({f"s_{step}": s}).values
+            np.testing.assert_allclose(values, expected, atol=1e-4 * float(middle.max()))
+            assert values.max() == pytest.approx(float(middle.sel(ics=name).max()), rel=1e-5)
+            with_bhat = np.array(drawn[0]["B̂"]["y"])
+            np.testing.assert_allclose(drawn[3][symbol]["y"], values - with_bhat, atol=0.02)
+            np.testing.assert_allclose(drawn[1][symbol]["x"], angle, rtol=1e-5)
+            np.testing.assert_allclose(drawn[1][symbol]["y"], dataset.p_max.sel(ics=name), rtol=1e-5)
+            ratio = dataset.b.sel(ics=name) / dataset.b.sel(ics="Bhat")
+            np.testing.assert_allclose(drawn[5][symbol]["y"], 100 * (ratio - 1), rtol=1e-5)
+
+
+def test_charts_begin_with_the_largest_load(results):
+    dataset = to_dataset(results["tall"]).isel(case=[1])
+    both = xr.concat([dataset, to_dataset(results["tall"]).isel(case=[0])], "case", data_vars="minimal")
+    assert figures.answer_chart(both).first == 0
+
+
+def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(results):
+    dataset = to_dataset(results["tall"])
+    lower = next(iter(results["tall"].solved.contacts.values())).on_grid.undeformed.lower
+    chart = figures.on_rail(dataset, lower)
+    assert chart.choice == "ICs"
+    for step, cells in enumerate(chart.steps.values()):
+        assert [cell.title for cell in cells] == ["B̂", "A"]  # the reference first
+        for cell, name in zip(cells, ("Bhat", "A"), strict=True):
+            p = dataset[f"p_{step}"].sel(ics=name)
+            assert np.nanmax(cell.values) == float(p.max())
+            assert np.isfinite(cell.values).sum() == int((p > 0).sum())
+            body, part = (points.reshape(3, -1).T for points in (cell.body, cell.part))
+            top = np.unravel_index(np.nanargmax(cell.values), cell.values.shape)
+            height = cell.part[2][top] - body[:, 2].max()
+            assert 0 < height < np.ptp(part[:, 0])
+
+
+def test_edges_go_around_the_patch_between_elements_inside_and_outside():
+    x, s = np.arange(6.0), 10 + 0.5 * np.arange(5.0)
+    inside = np.zeros((6, 5), dtype=bool)
+    inside[1:4, 1:3] = True
+    along_x, along_s = figures.edge(x, s, inside)
+    assert (along_x.min(), along_x.max()) == (0.5, 3.5)
+    assert (along_s.min(), along_s.max()) == (10.25, 11.25)
+    inside[5, 4] = False
+    inside[4, 3] = True  # touches by a corner
+    assert len(figures.edge(x, s, inside)[0]) > len(along_x)
+
+
+def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colours(results):
+    dataset = to_dataset(results["tall"])
+    for step, cells in enumerate(figures.patches(dataset).steps.values()):
+        reference, difference = cells
+        p = dataset[f"p_{step}"]
+        assert np.nanmax(reference.values) == float(p.sel(ics="Bhat").max())
+        assert {curve.label for curve in reference.curves} == {"A", "B̂"}
+        largest = float(abs(p.sel(ics="A") - p.sel(ics="Bhat")).max())
+        assert difference.range == pytest.approx((-largest, largest))
+
+
+@pytest.mark.slow
+def test_nothing_is_wider_than_800_px(results, browser, tmp_path):
+    for path in (write_contact(results["tall"], tmp_path), write_sensitivity(results, tmp_path / "maps")):
+        page, table = widest(browser, path, 800)
+        assert page <= 800
+        assert table <= 770
 
 
 def shapes(results):
@@ -89,14 +233,28 @@ def test_maps_show_displacements_with_a_minus_displacements_with_bhat(results, t
 
 def test_summary_names_the_worst_pressures_on_each_patch(results):
     """Those of `wide`, which are spread, on both, as [BVSV] says."""
-    largest = {
-        (one.pressures, one.patch): np.max(np.abs(one.inside)) for one in sensitivities(shapes(results))
-    }
-    text = sensitivity_summary(results)
+    cases = sensitivity.differences(results)
+    largest = {(one.pressures, one.patch): np.max(np.abs(one.inside)) for one in cases}
+    text = sensitivity.summary(cases)
+    assert len(sentences(text)) <= 3
+    assert f"off by up to {max(largest.values()):.1%} of the largest" in text
     for scene in results:
         worst = max(results, key=lambda shape: largest[shape, scene])
         assert worst == "wide"
-        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in text
+        assert f"on the patch of {scene} under the pressures of {worst}" in text
+
+
+def test_maps_and_their_table_have_the_differences_on_the_patches_in_percent(results):
+    cases = sensitivity.differences(results)
+    (maps, columns), rows = sensitivity.maps(cases), sensitivity.table(cases).rows
+    assert columns == 2
+    assert [row.name for row in rows] == ["wide", "tall"]
+    cells = [cell for row in rows for cell in row.filled]
+    for case, drawn, cell in zip(cases, maps, cells, strict=True):
+        np.testing.assert_allclose(drawn.values[np.isfinite(drawn.values)], 100 * case.inside)
+        low, high = map(float, cell.text.split(" ... "))
+        assert (low, high) == pytest.approx((100 * case.inside.min(), 100 * case.inside.max()), abs=0.051)
+        assert drawn.range == maps[0].range
 
 
 STRANGE = {  # extra gaps at (x, s): what becomes of the contact
@@ -135,3 +293,25 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
         assert np.all(dataset[length] > 0), length
     patches = [len(contact.normal.patches) for contact in results.solved.contacts.values()]
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])
+
+
+def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(results):
+    """As the approach over a raised spot may be."""
+    dataset = to_dataset(results["tall"])
+    at_0 = dataset.assign(approach=dataset.approach.where(dataset.ics != "Bhat", 0.0))
+    cell = answer_table(at_0.isel(case=[0]), "Bhat", ["A"]).rows[1].filled[3]
+    assert cell.below == f"{float(at_0.approach.sel(ics='A')[0]):+.3g}"
+    _, below = figures.over_angle(at_0, ["approach"], "Bhat")
+    assert all(np.isnan(curve.y).all() for curve in below[0].curves)
+
+
+@pytest.mark.parametrize(
+    ("cases", "labels"),
+    [
+        (["2000 N", "2000.0001 N", "5.3e+06 N"], ["2 kN", "2.0000001 kN", "5300 kN"]),
+        (["2 N", "30.5 N"], ["2 N", "30.5 N"]),
+        (["0.1 mm", "-0.02 mm"], ["0.1 mm", "-0.02 mm"]),
+    ],
+)
+def test_loads_of_kilonewtons_are_in_kn_and_stay_distinct(cases, labels):
+    assert case_labels(xr.Dataset(coords={"case": cases})) == labels

@@ -220,16 +220,16 @@ def test_c_without_the_bending_of_bodies_is_refused():
         require_suitable(replace(pressed(), discount="source"))
 
 
-def test_page_of_contact_has_a_row_of_stored_finite_elements(fe_calls, tmp_path):
-    """Its numbers, and a figure; nothing of that without them."""
+def test_page_of_contact_has_a_column_of_stored_finite_elements(fe_calls, tmp_path):
+    """Its numbers, and a chart; nothing of that without them."""
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
     by_fe(pressed(loads=LOADS[:1]), RunOptions(store=store))
     beside = stored_solution(by_ics, store)
     page = write_contact(by_ics, tmp_path, further=beside).read_text(encoding="utf-8")
-    assert page.count('<th class="name">FE</th>') == 1
+    assert page.count("<th>FE</th>") == 1
     assert "finite elements did not solve" in page.lower()
-    assert (tmp_path / "figures" / "contact_fe.png").is_file()
+    assert (tmp_path / "figures" / "contact_fe.svg").is_file()
     without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
-    assert '<th class="name">FE</th>' not in without
+    assert "<th>FE</th>" not in without
     assert len(fe_calls) == 1

@@ -1,10 +1,25 @@
 """What `femic fe-contact` writes: deviations of ICs from finite elements, and where they become too large."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.finite_elements.page import approach_note, cost, deviations, exceeds, summary, write_fe_contact
+from compare.contact.answers import answer_table
+from compare.finite_elements.deviations import deviations
+from compare.finite_elements.page import (
+    answer_chart,
+    approach_note,
+    cost,
+    details,
+    exceeds,
+    summary,
+    write_fe_contact,
+)
+from compare.report import interactive
+from tests.compare.conftest import widest
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
@@ -64,8 +79,26 @@ def test_only_deviations_beyond_the_estimate_exceed_a_share(dataset):
     assert not exceeds(dataset, "C", 0.0).any()
 
 
-def test_summary_states_deviations_and_their_onset(dataset):
-    text = summary(dataset)
+def sentences(text):
+    """The sentences of a text; a point within a number ends none."""
+    return re.split(r"(?<=\.) ", text)
+
+
+def test_summary_states_pressure_and_patch_by_finite_elements_and_deviations(dataset):
+    first, second = sentences(summary(dataset))
+    assert first.startswith("At 100 kN the largest pressure is 10.000 ± 0.050 MPa with FE, on a patch of 2a")
+    assert "2a × 2b = 20 × 20 mm over 100°" in first
+    assert "A +20.0% (beyond 5% from between 20 and 60 degrees on)" in second
+    assert "C +0.4% (within 5% everywhere)" in second
+
+
+def listed(dataset):
+    """The details in one text."""
+    return " ".join(sentence for items in details(dataset) for sentence in items.items)
+
+
+def test_details_state_deviations_and_their_onset(dataset):
+    text = listed(dataset)
     assert "Estimated error of the patch by finite elements: 0.5%" in text
     assert "A: at worst +20.0% in p_max" in text
     assert "off by more than 1% from between 20 and 60 degrees on, more than 2% from between" in text
@@ -73,20 +106,55 @@ def test_summary_states_deviations_and_their_onset(dataset):
     assert "within 1% and the estimate." in text
 
 
-def test_summary_states_lateral_force_and_centre_of_pressure_unless_all_is_symmetric(dataset):
-    text = summary(dataset)
+def test_details_state_lateral_force_and_centre_of_pressure_unless_all_is_symmetric(dataset):
+    text = listed(dataset)
     assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in text
     assert (
         "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm with A and -0.200, -0.80 mm with C." in text
     )
-    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
-    assert "Beside the crown" not in summary(symmetric)
+    assert "Beside the crown" not in listed(symmetric(dataset))
+
+
+def symmetric(dataset):
+    return dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
 
 
 def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetric(dataset, path, tmp_path):
-    assert "-0.8<br><small>± 0.05, +0.1</small>" in path.read_text(encoding="utf-8")
-    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
-    assert "-8e-10" not in write_fe_contact(symmetric, tmp_path).read_text(encoding="utf-8")
+    """At the least load M_x of C is -1800 N mm, and -2250 by finite elements."""
+    assert "-1800.000 ± 0.050<br><small>+450</small>" in path.read_text(encoding="utf-8")
+    assert "-0.800 ± 0.050<br><small>+0.1</small>" in path.read_text(encoding="utf-8")
+    page = write_fe_contact(symmetric(dataset), tmp_path).read_text(encoding="utf-8")
+    assert '<th class="name">s_c [mm]</th><td>0</td><td>0</td><td>0</td>' in page
+
+
+def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
+    table = answer_table(dataset, "FE", ["A", "C"])
+    assert [head.title for head in table.heads][4:] == ["p_max: A over FE [%]", "p_max: C over FE [%]"]
+    assert [[cell.text for cell in row.filled][4:] for row in table.rows] == [
+        [f"{100 * OFF['A'][k]:+.1f}", f"{100 * OFF['C'][k]:+.1f}"] for k in range(3)
+    ]
+    assert {row.filled[0].text for row in table.rows} == {"10.000 ± 0.050"}
+
+
+def drawn(dataset, cell, step=0):
+    cells = json.loads(interactive.as_json(answer_chart(dataset)))["steps"][step]
+    return {one["name"]: one for one in cells[cell]["traces"] if "name" in one}
+
+
+def test_charts_have_pressures_and_their_differences_at_the_nodes_of_finite_elements(dataset):
+    above, below = drawn(dataset, 0), drawn(dataset, 3)
+    assert above["FE"]["y"] == [4.0, 3.0, 2.0, 1.0, 0.0]
+    assert above["FE"]["mode"] == "markers"
+    shifted = dataset.assign(p_0=dataset.p_0 + 0.5)
+    assert below["A"]["y"] == [0.0] * 5
+    assert drawn(shifted, 3)["A"]["y"] == [0.5] * 5
+    assert "FE" not in below
+
+
+def test_charts_have_deviations_over_the_angle(dataset):
+    for name in ("A", "C"):
+        np.testing.assert_allclose(drawn(dataset, 4)[name]["y"], 100 * np.array(OFF[name]), atol=1e-5)
+        np.testing.assert_allclose(drawn(dataset, 4)[name]["x"], ANGLES)
 
 
 def test_page_states_which_compliance_approaches_contain(dataset, path):
@@ -102,7 +170,7 @@ def test_cost_states_the_balance_of_forces(dataset):
 
 def test_file_and_page_are_written(path):
     page = path.read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 2
+    assert page.count("data:image/svg+xml;base64,") == 3 + 1  # pressures of each load, further numbers
     assert "+20.00%" in page
     assert xr.open_dataset(path.with_suffix(".nc")).attrs["title"] == "a title"
 
@@ -117,6 +185,17 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
     assert "carry the load to 0.002" in cost(some)
     text = summary(some.assign_attrs(left_out="100000 N: too much"))
     assert text.endswith("Finite elements did not solve 100000 N: too much")
-    assert "A: at worst +6.0% in p_max" in text
+    assert len(sentences(text)) == 3
+    assert "At 10 kN the largest pressure is 10.000" in text
+    assert "A: at worst +6.0% in p_max" in listed(some)
+    assert answer_chart(some).first == 1
+    assert drawn(some, 1)["A"]["x"] == ANGLES[:2]
     page = write_fe_contact(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
-    assert page.read_text(encoding="utf-8").count("data:image/png;base64,") == 2
+    assert page.read_text(encoding="utf-8").count("data:image/svg+xml;base64,") == 3 + 1
+
+
+@pytest.mark.slow
+def test_nothing_is_wider_than_800_px(path, browser):
+    page, table = widest(browser, path, 800)
+    assert page <= 800
+    assert table <= 770

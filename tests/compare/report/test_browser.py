@@ -1,7 +1,6 @@
 """Pages in a real browser: charts that are explored, nothing that overflows, paper."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -12,23 +11,9 @@ from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Cell, Row, Table, numbers
 
 pytestmark = pytest.mark.slow
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 HARMLESS = ("willReadFrequently", "GPU stall")  # what a browser says about its own speed
 X = np.linspace(0.0, 3.0, 7)
 LOOKS = looks_of(["A", "C"])
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium from the system's packages, without a screen."""
-    driver = pytest.importorskip("playwright.sync_api", reason="needs the extra femic[dev]")
-    if CHROMIUM is None:
-        pytest.skip("needs a browser: apt-get install chromium")
-    with driver.sync_playwright() as play:
-        started = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
 
 
 @pytest.fixture
@@ -56,10 +41,11 @@ def page_file(tmp_path_factory):
     rail = np.array([x, s, -(s**2)])
     (folder / "rail.png").write_bytes(PIXEL)
     surface = Surface("rail", rail, rail + 0.1, x, "MPa", folder / "rail.png")
+    other = Surface("other", rail, rail + 0.1, 2 * x, "MPa")
     charts = [
         Chart("curves", steps, 2, "load"),
         Chart("again", steps, 2, "load"),
-        Chart("rail", {"": [surface]}, 1),
+        Chart("rail", {"": [surface, other]}, 1, choice="ICs"),
     ]
     wide = Table("wide", numbers(*(f"a number {k}" for k in range(30))), [Row("", [Cell(1.0, ".6f")] * 30)])
     return write_page(
@@ -113,6 +99,14 @@ def test_sliders_of_one_name_move_together_and_by_keys(opened):
         assert tab.locator(f"#chart-{chart} output").inner_text() == "2 kN"
         (curve,) = (trace for trace in drawn(tab, chart) if trace.get("name") == "A")
         np.testing.assert_allclose(curve["y"], 2 * X**2, rtol=1e-5)
+
+
+def test_one_cell_is_chosen_by_its_title(opened):
+    tab, _ = opened
+    assert np.max(drawn(tab, "rail")[1]["surfacecolor"]) == 3.0
+    tab.locator("#chart-rail select").select_option("other")
+    assert tab.locator("#chart-rail .title").all_inner_texts() == ["other"]
+    assert np.max(drawn(tab, "rail")[1]["surfacecolor"]) == 6.0
 
 
 @pytest.mark.parametrize("width", [1280, 800, 400])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.report import interactive, static
-from compare.report.charts import MOST_MARKERS, Chart, Curve, Map, Panel, chart_of
+from compare.report.charts import MOST_MARKERS, Chart, Curve, Map, Panel, Surface, chart_of
 from compare.report.looks import INK, OWN, Look, drawing_order, looks_of
 
 X = np.linspace(0.0, 2.0, 5)
@@ -110,10 +110,26 @@ def test_paper_shows_all_steps_side_by_side(chart):
         np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), factor * X)
 
 
+def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
+    assert list(static.pictures(chart)) == ["pressures"]
+    tall = Chart("tall", {step: 2 * list(cells) for step, cells in chart.steps.items()}, columns=1)
+    figures = static.pictures(tall)
+    assert list(figures) == ["tall_1kN", "tall_2kN"]
+    for figure, factor in zip(figures.values(), (1, 2), strict=True):
+        np.testing.assert_allclose([a.get_lines()[0].get_ydata() for a in figure.axes], [factor * X] * 2)
+
+
 def test_markers_are_drawn_on_curves_of_few_points_only():
     look = Look("#123456", "dash", "square")
     for count, marker in ((MOST_MARKERS, "square"), (MOST_MARKERS + 1, "")):
         assert Curve("A", np.arange(count), np.arange(count), look).drawn_look.marker == marker
+
+
+def test_open_markers_are_drawn_open_on_paper():
+    filled, hollow = (static.style_of(Look("#123456", "", marker)) for marker in ("square", "square-open"))
+    assert filled["marker"] == hollow["marker"] == "s"
+    assert "markerfacecolor" not in filled
+    assert hollow["markerfacecolor"] == "white"
 
 
 def test_looks_differ_and_those_listed_first_lie_on_top():
@@ -123,3 +139,42 @@ def test_looks_differ_and_those_listed_first_lie_on_top():
     order = drawing_order(names)
     assert order.index("C") < order.index("Bhat") < order.index("A")
     assert set(order[-2:]) == {"mine", "yours"}
+
+
+def test_colours_of_positive_differences_are_red_on_pages_as_on_paper():
+    """Plotly's scale and Matplotlib's have the same name, and opposite directions."""
+    drawn = Map("", "x", "s", X, X, np.outer(X, X), "MPa", "diverging")
+    (trace,) = traces(chart_of("map", [drawn]), 0)
+    assert trace["colorscale"] == "RdBu"
+    assert not trace.get("reversescale")
+    red, _, blue, _ = static.mpl.colormaps[static.COLOURS["diverging"]](1.0)
+    assert red > blue
+
+
+def raised(title, factor):
+    x, s = np.meshgrid(X, X, indexing="ij")
+    body = np.array([x, s, 0 * x])
+    return Surface(title, body, body + 0.1, np.where(x > 0, factor * x, np.nan), "MPa")
+
+
+def test_surfaces_are_drawn_in_3d_on_paper_and_seen_from_further_if_long():
+    figure = static.picture(chart_of("rail", [raised("C", 2.0)]))
+    assert [axes.name for axes in figure.axes if axes.get_title()] == ["3d"]
+    eyes = []
+    for length in (1.0, 16.0):
+        surface = raised("C", 2.0)
+        surface.body[0] *= length
+        (cell,) = json.loads(interactive.as_json(chart_of("rail", [surface])))["steps"][0]
+        eyes.append(cell["layout"]["scene"]["camera"]["eye"]["x"])
+    assert eyes[1] < eyes[0] < 0
+
+
+def test_cells_to_choose_from_are_all_on_the_page_and_the_first_is_on_paper():
+    steps = {f"{k} kN": [raised("C", k), raised("A", 2 * k)] for k in (1, 2)}
+    chart = Chart("rail", steps, 1, "load", choice="ICs")
+    content = json.loads(interactive.as_json(chart))
+    assert content["choice"] == "ICs"
+    assert [[cell["title"] for cell in cells] for cells in content["steps"]] == [["C", "A"]] * 2
+    ((name, figure),) = static.pictures(chart).items()
+    assert name == "rail"
+    assert [axes.get_title() for axes in figure.axes if axes.get_title()] == ["1 kN, C", "2 kN, C"]

@@ -63,7 +63,7 @@ def test_known_estimate_is_below_the_number():
 @pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "-0.5"), (2.0 + 1e-12, "0")])
 def test_change_has_a_sign_and_rounding_is_0(value, text):
     one = changed_cell(*map(xr.DataArray, (value, 2.0, 0.01)))
-    assert (one.text, one.below) == (text, "of 2 ± 0.01")
+    assert (one.text, one.below) == (text, "of 2.000 ± 0.010")
 
 
 def test_a_table_shows_heads_with_units_and_every_cell(tmp_path):

@@ -1,0 +1,49 @@
+"""Numbers in tables: with the digits that their estimates allow, changes due to supports."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.report.tables import changes_table, with_estimate
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+
+
+@pytest.mark.parametrize(
+    ("value", "estimate", "text"),
+    [
+        (684.3123, 4.31, "684.3 ± 4.3"),
+        (12345.6, 678.0, "12350 ± 680"),
+        (-0.0123456, 0.000996, "-0.0123 ± 0.0010"),
+        (2.0, 0.0996, "2.00 ± 0.10"),
+        (2.9e-8, 19.1, "0 ± 19"),
+        (-1e-12, 0.25, "0 ± 0.25"),
+        (0.5, 2.0, "0.5 ± 2.0"),
+        (np.nan, 1.0, "–"),
+    ],
+)
+def test_numbers_have_the_digits_that_their_estimate_allows(value, estimate, text):
+    assert with_estimate(value, estimate) == text
+    assert with_estimate(xr.DataArray(value), xr.DataArray(estimate)) == text
+
+
+@pytest.mark.parametrize("estimate", [np.nan, 0.0])
+def test_numbers_without_an_estimate_stand_alone(estimate):
+    assert "±" not in with_estimate(684.25, estimate)
+
+
+def test_small_numbers_have_a_common_power_of_ten():
+    assert with_estimate(1.2362e-6, 3.1e-8) == "(1.236 ± 0.031)e-6"
+
+
+def test_other_supports_have_a_column_each_and_changes_far_below_the_estimate_are_0():
+    keys = ("p_max", "F_y")
+    before = xr.Dataset({"p_max": 1000.0, "estimate_p_max": 10.0, "F_y": 1e-8, "estimate_F_y": 5.0})
+    changed = xr.Dataset(
+        {"supported_p_max": ("supports", [1010.0, 990.0]), "supported_F_y": ("supports", [3e-8, 4.0])},
+        coords={"supports": ["near", "flat"]},
+    )
+    table = changes_table("t", {key: OF_FRICTIONLESS[key] for key in keys}, before, changed, "supported_")
+    assert [head.title for head in table.heads] == ["near", "flat"]
+    assert [row.name for row in table.rows] == ["p_max [MPa]", "F_y [N]"]
+    assert [[cell.text for cell in row.filled] for row in table.rows] == [["+10", "-10"], ["0", "+4"]]
+    assert [row.filled[0].below for row in table.rows] == ["of 1000 ± 10", "of 0 ± 5.0"]
