@@ -128,12 +128,15 @@ class RollingProblem:
     @cached_property
     def weights(self) -> Mapping[str, Array]:
         """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""
-        zero, one = np.zeros(self.problem.distance.shape), np.ones(self.problem.distance.shape)
         sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
         x, y = self.rolling.x[:, None], self.rolling.contour.position(self.rolling.s)[0]
-        of_each = {
-            "longitudinal": (one, zero, zero),
-            "lateral": (zero, one * cos, one * sin),
-            "spin": (-y * one, x * cos, x * sin),
+        of_each: dict[str, tuple[Array | float, ...]] = {
+            "longitudinal": (1.0, 0.0, 0.0),
+            "lateral": (0.0, cos, sin),
+            "spin": (-y, x * cos, x * sin),
         }
-        return {name: self.problem.grid.area * np.stack(parts, axis=-1) for name, parts in of_each.items()}
+        weights = {}
+        for name, parts in of_each.items():
+            along = [np.broadcast_to(part, self.problem.distance.shape) for part in parts]
+            weights[name] = self.problem.grid.area * np.stack(along, axis=-1)
+        return weights

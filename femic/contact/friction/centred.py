@@ -52,6 +52,6 @@ def _weights(slip: Array) -> tuple[Array, Array, Array]:
     a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
     product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
     square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
-    of_sizes = np.where(product > 0, 2 * weight / (a + b), 0.0)
+    of_sizes = 2 * weight / (a + b)
     of_product = np.where(product > 0, 4 / square, 0.0)
     return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b

@@ -126,7 +126,7 @@ class _State:
     centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
     stick: Mask  # (m,)
     direction: Array  # p - r s over its length, (m, 2)
-    share: Array  # g / |p - r s|, (m, 1)
+    share: Array  # g / |p - r s|, at most 1, (m, 1)
     residual: Array  # (2 m + k,), in units of tractions
     defect: float  # norm of p less the projection of p - r s, continuous where elements begin to slip
     bound: float
@@ -190,8 +190,7 @@ class _Newton:
         """Return which elements stick: free ones, and those that follow them, (n_x, n_s)."""
         of_free = np.zeros(self.mask.shape, bool)
         of_free[self.mask] = stick
-        followed = np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
-        return np.asarray(followed & (self.problem.bound > 0))
+        return np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
 
     def spread(self, q: Array) -> Array:
         """Return tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
@@ -211,14 +210,14 @@ class _Newton:
         centred = self.problem.motion.at_elements(slip)
         trial = q - self.scale * centred[self.mask]
         length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
-        stick, direction = length[:, 0] <= self.g[:, 0], trial / length
+        stick, direction = np.ravel(length <= self.g), trial / length
+        share = np.minimum(self.g / length, 1.0)
         of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
         of_forces = self.forces(q) - self.problem.free.targets / self.sums
         residual = np.concatenate([of_elements.ravel(), of_forces])
-        projected = np.where(stick[:, None], trial, self.g * direction)
-        defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
-        bound = max(float(np.max(self.g, initial=0.0)), 1e-300)
-        return _State(q, c, linear, slip, centred, stick, direction, self.g / length, residual, defect, bound)
+        defect = float(np.linalg.norm(np.concatenate([(q - share * trial).ravel(), of_forces])))
+        bound = float(np.max(self.g, initial=1e-300))
+        return _State(q, c, linear, slip, centred, stick, direction, share, residual, defect, bound)
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
@@ -243,14 +242,13 @@ class _Newton:
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
         m, k = len(state.q), len(state.c)
-        weak = np.where(state.stick[:, None], 0.0, state.share)
         at_elements = self.problem.motion.derivative_at_elements(state.slip)
 
         def of_elements(q: Array, slip: Array) -> Array:
             """Return the derivative of the law by tractions and slip."""
             moved = q - self.scale * at_elements(slip)[self.mask]
             across = moved - state.direction * np.sum(state.direction * moved, axis=1, keepdims=True)
-            return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
+            return np.where(state.stick[:, None], self.scale * slip[self.mask], q - state.share * across)
 
         def derivative(v: Array) -> Array:
             q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]

@@ -12,7 +12,7 @@ taken, too. Taken as the slip of the element, with its own w (`order` 1), this i
 CONTACT (Kalker 1990, Three-dimensional elastic bodies in rolling contact, section 4.3).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -83,7 +83,7 @@ class Motion:
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.reshape([free.slip for free in self.free], (-1, *self.rigid.shape))
+        return np.reshape([free.slip for free in self.free], (len(self.free), *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """Return what `slip_of` multiplies waves by that turn by these angles from element to element."""
@@ -132,7 +132,7 @@ class SteadyRolling(Motion):
     Of order 2, `followers` elements at the leading edge of each row follow the one behind them.
     """
 
-    dx: float = 1.0
+    dx: float = field(kw_only=True)
     order: int = 2
     followers: int = DEPTH
 
@@ -170,7 +170,8 @@ class SteadyRolling(Motion):
     @property
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.reshape([self._half_way(free.slip) for free in self.free], (-1, *self.rigid.shape))
+        slips = [self._half_way(free.slip) for free in self.free]
+        return np.reshape(slips, (len(slips), *self.rigid.shape))
 
     def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """Return what `slip_of` multiplies waves by; those that hardly change along x are damped."""

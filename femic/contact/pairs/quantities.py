@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -10,12 +10,14 @@ from femic.contact import estimates
 from femic.contact.edges import Extent
 from femic.contact.error_floors import Places, floors, readings, scales
 from femic.contact.estimates import Kind, Measured, Scale
-from femic.contact.frictional import FrictionalContact
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.resultants import centre_of_pressure
 
-Contact = NormalContact | FrictionalContact
+if TYPE_CHECKING:  # results without friction do not depend on the code of friction
+    from femic.contact.frictional import FrictionalContact
+
+Contact: TypeAlias = "NormalContact | FrictionalContact"
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ def test_each_step_obeys_coulombs_law_from_the_previous_displacements():
         shift = (contact.approach - approach) * np.broadcast_to(sines, (*OF_BOTH.distance.shape, 2))
         assert np.all(law_errors(contact, shift, before=before) < 3e-6)
         assert contact.force[2] == pytest.approx(step.load, rel=1e-6)
+        np.testing.assert_array_equal(contact.motion.rigid, np.zeros_like(shift), strict=True)
         assert np.min(contact.dissipation) > -1e-6 * np.max(contact.dissipation)
         assert 0 < np.count_nonzero(contact.stick) < np.count_nonzero(contact.in_contact)
         before, approach = contact.u[..., :2], contact.approach

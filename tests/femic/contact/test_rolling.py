@@ -14,7 +14,7 @@ from femic.contact.frictional import _Alternation
 from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
-from tests.femic.contact.friction_problems import MIXED, POINT, WHEEL, groove, paraboloids, wheel_on
+from tests.femic.contact.friction_problems import MIXED, POINT, groove, paraboloids, wheel_on
 from tests.femic.contact.problems import STEEL, x_of
 
 LOAD = POINT.load
@@ -168,20 +168,6 @@ def test_friction_takes_the_work_on_the_rigid_motion(yawed):
         assert abs(climbs) > 0.2
     assert lost[1] < 0.02
     assert lost[0] / lost[1] > 3
-
-
-def test_power_is_that_of_the_torque_about_the_axle_less_that_of_the_forces():
-    wheel = wheel_on(OF_BOTH)
-    rolling = wheel.contact(CREEPAGES, Loading(LOAD))
-    contact, of, about_axle = rolling.contact, rolling.creepages, 0.0
-    for i, j in np.ndindex(*contact.in_contact.shape):
-        p_x, p_s, p_n = contact.p[i, j] * OF_BOTH.grid.area
-        delta = OF_BOTH.inclination[j]
-        along_z = p_n * np.cos(delta) - p_s * np.sin(delta)
-        about_axle += (WHEEL - wheel.rolling.height[j]) * p_x + wheel.rolling.x[i] * along_z
-    drives = about_axle * (1 + of.longitudinal) / WHEEL
-    gives = contact.force[:2] @ [1.0, of.lateral] + torque(contact, wheel.rolling) * of.spin
-    assert wheel.power(rolling) == pytest.approx(drives - gives, rel=1e-9)
 
 
 # ---- mirrors

@@ -93,17 +93,6 @@ def test_transient_rolling_tends_to_steady_rolling(problem, order):
     assert errors[2 * across] < errors[across // 2] / 10
 
 
-def test_steps_solved_in_a_simpler_form_are_marked(monkeypatch):
-    wheel = wheel_on(SMALL[0])
-    assert not any(rolling.simplified for rolling in wheel.transient(CREEPAGES, LOAD, 2))
-
-    def simpler_only(problem, motion, *of, **keys):
-        return solve(problem, motion.simpler or motion, *of, **keys)
-
-    monkeypatch.setattr("femic.contact.rolling.solve", simpler_only)
-    assert [rolling.simplified for rolling in wheel.transient(CREEPAGES, LOAD, 2)] == [False, True, True]
-
-
 # ---- mirrors
 
 

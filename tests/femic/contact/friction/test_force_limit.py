@@ -42,8 +42,11 @@ def test_limit_is_independent_of_units_and_scales_with_forces():
     weights, targets = np.array([ALONG, ACROSS, TURNING]), np.array([20.0, -5.0, 40.0])
     here = attainable_factor(weights, BOUND, targets)
     scales = np.array([1.0, 1.0, 1e-3])
-    there = attainable_factor(weights * scales[:, None, None, None], 1e6 * BOUND, 1e6 * targets * scales)
-    assert there == pytest.approx(here, rel=1e-6)
+    for unit in (1e6, 1e-9):
+        there = attainable_factor(
+            weights * scales[:, None, None, None], unit * BOUND, unit * targets * scales
+        )
+        assert there == pytest.approx(here, rel=1e-6)
     assert attainable_factor(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
 
 
@@ -51,6 +54,33 @@ def test_limit_is_infinite_without_forces_and_zero_without_bounds():
     assert attainable_factor(np.array([ALONG]), BOUND, np.zeros(1)) == np.inf
     assert attainable_factor(np.array([ALONG]), np.zeros_like(BOUND), np.zeros(1)) == 0
     assert attainable_factor(np.array([ALONG, ACROSS]), np.zeros_like(BOUND), np.array([1.0, 0.0])) == 0
+
+
+def test_force_that_no_traction_contributes_to_is_not_attainable():
+    assert attainable_factor(np.array([ALONG, 0 * ALONG]), BOUND, np.array([1.0, 1.0])) == 0
+
+
+def test_contradictory_forces_are_not_attainable():
+    assert attainable_factor(np.array([ALONG, ALONG]), BOUND, np.array([1.0, -1.0])) == 0
+
+
+def test_force_that_is_prescribed_twice_may_be_as_large_as_once():
+    targets = np.array([0.25, 0.25]) * BOUND.sum()
+    assert attainable_factor(np.array([ALONG, ALONG]), BOUND, targets) == pytest.approx(4.0, rel=1e-6)
+
+
+def test_limit_is_found_from_amplitudes_that_leave_an_element_without_slip():
+    """Elements at y = 0, 2, 4 with bounds 13/4, 3/2, 13/4: the first amplitudes turn about the second one.
+
+    The limit is reached with all friction of the first two: F = p0 + p2 + p4 and M = 2 p2 + 4 p4 = -2 F.
+    """
+    y, g = np.array([0.0, 2.0, 4.0]), np.array([3.25, 1.5, 3.25])[:, None]
+    weights = np.zeros((2, 3, 1, 2))
+    weights[0, :, 0, 0], weights[1, :, 0, 0] = 1.0, y
+    p = np.array([3.25, 1.5, -(3.25 + 2 * 1.5) / 3])
+    force, moment = p.sum(), y @ p
+    assert moment == pytest.approx(-2 * force)
+    assert attainable_factor(weights, g, np.array([8.0, -16.0])) == pytest.approx(force / 8.0, rel=1e-4)
 
 
 def test_one_element_bears_no_moment_of_its_own():
@@ -73,3 +103,8 @@ def test_forces_beyond_friction_are_refused():
             Failure, match=r"prescribed forces exceed what friction can supply: .* no more than"
         ):
             require_attainable(np.array([ALONG]), BOUND, np.array([1.0001 * force]))
+
+
+def test_forces_that_take_all_friction_are_refused():
+    with pytest.raises(Failure, match="they may be no more than 1 times as large"):
+        require_attainable(np.ones((1, 4, 2, 1)) * [1.0, 0.0], np.ones((4, 2)), np.array([8.0]))

@@ -42,7 +42,9 @@ def test_the_last_elements_of_each_run_follow_the_one_behind_them(seed, depth):
     lengths = {last - first + 1 for column in bound.T for first, last in runs(column)}
     assert {1, 2, 3, 6, 7, 60} <= lengths
     assert any(2 * LEAST_PER_DEPTH <= length < 60 for length in lengths)
-    edge = LeadingEdge.of(bound, depth)
+    given = bound.copy()
+    edge = LeadingEdge.of(given, depth)
+    np.testing.assert_array_equal(given, bound)
     expected = followed_by_loops(bound, depth)
     np.testing.assert_array_equal(edge.followed, expected)
     assert (np.count_nonzero(edge.followed != np.arange(60)[:, None]) > 0) == (depth > 0)
@@ -56,7 +58,7 @@ def test_the_last_elements_of_each_run_follow_the_one_behind_them(seed, depth):
 def test_in_short_runs_fewer_elements_follow(length, following):
     bound = np.zeros((length + 5, 1))
     bound[2 : 2 + length] = 1.0
-    moved = np.arange(length + 5) - LeadingEdge.of(bound, 2).followed[:, 0]
+    moved = np.arange(length + 5) - LeadingEdge.of(bound).followed[:, 0]
     expected = np.zeros(length + 5)
     expected[2 + length - following : 2 + length] = np.arange(1, following + 1)
     np.testing.assert_array_equal(moved, expected)

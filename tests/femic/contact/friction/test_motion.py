@@ -1,5 +1,7 @@
 """Slip of shifts and of rolling against its definition, element by element, and against smooth fields."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,8 @@ def test_a_vertical_approach_shifts_by_its_component_along_s():
     for column in range(6):
         along_s = np.array([0.0, -0.03]) @ [np.cos(delta[column]), -np.sin(delta[column])]
         np.testing.assert_allclose(added[:, column], np.tile([0.0, along_s], (8, 1)), atol=1e-15)
+    from_none = Shift(W, per_approach=np.sin(delta))
+    np.testing.assert_allclose(from_none.given_at(0.03) - W, added, atol=1e-15)
     np.testing.assert_array_equal(Shift(W).given_at(3.0), W)
 
 
@@ -109,7 +113,27 @@ def test_free_slips_are_taken_where_rigid_ones_are():
     free = FreeSlip(W, RANDOM.normal(size=(8, 6, 3)), 3.0)
     for motion in (SteadyRolling(0 * W, (free,), dx=DX), SteadyRolling(0 * W, (free,), dx=DX, order=1)):
         np.testing.assert_array_equal(motion.of_free[0], SteadyRolling(W, dx=DX, order=motion.order).given)
-    np.testing.assert_array_equal(Motion(0 * W, (free, free)).of_free, [W, W])
+    for motion in (Motion(W), SteadyRolling(W, dx=DX, order=1)):
+        for number in range(3):
+            several = replace(motion, free=(free,) * number).of_free
+            np.testing.assert_array_equal(several, np.broadcast_to(W, (number, *W.shape)), strict=True)
+
+
+@pytest.mark.parametrize("motion", [Motion(W), SteadyRolling(W, dx=DX, order=1), SteadyRolling(W, dx=DX)])
+def test_derivative_of_the_slip_at_elements_agrees_with_differences(motion):
+    change = 1e-6 * BEFORE
+    difference = motion.at_elements(U + change) - motion.at_elements(U - change)
+    np.testing.assert_allclose(motion.derivative_at_elements(U)(change), difference / 2, atol=1e-12)
+
+
+def test_simpler_forms_of_rolling_have_one_follower_less_each():
+    motion, depths = SteadyRolling(W, dx=DX, followers=3), []
+    while motion is not None and len(depths) < 9:
+        depths.append(motion.depth)
+        motion = motion.simpler
+    assert depths == [3, 2, 1, 0]
+    for simplest in (SteadyRolling(W, dx=DX, order=1), Shift(W)):
+        assert simplest.simpler is None
 
 
 def fine(coarse):
@@ -134,10 +158,10 @@ def test_on_coarser_elements_fields_are_means_and_forces_stay():
         shift.given_at(0.4)[1, 2], block_mean(W - BEFORE)[1, 2] + [0, 0.15 * sum(sines[4:])]
     )
     assert Shift(W).coarsened().before is None
-    assert RollingStep.has_coarser is False
+    assert [motion.has_coarser for motion in (Shift, SteadyRolling, RollingStep)] == [True, True, False]
 
 
 @pytest.mark.parametrize("order", [0, 3, 1.5])
 def test_other_orders_are_refused(order):
     with pytest.raises(WrongInput, match=f"order = {order}: 1 or 2"):
-        SteadyRolling(W, order=order)
+        SteadyRolling(W, dx=DX, order=order)
