@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from compare.contact.answers import case_labels, largest_case
 from compare.contact.dataset import ics_of, others_of, reference_of
-from compare.report import static
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface, chart_of
 from compare.report.looks import drawing_order, looks_of, symbol_of, without_marker
 from compare.report.tables import Column
@@ -138,11 +137,11 @@ def _section(p: Array) -> int:
     return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 
 
-def surfaces(dataset: xr.Dataset) -> Figure:
-    """Draw pressures of the reference on the developed surface, with contact edges of all ICs."""
+def surfaces(dataset: xr.Dataset) -> Chart:
+    """Return pressures of the reference on the developed surface, with contact edges of all ICs."""
     labels = case_labels(dataset)
     steps = {label: [_pressures(dataset, number)] for number, label in enumerate(labels)}
-    return static.picture(Chart("patches", steps, min(len(labels), 3), LOAD))
+    return Chart("patches", steps, min(len(labels), 3), LOAD)
 
 
 def patches(dataset: xr.Dataset) -> Chart:

@@ -1,23 +1,22 @@
 """The pages of contact with friction, by motion."""
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from compare.friction.compression_page import COMPRESSION
 from compare.friction.page import MotionPage
 from compare.friction.rolling_page import ROLLING
 from compare.friction.shown import motion_of
 from compare.friction.transient_page import TRANSIENT
-from compare.report.static import picture
+from compare.report.charts import Chart
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
 PAGES: dict[str, MotionPage] = {"rolling": ROLLING, "transient": TRANSIENT, "compression": COMPRESSION}
 
 
-def main_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the main chart of the motion of labelled arrays, for all coefficients of friction."""
-    return picture(PAGES[motion_of(dataset)].main_chart(dataset))
+def main_chart(dataset: xr.Dataset) -> Chart:
+    """Return the main chart of the motion of labelled arrays, for all coefficients of friction."""
+    return PAGES[motion_of(dataset)].main_chart(dataset)
 
 
 def require_page(scene: Scene) -> None:

@@ -81,7 +81,7 @@ def main_body(bodies: Iterable[str]) -> str:
 def curves(scene: Scene, dataset: xr.Dataset, component: str) -> Figure:
     """Return a figure of one component, dimensionless: a row per body, a column per line of the scene."""
     panels = list(_panels(scene, dataset, component, scene.compared, dimensionless(dataset)))
-    return _figure(panels, dataset, len(scene.lines))
+    return static.picture(_chart(panels, dataset, len(scene.lines)))
 
 
 def _panels(
@@ -94,8 +94,8 @@ def _panels(
         yield replace(_panel(part, component, units), title=f"{body}, {line.name}", marks=marks)
 
 
-def curves_in(dataset: xr.Dataset, component: str) -> Figure:
-    """Return a figure of one component of labelled ICs, dimensionless: a row per body, a column per line."""
+def chart_in(dataset: xr.Dataset, component: str) -> Chart:
+    """Return a chart of one component of labelled ICs, dimensionless: a row per body, a column per line."""
     lines, units = list(dict.fromkeys(dataset.line.values)), dimensionless(dataset)
     panels = [
         replace(
@@ -104,15 +104,13 @@ def curves_in(dataset: xr.Dataset, component: str) -> Figure:
         )
         for body, line in product(dataset.body.values, lines)
     ]
-    return _figure(panels, dataset, len(lines))
+    return _chart(panels, dataset, len(lines))
 
 
-def _figure(panels: Sequence[Panel], dataset: xr.Dataset, columns: int) -> Figure:
-    """Return a figure of panels, which name the length that makes abscissas dimensionless."""
+def _chart(panels: Sequence[Panel], dataset: xr.Dataset, columns: int) -> Chart:
+    """Return a chart of panels, which name the length that makes abscissas dimensionless."""
     length = f",  L = {dataset.reference_length:g} mm"
-    return static.picture(
-        chart_of("", [replace(panel, across=panel.across + length) for panel in panels], columns)
-    )
+    return chart_of("curves", [replace(panel, across=panel.across + length) for panel in panels], columns)
 
 
 def along_line(dataset: xr.Dataset, line: str, body: str, component: str, units: Units) -> xr.Dataset:

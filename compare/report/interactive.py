@@ -38,11 +38,16 @@ def as_json(chart: Chart) -> str:
         "labels": list(chart.steps),
         "start": chart.first,
         "columns": chart.columns,
-        "height": round(max(HEIGHT[type(cell)] for cell in chart.cells) * chart.heights),
+        "height": height_of(chart),
         "legend": [{"label": label, **_swatch(look)} for label, look in chart.legend.items()],
         "steps": steps,
     }
     return json.dumps(content, ensure_ascii=False, allow_nan=False).replace("</", "<\\/")
+
+
+def height_of(chart: Chart) -> int:
+    """Return the height of each cell of a chart [px]."""
+    return round(max(HEIGHT[type(cell)] for cell in chart.cells) * chart.heights)
 
 
 def _swatch(look: Look) -> dict[str, Any]:

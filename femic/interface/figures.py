@@ -1,4 +1,4 @@
-"""Figures of labelled results, which notebooks show and `savefig` writes."""
+"""Figures of labelled results, which notebooks show to be explored, and `savefig` writes."""
 
 from io import BytesIO
 
@@ -6,8 +6,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.figures import surfaces
-from compare.friction.pages import main_figure
-from compare.ics.curves import curves_in
+from compare.friction.pages import main_chart
+from compare.ics.curves import chart_in
+from compare.report import static
+from compare.report.charts import Chart
+from compare.report.notebooks import in_a_frame
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
@@ -20,7 +23,7 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
     """
     if component not in COMPONENTS:
         raise WrongInput(f"component = {component!r}: one of {', '.join(COMPONENTS)}")
-    return _for_notebooks(curves_in(ics, component))
+    return _for_notebooks(chart_in(ics, component))
 
 
 def plot_contact(contact: xr.Dataset) -> Figure:
@@ -30,16 +33,18 @@ def plot_contact(contact: xr.Dataset) -> Figure:
     creep-force curves; of transient rolling: forces over the rolled distance [mm]. Of compression: the share
     of the contact area that slides, over the load [N].
     """
-    return _for_notebooks((main_figure if "friction" in contact.dims else surfaces)(contact))
+    return _for_notebooks((main_chart if "friction" in contact.dims else surfaces)(contact))
 
 
-def _for_notebooks(figure: Figure) -> Figure:
-    """The figure, which notebooks show even where `matplotlib.pyplot` was never imported."""
+def _for_notebooks(chart: Chart) -> Figure:
+    """Return the figure of a chart; notebooks show the chart to be explored, or else a picture."""
+    figure = static.picture(chart)
 
     def png() -> bytes:
         picture = BytesIO()
         figure.savefig(picture, format="png")
         return picture.getvalue()
 
-    figure._repr_png_ = png  # type: ignore[attr-defined]  # notebooks ask objects for this method
+    figure._repr_png_ = png  # type: ignore[attr-defined]  # notebooks ask objects for these methods
+    figure._repr_html_ = lambda: in_a_frame(chart)  # type: ignore[method-assign]
     return figure

@@ -9,9 +9,9 @@ import xarray as xr
 from compare.friction import compression_page, maps, rolling_page
 from compare.friction.compute import compute_with_friction
 from compare.friction.page import cost, numbers_chart
-from compare.friction.pages import PAGES, main_figure
+from compare.friction.pages import PAGES, main_chart
 from compare.friction.shown import abscissa, difference, shown, vanishes, worst_friction
-from compare.report import interactive
+from compare.report import interactive, static
 from compare.report.looks import symbol_of
 from tests.compare.conftest import widest
 from tests.compare.friction.scenes import scene
@@ -327,7 +327,7 @@ def test_sliding_shares_are_drawn_in_percent_and_their_band_ends_at_0_and_100(pr
 @pytest.mark.parametrize("of", ["rolled", "pressed"])
 def test_the_figure_has_a_row_per_friction(of, request):
     dataset = request.getfixturevalue(of)
-    figure = main_figure(dataset)
+    figure = static.picture(main_chart(dataset))
     columns = len(
         next(iter(PAGES["rolling" if of == "rolled" else "compression"].main_chart(dataset).steps.values()))
     )

@@ -1,5 +1,8 @@
 """ICs in Python: those of the scene route, symmetries, errors from datasets, matrices, fits, figures."""
 
+import html
+import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -235,3 +238,10 @@ def test_a_figure_shows_all_ics_and_notebooks_show_it(ics, pair, with_c):
         at = shown[along].values[shown.line.values == line] / 10.0
         np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), at, atol=1e-12)
     assert figure._repr_png_().startswith(b"\x89PNG")
+    assert html.unescape(explored(figure)["steps"][0][0]["title"]) == "sn, combined, s = 1.6 mm"
+
+
+def explored(figure):
+    """What a notebook gives to Plotly."""
+    page = html.unescape(re.search(r'srcdoc="([^"]*)"', figure._repr_html_())[1])
+    return json.loads(re.search(r'<script type="application/json">(.*?)</script>', page, re.DOTALL)[1])
