@@ -15,6 +15,7 @@ import femic
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ("docs", "examples", "tests", "tools")
+LINKED = ("LICENSE", "CITATION.cff")
 LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
 
 
@@ -41,6 +42,8 @@ def site(tmp_path_factory):
     root = tmp_path_factory.mktemp("site")
     for folder in SOURCES:
         shutil.copytree(ROOT / folder, root / folder, ignore=shutil.ignore_patterns("gallery", "__pycache__"))
+    for file in LINKED:
+        shutil.copy(ROOT / file, root / file)
     options = ["--quiet", "--fail-on-warning", "--keep-going", "-D", "plot_gallery=0"]
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", *options, root / "docs", root / "html"],
