@@ -58,8 +58,8 @@ def test_page_and_file_of_rolling_agree(rolled, tmp_path):
             "stick",
             "pressures",
             "work",
-            "numbers_μ0.3",
-            "numbers_μ0.5",
+            "numbers_0.3",
+            "numbers_0.5",
         )
     }
     assert rolling_page.summary(written) in page.replace("&#39;", "'")

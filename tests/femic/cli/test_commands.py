@@ -4,6 +4,7 @@ What they ask for is recorded instead of computed.
 """
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -84,7 +85,7 @@ def test_internal_errors_are_not_hidden(monkeypatch):
 
 @pytest.mark.parametrize("tolerance", [1e-4, 0.02])
 def test_validate_passes_statements_tolerance_and_folder(tolerance, recorded, command, tmp_path):
-    calls = recorded("femic.validation.statements.page.validate", "there")
+    calls = recorded("femic.validation.statements.page.validate", Path("there"))
     assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
     ((numbers, runs, folder),) = calls
     assert (numbers, runs.tolerance, folder) == ((3, 1), tolerance, tmp_path / "out")
@@ -99,7 +100,7 @@ def test_validate_refuses_tolerances_beyond_the_limits(tolerance, recorded, comm
 
 
 def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command):
-    calls = recorded("femic.validation.statements.page.validate", "there")
+    calls = recorded("femic.validation.statements.page.validate", Path("there"))
     assert command("validate") == DONE
     assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
 
@@ -111,7 +112,7 @@ def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command
 def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, command):
     calls = recorded("compare.frontier.compute.compute_frontier")
     recorded("compare.frontier.page.summary", "")
-    recorded("compare.frontier.page.write_frontier", "there")
+    recorded("compare.frontier.page.write_frontier", Path("there"))
     assert command("frontier", "flat", *options) == DONE
     assert (calls[0][0], calls[0][1].budget) == ("flat", budget)
 
@@ -177,8 +178,8 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     for name in names:
         (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
     recorded("compare.calibration.compute.calibrate", "fit")
-    written = recorded("compare.calibration.page.write_fit", "there")
-    reports = recorded("compare.calibration.page.write_report", "there")
+    written = recorded("compare.calibration.page.write_fit", Path("there"))
+    reports = recorded("compare.calibration.page.write_report", Path("there"))
     if n > 5:
         assert command("calibrate", *names) == WRONG_INPUT
         assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
@@ -194,7 +195,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 
 def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
-    recorded("compare.ics.run.run_scene", "there")
+    recorded("compare.ics.run.run_scene", Path("there"))
     questions = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
     assert not questions
@@ -204,9 +205,9 @@ def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
 
 
 def test_compare_computes_only_scenes_without_current_results(recorded, monkeypatch, tmp_path):
-    ran = recorded("compare.ics.run.run_scene", "there")
+    ran = recorded("compare.ics.run.run_scene", Path("there"))
     recorded("compare.overlay.results.load", "curves")
-    written = recorded("compare.overlay.page.write", "there")
+    written = recorded("compare.overlay.page.write", Path("there"))
     monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
     words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
     assert exit_code(words) == DONE
@@ -307,8 +308,8 @@ def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, 
     recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
     recorded("femic.contact.pairs.supports.changed_supports")
     recorded("compare.finite_elements.beside.stored_solution")
-    written = recorded("compare.contact.page.write_contact", "there")
-    maps = recorded("compare.contact.page.write_sensitivity", "there")
+    written = recorded("compare.contact.page.write_contact", Path("there"))
+    maps = recorded("compare.contact.page.write_sensitivity", Path("there"))
     assert command("contact", "wide", "tall") == DONE
     out = tmp_path / "out"
     assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
