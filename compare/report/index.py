@@ -16,10 +16,10 @@ HEAD = 4096  # characters within which a page has its title
 def write_index(folder: Path) -> Path | None:
     """Write `index.html` of the pages in the folders of a folder, newest first; None where there are none.
 
-    Only pages that femic wrote are listed: those beside a folder of results, with a title.
+    Other runs may write, move and remove pages meanwhile: what is unfinished or gone is left out.
     """
-    pages = sorted(folder.glob("*/*.html"), key=lambda path: path.stat().st_mtime, reverse=True)
-    rows = [_row(folder, path, title) for path in pages if (title := _title(path))]
+    entries = filter(None, map(_entry, folder.glob("*/[!.]*.html")))
+    rows = [_row(folder, *entry) for entry in sorted(entries, reverse=True)]
     if not rows:
         return None
     table = Table("folder", texts("page", "title", "written"), rows)
@@ -27,13 +27,17 @@ def write_index(folder: Path) -> Path | None:
     return write_page(Page("femic: results", sentence, [Section("", [table])]), folder / INDEX)
 
 
-def _title(path: Path) -> str:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        title = TITLE.search(file.read(HEAD))
-    return html.unescape(title[1]) if title else ""
+def _entry(path: Path) -> tuple[float, Path, str] | None:
+    """Return when a page was written, its path and its title; None where it cannot be read or has none."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            title = TITLE.search(file.read(HEAD))
+        return (path.stat().st_mtime, path, html.unescape(title[1])) if title else None
+    except OSError:
+        return None
 
 
-def _row(folder: Path, path: Path, title: str) -> Row:
-    written = datetime.fromtimestamp(path.stat().st_mtime).astimezone()
+def _row(folder: Path, seconds: float, path: Path, title: str) -> Row:
+    written = datetime.fromtimestamp(seconds).astimezone()
     link = Cell(path.name, link=path.relative_to(folder).as_posix())
     return Row(path.parent.name, [link, title, f"{written:%Y-%m-%d %H:%M}"])

@@ -20,3 +20,13 @@ def test_a_folder_without_pages_has_no_list(tmp_path):
     (tmp_path / "a").mkdir()
     assert write_index(tmp_path) is None
     assert not list(tmp_path.glob("*.html"))
+
+
+def test_unfinished_and_vanished_pages_are_left_out(tmp_path):
+    page = write_page(Page("Contact", "", []), tmp_path / "a" / "contact.html")
+    page.with_name(".unfinished.1.report.html").write_text("<title>Half</title>", encoding="utf-8")
+    (tmp_path / "a" / "gone.html").symlink_to(tmp_path / "nowhere.html")
+    text = write_index(tmp_path).read_text(encoding="utf-8")
+    assert 'href="a/contact.html"' in text
+    assert "Half" not in text
+    assert "gone.html" not in text
