@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
+from compare.report.looks import symbol_of
 from compare.report.styles import (
     CHECK_STYLE,
     DASHES,
@@ -23,7 +24,6 @@ from compare.report.styles import (
     STYLES,
     SYMBOLS,
     Style,
-    symbol_of,
     with_further,
 )
 from geometries.arrays import Array, Mask

@@ -8,9 +8,8 @@ from typing import Any, TypeVar
 
 from matplotlib.figure import Figure
 
-from approx.variants import VARIANTS, exchanged_symbol
+from approx.variants import VARIANTS
 from femic.cache.files import replacing
-from femic.scenes.ic_names import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
 Value = TypeVar("Value")
@@ -47,13 +46,6 @@ def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
     further_looks = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
     looks = {name: next(further_looks) for name in names if name not in OWN}
     return looks | dict(OWN)
-
-
-def symbol_of(name: str) -> str:
-    """Return the symbol of ICs: of C, of a map of it, or of a variant, perhaps with exchanged components."""
-    if is_map(name):
-        return f"C by {Path(name).stem}" if Path(name).stem != "sweep" else f"C by {Path(name).parent.name}"
-    return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
 
 
 @dataclass(frozen=True, eq=False)

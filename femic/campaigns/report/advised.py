@@ -12,7 +12,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from compare.report.styles import RC, symbol_of, with_further
+from compare.report.looks import symbol_of
+from compare.report.styles import RC, with_further
 from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of

@@ -11,7 +11,8 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from scipy.stats import spearmanr
 
-from compare.report.styles import RC, symbol_of
+from compare.report.looks import symbol_of
+from compare.report.styles import RC
 from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.fields import COLUMN, ROW, Field
 from femic.campaigns.report.scales import draw_levels

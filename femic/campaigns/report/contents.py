@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
+from compare.report.looks import symbol_of
 from compare.report.parts import join_words
-from compare.report.styles import symbol_of
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,

@@ -7,8 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from compare.report.looks import symbol_of
 from compare.report.panels import add_legend
-from compare.report.styles import RC, Style, symbol_of, with_further
+from compare.report.styles import RC, Style, with_further
 from femic.campaigns.report.axes import ShownAxis
 from femic.campaigns.report.fields import COLUMN, LOWEST, ROW, Field
 from femic.campaigns.report.scales import draw_levels

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from compare.report.looks import symbol_of
 from compare.report.parts import Part, join_words
-from compare.report.styles import symbol_of
 from femic.campaigns.report.advised import AdvisedICs, advised_over, advised_points
 from femic.campaigns.report.axes import Names, ShownAxis, axes_of, evenly_spaced, swept, values_text
 from femic.campaigns.report.clouds import MOST_POINTS, clouds, strongest

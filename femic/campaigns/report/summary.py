@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
+from compare.report.looks import symbol_of
 from compare.report.parts import join_words
-from compare.report.styles import symbol_of
 from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
 from femic.campaigns.report.crossings import REPORTED, extreme_crossings, known_count, lines_of, main_axis

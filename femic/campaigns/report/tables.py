@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.styles import symbol_of
+from compare.report.looks import symbol_of
 from compare.report.tables import Cell, Row, Table
 from femic.cache.files import replacing
 from femic.campaigns.report.axes import ShownAxis, point_of, swept, text_of

@@ -10,7 +10,7 @@ import xarray as xr
 
 from compare.contact.compute import compute_contact, reference_name, require_solvable
 from compare.contact.dataset import to_dataset
-from compare.report.styles import symbol_of
+from compare.report.looks import symbol_of
 from femic.campaigns.maps.c_map import bhat_nn, maps_of_scene, open_map
 from femic.campaigns.results import matrix
 from femic.contact.pairs import reference_ics
@@ -169,7 +169,7 @@ def test_reference_is_c_else_a_map_else_bhat():
     assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
     assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
     assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
-    assert symbol_of("map:out/flanks/sweep.nc") == "C by flanks"
+    assert symbol_of("map:out/flanks/sweep.nc") == "C from flanks"
 
 
 @pytest.mark.parametrize(
