@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cyclopts import run
-from matplotlib.figure import Figure
 
 import femic
 from approx.forms import FORMS, Form
 from approx.rotation import Rotation
 from approx.variants import MIRRORS, VARIANTS, Variant
-from compare.report.styles import STYLES, SYMBOLS
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.looks import looks_of, symbol_of
+from compare.report.static import picture
 from geometries.arrays import Array
 
 PATCHES = {"geometry1": femic.Patch(0.2, 0.2), "geometry2": femic.Patch(0.167, 0.158)}
@@ -44,17 +45,16 @@ VARIANTS[FADED] = Variant("B, factor on A_sn", "B with the cylinder's factor", M
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.DataArray:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
-    figure = Figure(figsize=(11, 6), layout="constrained")
-    errors, options = [], femic.Options(tolerance, store=str(out / "store"))
-    for (name, patch), row in zip(PATCHES.items(), figure.subplots(2, 3, sharex=True), strict=True):
+    errors, panels, options = [], [], femic.Options(tolerance, store=str(out / "store"))
+    for name, patch in PATCHES.items():
         pair = femic.load_pair(name)
         ics = femic.compute_ics(pair, patch, LINES, ICS, components=["nn", "sn"], options=options)
         errors.append(femic.compare_ics(ics).error.sel(i="s", j="n", drop=True))
-        for axes, body in zip(row, ("lower", "upper", "combined"), strict=True):
-            draw(axes, ics.sel(body=body, i="s", j="n"))
-            axes.set(title=f"{name}, {body}", ylabel="sn × E L [-]", xlabel="s [mm]")
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    figure.savefig(out / "cylinder_factor.png", dpi=150)
+        panels += [
+            panel_of_sn(f"{name}, {body}", ics.sel(body=body, i="s", j="n"))
+            for body in ("lower", "upper", "combined")
+        ]
+    picture(chart_of("cylinder_factor", panels)).savefig(out / "cylinder_factor.png", dpi=150)
     worst = xr.concat(errors, xr.Variable("scene", list(PATCHES)))
     for name in PATCHES:
         print(f"Errors of sn on the lines, {name}; of C estimated:")
@@ -64,16 +64,15 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
     return worst
 
 
-def draw(axes, sn: xr.Dataset) -> None:
-    """Draw sn along s on x = 1.6 mm, dimensionless."""
+def panel_of_sn(title: str, sn: xr.Dataset) -> Panel:
+    """Return the curves of sn along s on x = 1.6 mm, dimensionless."""
     on_line = sn.isel(point=sn.line.values == "x = 1.6 mm")
     unit = sn.reference_E * sn.reference_length
-    for variant in ICS:
-        style = (
-            {"color": "tab:purple", "linestyle": ":", "linewidth": 2} if variant == FADED else STYLES[variant]
-        )
-        axes.plot(on_line.s, on_line.ic.sel(variant=variant) * unit, label=SYMBOLS[variant], **style)
-    axes.grid(alpha=0.3)
+    curves = [
+        Curve(symbol_of(variant), on_line.s, on_line.ic.sel(variant=variant) * unit, look)
+        for variant, look in looks_of(ICS).items()
+    ]
+    return Panel(title, "s [mm]", "sn × E L [-]", curves)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,9 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.styles import MARKERS, STYLES, SYMBOLS
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.looks import looks_of, symbol_of
+from compare.report.static import picture
 
 PAIR, PATCH = femic.load_pair("rolling"), femic.Patch(a=0.167, b=0.158)
 RATIOS = (1.0, 0.1, 0.3, 3.0, 10.0)  # the first sizes the grid
@@ -88,16 +90,22 @@ def numbers(rolled: xr.Dataset) -> xr.Dataset:
 
 def draw(results: xr.Dataset) -> Figure:
     """Draw all ICs over the ratio of moduli."""
-    figure = Figure(figsize=(12, 3.8), layout="constrained")
-    for axes, (name, (label, factor)) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
-        for ics in (str(name) for name in results.ics.values):
-            if name == "zero_creepage" or ics != "C":
-                style = STYLES[ics] | {"marker": MARKERS[ics], "label": SYMBOLS[ics]}
-                axes.plot(results.ratio, factor * results[name].sel(ics=ics), **style)
-        axes.set(xscale="log", xlabel="E of the wheel over E of the rail [-]", ylabel=label)
-        axes.grid(alpha=0.3)
-    figure.axes[0].legend()
-    return figure
+    looks = looks_of(str(name) for name in results.ics.values)
+    panels = [
+        Panel(
+            "",
+            "E of the wheel over E of the rail [-]",
+            label,
+            [
+                Curve(symbol_of(ics), results.ratio, factor * results[name].sel(ics=ics), look)
+                for ics, look in looks.items()
+                if name == "zero_creepage" or ics != "C"
+            ],
+            log_x=True,
+        )
+        for name, (label, factor) in PANELS.items()
+    ]
+    return picture(chart_of("dissimilar_bodies", panels))
 
 
 if __name__ == "__main__":

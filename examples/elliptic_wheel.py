@@ -19,7 +19,6 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.styles import STYLES
 
 GEOMETRY_2 = femic.load_pair("geometry2")
 ELLIPSE = femic.ellipse(10.15, 10.25, 60.0)
@@ -86,9 +85,11 @@ def draw(result: xr.Dataset) -> Figure:
     for axes, line in zip(
         figure.subplots(1, result.sizes["line"], sharey=True), result.line.values, strict=True
     ):
-        of_line, colour = result.sel(line=line), STYLES["C"]["color"]
+        of_line = result.sel(line=line)
         axes.bar(at - 0.2, 100 * of_line.difference, 0.4, label="ellipse less arc", color="tab:blue")
-        axes.bar(at + 0.2, 100 * of_line.estimate, 0.4, label="sum of the estimates", color=colour, alpha=0.4)
+        axes.bar(
+            at + 0.2, 100 * of_line.estimate, 0.4, label="sum of the estimates", color="black", alpha=0.4
+        )
         axes.set(xticks=at, xticklabels=result.component.values, title=f"C of the wheel, {line}")
         axes.set_xlim(-0.7, len(at) - 0.3)
         axes.grid(alpha=0.3, axis="y")

@@ -17,7 +17,9 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.styles import MARKERS, STYLES, SYMBOLS
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.looks import looks_of, symbol_of
+from compare.report.static import picture
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -53,16 +55,19 @@ def worst_errors(angle: float, options: femic.Options) -> xr.DataArray:
 
 def draw(worst: xr.DataArray) -> Figure:
     """Draw the errors against the angle, one panel per component."""
-    figure = Figure(figsize=(9, 3.8), layout="constrained")
-    for axes, i in zip(figure.subplots(1, 2), "ns", strict=True):
-        for variant in VARIANTS:
-            style = STYLES[variant] | {"marker": MARKERS[variant], "label": SYMBOLS[variant]}
-            axes.plot(ANGLES, 100 * worst.sel(i=i, variant=variant), **style)
-        axes.set(xlabel="inclination of the flanks [°]", ylabel="worst error [%]", xticks=ANGLES, ylim=0)
-        axes.set(title=f"combined {i}n on x = 1.6 mm (C: estimate)")
-        axes.grid(alpha=0.3)
-        axes.legend(loc="center right")
-    return figure
+    panels = [
+        Panel(
+            f"combined {i}n on x = 1.6 mm (C: estimate)",
+            "inclination of the flanks [°]",
+            "worst error [%]",
+            [
+                Curve(symbol_of(variant), ANGLES, 100 * worst.sel(i=i, variant=variant), look)
+                for variant, look in looks_of(VARIANTS).items()
+            ],
+        )
+        for i in "ns"
+    ]
+    return picture(chart_of("flank_sweep", panels))
 
 
 if __name__ == "__main__":

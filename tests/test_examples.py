@@ -16,7 +16,6 @@ from approx.forms import FORMS
 from approx.variants import VARIANTS
 from compare.report.looks import OWN
 from compare.report.static import style_of
-from compare.report.styles import STYLES
 from geometries.materials import both_bodies
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -56,7 +55,6 @@ def script(name):
 
 LONG = {"custom_section", "flank_sweep", "cylinder_factor", "elliptic_wheel", "dissimilar_bodies"}
 KEYS = {"dissimilar_bodies": {"elements": FEW}}
-OF_CHARTS = {"one_figure", "custom_section"}  # examples whose curves look as those of pages
 DRAWS = {"elliptic_wheel": (), "dissimilar_bodies": ("A", "Bhat", "mix", "Bhat_prime", "C")}
 
 
@@ -71,8 +69,7 @@ def test_the_picture_shows_the_curves(name, outcome):
     out, _ = outcome(name)
     pixels = imread(out / f"{name}.png")[..., :3]
     for variant in DRAWS.get(name, ("A", "B", "Bhat", "C")):
-        style = style_of(OWN[variant]) if name in OF_CHARTS else STYLES[variant]
-        drawn = np.all(np.abs(pixels - to_rgb(style["color"])) < 1 / 255, axis=-1)
+        drawn = np.all(np.abs(pixels - to_rgb(style_of(OWN[variant])["color"])) < 1 / 255, axis=-1)
         assert np.count_nonzero(drawn) > DRAWN, variant
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.ics.curves import main_body
 from compare.ics.page import row_name
-from compare.ics.summary import COUNTS, body_name, heaviest, within
+from compare.ics.summary import COUNTS, Weighted, body_name, heaviest, within
 from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
 from compare.overlay.figures import chart, drawn_variants
@@ -24,7 +24,7 @@ from geometries.errors import WrongInput
 SUMMARISED = ("A", "Bhat")  # variants in the summary
 ANSWER = (
     "Largest difference from C {} over {}: as a share of the component; small: of C_nn of the same scene. "
-    "C ±: the estimated error of C. †: vanishes in C."
+    "C ±: the estimated error of C. †: vanishes in C. Shown: {}; the others are in the tables below."
 )
 CURVES = (
     "Colours distinguish variants, dashes scenes. Per unit total load, times E of the lower body and L of "
@@ -48,15 +48,16 @@ def write(overlay: Overlay, folder: Path) -> Path:
     write_curves(overlay, folder)
     title = ", ".join(result.name for result in overlay.results)
     body = main_body(overlay.common.bodies)
-    answer = _table(overlay, body, drawn_variants(overlay))
-    return write_page(Page(title, summary(overlay), _sections(overlay), answer), folder / "report.html")
+    page = Page(title, summary(overlay), _sections(overlay), answer_table(overlay, body))
+    return write_page(page, folder / "report.html")
 
 
 def _sections(overlay: Overlay) -> Iterator[Section | Folded]:
     common, results = overlay.common, overlay.results
     titles = Items([f"{result.name}: {result.ics.attrs['title']}" for result in results])
     lengths = ", ".join(f"{result.name}: {result.ics.reference_length:g} mm" for result in results)
-    answer = ANSWER.format(body_name(main_body(common.bodies)), join_words(common.lines))
+    shown = join_words(decisive_components(overlay))
+    answer = ANSWER.format(body_name(main_body(common.bodies)), join_words(common.lines), shown)
     yield Section("", [Note(answer), chart(overlay), Note(CURVES.format(lengths)), titles])
     ranks = Items([f"C deviates from {sentence}" for sentence in rankings(overlay)])
     tables = [
@@ -74,6 +75,27 @@ def _measure(overlay: Overlay) -> str:
         f"{MEASURE} Shown: the largest over {', '.join(overlay.common.lines)}; shares of C of the same "
         f"scene. Rows “C ±”: the estimated error of C itself. {COMPONENTS}"
     )
+
+
+def decisive_components(overlay: Overlay) -> list[str]:
+    """Return nn and the other component with the heaviest error, among the common ones."""
+    components, variants = overlay.common.components, _summarised(overlay) or overlay.common.variants
+    others = [component for component in components if component != "nn"]
+    is_any = bool(others and variants)
+    heavy = [_heaviest_of_all(worst_errors(overlay), variants, others)[2].component] if is_any else []
+    return [component for component in ("nn", *heavy) if component in components]
+
+
+def answer_table(overlay: Overlay, body: str) -> Table:
+    """Return the errors of the variants drawn in each scene, in the components that decide."""
+    variants = [variant for variant in drawn_variants(overlay) if variant != "C"] + ["C"]
+    rows = []
+    for component in decisive_components(overlay):
+        for k, result in enumerate(overlay.results):
+            errors = worst(overlay, result, body, component)
+            cells = [cell_of(errors.sel(variant=name), is_estimate=name == "C") for name in variants]
+            rows.append(Row("" if k else component, [result.name, *cells]))
+    return Table("component", [*texts("scene"), *numbers(*map(row_name, variants))], rows)
 
 
 def _table(overlay: Overlay, body: str, variants: Sequence[str]) -> Table:
@@ -98,57 +120,73 @@ def _differences_table(overlay: Overlay) -> Table:
     return Table("key" if rows else "key (nothing differs)", texts("scene", "value"), rows)
 
 
+def _summarised(overlay: Overlay) -> list[str]:
+    return [variant for variant in SUMMARISED if variant in overlay.common.variants]
+
+
+def worst_errors(overlay: Overlay) -> dict[str, xr.Dataset]:
+    """Return the errors of the first body by scene, the worst over the lines."""
+    body, lines = main_body(overlay.common.bodies), list(overlay.common.lines)
+    return {
+        result.name: result.errors.sel(body=body, line=lines).max("line", skipna=False)
+        for result in overlay.results
+    }
+
+
 def summary(overlay: Overlay) -> str:
     """Return how far A and B-hat are from C in nn and, by weight, elsewhere, and how good C is."""
     body, components = main_body(overlay.common.bodies), overlay.common.components
-    variants = [variant for variant in SUMMARISED if variant in overlay.common.variants]
-    worst_errors = {
-        result.name: result.errors.sel(body=body, line=list(overlay.common.lines)).max("line", skipna=False)
-        for result in overlay.results
-    }
+    variants, errors = _summarised(overlay), worst_errors(overlay)
     sentences = []
     if variants and "nn" in components:
-        sentences.append(_nn_sentence(worst_errors, variants, body))
+        sentences.append(_nn_sentence(errors, variants, body))
     others = [component for component in components if component != "nn"]
     if variants and others:
-        sentences.append(_others_sentence(worst_errors, variants, others))
-    known = max(heaviest(errors, "C", components).weight for errors in worst_errors.values())
+        sentences.append(_others_sentence(errors, variants, others))
+    known = max(heaviest(of_scene, "C", components).weight for of_scene in errors.values())
     return " ".join([*sentences, f"C is known to {within(known)} of C_nn in every component of every scene."])
 
 
-def _nn_sentence(worst_errors: Mapping[str, xr.Dataset], variants: Sequence[str], body: str) -> str:
+def _nn_sentence(errors: Mapping[str, xr.Dataset], variants: Sequence[str], body: str) -> str:
     """Return the errors of variants in nn in each scene."""
     off = []
     for variant in variants:
-        errors = {
-            name: percent(scene_errors.error.sel(variant=variant, i="n", j="n").item())
-            for name, scene_errors in worst_errors.items()
+        shares = {
+            name: percent(of_scene.error.sel(variant=variant, i="n", j="n").item())
+            for name, of_scene in errors.items()
         }
-        in_scenes = join_words(f"{text} in {name}" for name, text in errors.items())
+        in_scenes = join_words(f"{text} in {name}" for name, text in shares.items())
         off.append(f"{symbol_of(variant)} is off by {in_scenes}")
     return f"In nn {body_name(body)}, {'; '.join(off)}."
 
 
 def _others_sentence(
-    worst_errors: Mapping[str, xr.Dataset], variants: Sequence[str], components: Sequence[str]
+    errors: Mapping[str, xr.Dataset], variants: Sequence[str], components: Sequence[str]
 ) -> str:
     """Return the heaviest error in other components, and the same in all scenes."""
-    errors = {
-        (name, variant): heaviest(scene_errors, variant, components)
-        for name, scene_errors in worst_errors.items()
-        for variant in variants
-    }
-    (_, variant), largest = max(errors.items(), key=lambda item: item[1])
+    _, variant, largest = _heaviest_of_all(errors, variants, components)
     if largest.weight < COUNTS:
         return f"No other component is off by more than {within(largest.weight)} of C_nn."
     component = largest.component
     weights = {
-        name: percent(scene_errors.weight.sel(variant=variant, i=component[0], j=component[1]).item())
-        for name, scene_errors in worst_errors.items()
+        name: percent(of_scene.weight.sel(variant=variant, i=component[0], j=component[1]).item())
+        for name, of_scene in errors.items()
     }
     in_scenes = join_words(f"{text} of C_nn in {name}" for name, text in weights.items())
     where = f"{symbol_of(variant)} in {component}"
     return f"Among the other components, the heaviest error is that of {where}: {in_scenes}."
+
+
+def _heaviest_of_all(
+    errors: Mapping[str, xr.Dataset], variants: Sequence[str], components: Sequence[str]
+) -> tuple[str, str, Weighted]:
+    """Return the scene, the variant and the error with the largest weight in some components."""
+    weighted = [
+        (name, variant, heaviest(of_scene, variant, components))
+        for name, of_scene in errors.items()
+        for variant in variants
+    ]
+    return max(weighted, key=lambda item: item[2])
 
 
 def rankings(overlay: Overlay) -> Iterator[str]:

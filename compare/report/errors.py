@@ -17,6 +17,7 @@ MEASURE = (
     "|C_nn| there. “0”: rounding."
 )
 ERRORS_HEADING = "Worst error of the {} influence coefficients against C"
+REDDEST = 0.55  # opacity of the background of the worst errors
 COMPONENTS = (
     "Components: displacement, then traction; x along the rolling direction, s along the contour, n normal, "
     "from the lower into the upper body."
@@ -66,7 +67,11 @@ def percent(share: float) -> str:
 
 
 def colour(error: float) -> str:
-    """Return the background of an error: white up to 0.1 %, red from 100 % on, logarithmic between."""
+    """Return the background of an error: none up to 0.1 %, red from 100 % on, logarithmic between."""
     redness = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
-    green_blue = round(255 - 120 * redness)
-    return f"#ff{green_blue:02x}{green_blue:02x}"
+    return red(REDDEST * redness)
+
+
+def red(opacity: float) -> str:
+    """Return a background that is red on light and on dark pages, and leaves the text readable on both."""
+    return f"rgba(255, 40, 40, {opacity:.2f})"

@@ -20,7 +20,7 @@ class ContactMotion:
     """A motion: the keys of its specification, and how its contact is solved.
 
     `keys` are the keys of the specification that not all motions have; values of `growing` ones must grow.
-    The numbers of a contact, of `table`, are along `dimension`; `place` says in words where on it.
+    The numbers of a contact, of `table`, are along `dimension`.
 
     With friction, `solve(pair, friction, name)` gives the solution with a coefficient of friction and the ICs
     of a name, and `one_point(pair, problem, label)` the place and the numbers of one contact with the ICs of
@@ -35,7 +35,6 @@ class ContactMotion:
     growing: tuple[str, ...] = ()
     slip_unit: str = "1"  # per unit of rolled distance; or mm
     wheel_rolls: bool = False  # at one load; the rail sees the displacements of the wheel as it rolls
-    place: Callable[[float], str] = str
     solve: Callable[..., Any] | None = None
     one_point: Callable[..., Any] | None = None
     misfits: Callable[..., Any] = lambda *_: ()
@@ -63,7 +62,6 @@ MOTIONS: dict[str, ContactMotion] = {
         keys=("friction", "longitudinal", "lateral", "spin", "equal_force"),
         growing=("longitudinal",),
         dimension="xi",
-        place=lambda xi: f"{100 * xi:.3g} %",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
         wheel_rolls=True,
         solve=Late(f"{PAIRS}.solved_curve:solve_curve"),
@@ -73,7 +71,6 @@ MOTIONS: dict[str, ContactMotion] = {
     "transient": ContactMotion(
         keys=("friction", "creepage", "lateral", "spin", "distance"),
         dimension="distance",
-        place=lambda distance: f"{distance:.3g} mm",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
         wheel_rolls=True,
         solve=Late(f"{PAIRS}.solved_transient:solve_transient"),
@@ -83,7 +80,6 @@ MOTIONS: dict[str, ContactMotion] = {
         keys=("friction",),
         growing=("loads",),
         dimension="load",
-        place=lambda load: f"{load:g} N",
         table=Late(f"{PAIRS}.quantities:OF_COMPRESSION"),
         slip_unit="mm",
         solve=Late(f"{PAIRS}.solved_compression:solve_compression"),

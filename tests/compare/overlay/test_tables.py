@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows
+from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows, answer_table, decisive_components
 from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import Content
 
@@ -50,3 +50,25 @@ def test_tables_mark_vanishing_components_and_show_weights(overlay):
     of_b = [cells for _, scene, *cells in rows if scene == "b"]
     assert of_b[0][2].text == "30.0 % †"
     assert of_b[0][0].text == "5.00 %"  # the worst line
+
+
+def test_answer_has_the_components_that_decide_in_every_scene():
+    """C_xn is off by most; b has the largest weight in it."""
+    scenes = [scene(name, nn=(0.02, 0.01), xn=(k, 0.5), sn=(0.1, 0.0)) for k, name in enumerate("abcde")]
+    overlay = Overlay(COMMON, tuple(scenes))
+    assert decisive_components(overlay) == ["nn", "xn"]
+    table = answer_table(overlay, "lower")
+    assert [(row.name, row.filled[0].text) for row in table.rows[::5]] == [("nn", "a"), ("xn", "a")]
+    assert [row.filled[0].text for row in table.rows] == [*"abcde", *"abcde"]
+    assert table.rows[9].filled[1].text == "400.0 %"  # of A in xn of the last scene
+
+
+def test_answer_of_a_single_component_is_about_that(overlay):
+    one = Overlay(Content(("lower",), ("sn",), VARIANTS, LINES), overlay.results)
+    assert decisive_components(one) == ["sn"]
+
+
+def test_answer_without_approximations_has_c_alone(overlay):
+    bare = Overlay(Content(("lower",), COMPONENTS, (), LINES), overlay.results)
+    assert decisive_components(bare) == ["nn"]
+    assert [column.head for column in answer_table(bare, "lower").heads] == ["scene", "C ±"]
