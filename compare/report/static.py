@@ -57,12 +57,17 @@ def pictures(chart: Chart) -> dict[str, Figure]:
     chart = _without_choice(chart)
     if len(chart.steps) == 1 or all(len(cells) <= chart.columns for cells in chart.steps.values()):
         return {chart.name: picture(chart)}
+    names = _file_names(chart)
     return {
-        f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}": picture(
-            replace(chart, steps={step: cells}, start="")
-        )
-        for step, cells in chart.steps.items()
+        name: picture(replace(chart, steps={step: cells}, start=""))
+        for name, (step, cells) in zip(names, chart.steps.items(), strict=True)
     }
+
+
+def _file_names(chart: Chart) -> list[str]:
+    """Return a name for each step, from the letters that names may have; steps alike in these are numbered."""
+    names = [f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}" for step in chart.steps]
+    return [name if names.count(name) == 1 else f"{name}_{k + 1}" for k, name in enumerate(names)]
 
 
 def _without_choice(chart: Chart) -> Chart:

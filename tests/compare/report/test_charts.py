@@ -137,6 +137,11 @@ def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
         np.testing.assert_allclose([a.get_lines()[0].get_ydata() for a in figure.axes], [factor * X] * 2)
 
 
+def test_pictures_of_steps_that_differ_in_a_hat_only_have_names_of_their_own():
+    steps = {step: 2 * [Panel("", "x", "y", [])] for step in ("B", "B̂", "A")}
+    assert list(static.pictures(Chart("ics", steps, columns=1))) == ["ics_B_1", "ics_B_2", "ics_A"]
+
+
 def test_markers_are_drawn_on_curves_of_few_points_only():
     look = Look("#123456", "dash", "square")
     for count, marker in ((MOST_MARKERS, "square"), (MOST_MARKERS + 1, "")):
