@@ -11,14 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from compare.report import static
-from compare.report.charts import Chart, Curve, Panel, chart_of
+from compare.report.charts import Chart, Curve, Panel, chart_of, marked
 from compare.report.looks import Look, drawing_order, looks_of, symbol_of
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
 from geometries.patches import OffsetLine
 
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is rounding
-CHECK_MARKS = 24  # about how many marks a curve of the other engine has
 ESTIMATES = {"C": "estimate", "C_solid": "estimate_solid"}  # variables with the errors of both engines
 MOST_COLUMNS = 4
 
@@ -146,13 +145,7 @@ def _curve(part: xr.Dataset, name: str, look: Look) -> Curve:
     """Return a curve, with its estimate where it has one; C of the other engine as a few marks."""
     values, estimate = part.ic.sel(variant=name).values, ESTIMATES.get(name, "")
     band = part[estimate].values if estimate in part else None
-    curve = Curve(symbol_of(name), part["at"].values, values, look, band)
-    if name != "C_solid":
-        return curve
-    marked = slice(None, None, max(1, len(values) // CHECK_MARKS))
-    return replace(
-        curve, x=curve.points[0][marked], y=values[marked], band=None if band is None else band[marked]
-    )
+    return marked(Curve(symbol_of(name), part["at"].values, values, look, band))
 
 
 def minus_c(dataset: xr.Dataset) -> xr.Dataset:

@@ -5,19 +5,20 @@ A chart is drawn twice: to be explored on a page (`compare.report.interactive`),
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.report.looks import Look, without_marker
+from compare.report.looks import Look, looks_of_labels, without_marker
 from geometries.arrays import Array
 
 Scale = Literal["sequential", "diverging", "logarithmic"]
 PLAIN = Look()
 MOST_MARKERS = 25  # points of a curve up to which each has its marker
+MARKS = 24  # about how many marks a curve without a line has
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +166,28 @@ class Chart:
 def chart_of(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:
     """Return a chart without a slider."""
     return Chart(name, {"": cells}, columns, heights=heights)
+
+
+def curves_of(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | None = None) -> list[Curve]:
+    """Return curves by their labels, such as "B̂", in the looks of these ICs; the estimate is the band of C.
+
+    Curves that are NaN everywhere are left out.
+    """
+    looks = looks_of_labels(values)
+    return [
+        marked(Curve(label, at, curve, looks[label], estimate if label == "C" else None))
+        for label, curve in values.items()
+        if not np.all(np.isnan(curve))
+    ]
+
+
+def marked(curve: Curve) -> Curve:
+    """Return a curve, with a few of its points where these are marks without a line."""
+    step = max(1, np.size(curve.x) // MARKS)
+    if curve.look.dash or step == 1:
+        return curve
+    (x, y), band = curve.points, None if curve.band is None else np.asarray(curve.band)[..., ::step]
+    return replace(curve, x=x[::step], y=y[::step], band=band)
 
 
 def _largest(values: ArrayLike) -> float:

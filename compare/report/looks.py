@@ -1,5 +1,6 @@
 """Looks of the curves of ICs: colours that the colour-blind can tell apart, dashes, markers, and symbols."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import cycle
@@ -64,6 +65,22 @@ def looks_of(names: Iterable[str]) -> dict[str, Look]:
     """Return the look of each of some ICs: its own, or a further one in turn."""
     further = cycle(FURTHER)
     return {name: OWN[name] if name in OWN else next(further) for name in names}
+
+
+def looks_of_labels(labels: Iterable[str]) -> dict[str, Look]:
+    """Return the look of each of some labels: that of its ICs, or a further one in turn.
+
+    Where more is said of ICs, as in "B, not revolved" or "B with the factor", their line is dotted.
+    """
+    by_symbol, further = {symbol_of(name): look for name, look in OWN.items()}, cycle(FURTHER)
+    looks = {}
+    for label in labels:
+        symbol = re.split("[ ,]", label)[0]
+        if label in by_symbol:
+            looks[label] = by_symbol[label]
+        else:
+            looks[label] = replace(by_symbol[symbol], dash="dot") if symbol in by_symbol else next(further)
+    return looks
 
 
 def drawing_order(names: Iterable[str]) -> list[str]:

@@ -212,4 +212,4 @@ def _drawn_cases(strategy: st.SearchStrategy[Case]) -> WithinLimit:
 
 def _computed(label: str, case: HalfSpaces) -> BeyondCase:
     """Return a case beyond the limits that is computed nevertheless, with its error."""
-    return lambda: BeyondLimit(label, f"computed: error {case.error():.0e}")
+    return lambda: BeyondLimit(label, f"computed: error {case.error():.0e}", computed=True)

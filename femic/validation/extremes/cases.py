@@ -35,6 +35,11 @@ class WithinLimit:
     note: str = ""
 
     @property
+    def finished(self) -> bool:
+        """Whether the case was computed."""
+        return bool(np.isfinite(self.error))
+
+    @property
     def honest(self) -> bool:
         """Whether every estimate is at least as large as its error."""
         return self.used is None or self.used <= 1
@@ -42,10 +47,14 @@ class WithinLimit:
 
 @dataclass(frozen=True)
 class BeyondLimit:
-    """A case beyond the limits, under the label `at`, with the program's message, or an empty text."""
+    """A case beyond the limits, under the label `at`, with the program's message, or an empty text.
+
+    `computed`: it is computed all the same, and the text has its error.
+    """
 
     at: str
     says: str
+    computed: bool = False
 
 
 @dataclass(frozen=True)

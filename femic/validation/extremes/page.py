@@ -1,19 +1,16 @@
 """`femic extremes` runs all cases and writes `extremes.json` and `extremes.html`."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from compare.ics.dataset import finite
 from compare.report.parts import Note, Page, Section
 from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.validation import record
-from femic.validation.extremes import analytic, exact
-from femic.validation.extremes.cases import ANALYTIC, Limit, LimitResult, WithinLimit, results_of
+from femic.validation.extremes import compute
 from femic.validation.extremes.engines import Engines
 
 ERRORS = (
@@ -29,52 +26,8 @@ ERRORS = (
 
 def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Run the cases of some parts and write the results; returns the path of the page."""
-    limits: list[Limit] = []
-    for part in parts:
-        limits += analytic.limits() if part == ANALYTIC else engines.limits(part)
-    results = list(results_of(limits, engines.options.watch.on_stage))
-    return record.write(folder, "extremes", __name__, numbers(results), page_of)
-
-
-def summary(results: Sequence[LimitResult]) -> str:
-    """Return how many estimates hold, and whether all cases beyond the limits have a message."""
-    cases = [case for result in results for case in result.reached]
-    estimated = [case for case in cases if case.used is not None]
-    held = sum(case.honest for case in estimated)
-    beyond = [case for result in results for case in result.beyond]
-    silent = [case.at for case in beyond if not case.says]
-    messages = "each has a message" if not silent else f"no message at {', '.join(silent)}"
-    estimates = (
-        f"In {held} of {len(estimated)} cases with estimates all of them are at least the error. "
-        if estimated
-        else ""
-    )
-    return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {messages}."
-
-
-def numbers(results: Sequence[LimitResult]) -> dict[str, Any]:
-    """Return the content of `extremes.json`."""
-    return {
-        "rows": [
-            {
-                "engine": result.limit.engine,
-                "parameter": result.limit.name,
-                "range": result.limit.range,
-                "reached": [_case(case) for case in result.reached],
-                "beyond": [asdict(case) for case in result.beyond],
-            }
-            for result in results
-        ],
-        "summary": summary(results),
-        "digits": exact.DIGITS,
-        "seconds": round(sum(case.seconds for result in results for case in result.reached), 1),
-    }
-
-
-def _case(case: WithinLimit) -> dict[str, Any]:
-    """Return a case with None for numbers that JSON lacks, and whether its estimates hold."""
-    values = asdict(case).items()
-    return {key: finite(v) if isinstance(v, float) else v for key, v in values} | {"honest": case.honest}
+    content = compute.numbers(compute.compute(parts, engines))
+    return record.write(folder, "extremes", compute.__name__, content, page_of)
 
 
 def page_of(content: dict[str, Any]) -> Page:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
+from compare.report.charts import Panel, curves_of
 from femic.reference.discount import FY, MOMENT
 from femic.validation.statements.criteria import (
     FOLLOWS,
@@ -108,7 +108,7 @@ def _sum_panels(runs: Runs) -> list[Panel]:
 
 def _body_panels(results: Results) -> list[Panel]:
     return [
-        Curve(results, body, component, line).panel("A", "B").beyond(STEEP)
+        Curve(results, body, component, line).panel("A", "B", beyond=STEEP)
         for component, line in (("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS))
         for body in ALONE
     ]
@@ -125,9 +125,13 @@ def _near_panels(results: Results) -> list[Panel]:
 def _half_space_panel(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
     line, length = line_of(results, name), results.scene.reference_length
     shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
-    curves = {c: relative_to_half_space(results, body, c, name)[shown] for c in components}
+    # every component has the same look in all panels
+    curves = dict.fromkeys(INDEPENDENT, np.full(np.count_nonzero(shown), np.nan)) | {
+        c: relative_to_half_space(results, body, c, name)[shown] for c in components
+    }
     title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
-    return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
+    at = line.running[shown] / length
+    return Panel(title, f"{line.along} / L  [-]", "(C - A) / A_nn  [-]", curves_of(at, curves))
 
 
 def _rotation_panels(results: Results) -> list[Panel]:

@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 
 from compare.ics.compute import Results, ics_of
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel
+from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement, per_body
 from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
 from femic.validation.statements.runs import GEOMETRIES, Runs
@@ -80,7 +80,7 @@ def _variant_errors(results: Results, body: str) -> dict[str, Array]:
 def mean_errors(runs: Runs) -> Mapping[str, float]:
     """Return the mean error over the components of every variant, by geometry and body."""
     return {
-        f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(variant_errors))
+        f"mean error of {symbol_of(variant)}: {name}, {body}": float(np.mean(variant_errors))
         for name, body in product(GEOMETRIES, BODIES)
         for variant, variant_errors in _variant_errors(runs.fitted(name), body).items()
     }

@@ -9,7 +9,7 @@ from itertools import product
 from typing import Literal
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
+from compare.report.charts import Panel
 from femic.validation.statements.curves import BODIES
 from femic.validation.statements.runs import GEOMETRIES, Runs
 

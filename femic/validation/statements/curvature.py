@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
+from compare.report.charts import Panel, curves_of
 from femic.validation.statements.criteria import POOR, SMALL_PART, Numbers, Statement
 from femic.validation.statements.curves import CONCAVE, THROUGH, Curve, line_of, rms
 from femic.validation.statements.runs import GEOMETRIES, Runs
@@ -81,7 +81,7 @@ def _curvature(runs: Runs) -> list[Panel]:
     shown, length = line.x >= 0, wheel.scene.reference_length
     curves = {"C less C not revolved": _change(runs)[shown], "term of eq. (16)": _term(runs)[shown]}
     title = "geometry2, combined: xn by curvature along x"
-    return [Panel(title, "x / L  [-]", line.x[shown] / length, "IC · E · L  [-]", curves)]
+    return [Panel(title, "x / L  [-]", "IC · E · L  [-]", curves_of(line.x[shown] / length, curves))]
 
 
 STATEMENTS = (

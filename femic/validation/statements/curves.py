@@ -8,8 +8,8 @@ import numpy as np
 from approx.pair import Solid
 from compare.ics.compute import Results, ics_of, parts_of, points_of, reference_of
 from compare.ics.errors import measure_of
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
 from geometries.arrays import Array
 from geometries.patches import OffsetLine, indices
 
@@ -20,6 +20,7 @@ INDEPENDENT = ("nn", "ss", "xx", "xs", "xn", "sn")  # the other components are r
 ACROSS, BESIDE, THROUGH = "x = 1.6 mm", "s = 1.6 mm", "s = 0 mm"  # the lines of the geometries
 
 STEEP = 0.15  # reference lengths from the load: steep curves are drawn from here on
+INVISIBLE = 1e-9  # dimensionless IC below which a curve is rounding
 
 
 @dataclass(frozen=True)
@@ -84,21 +85,22 @@ class Curve:
         shares = measure_of(self.results, self.body).shares(differences)
         return max(float(shares[line.name][indices(self.component)]) for line in self.lines)
 
-    def panel(self, *variants: str, more: Mapping[str, Array] | None = None) -> Panel:
-        """Return a panel of C, variants and further curves at coordinates >= 0 of the only line.
+    def panel(self, *variants: str, more: Mapping[str, Array] | None = None, beyond: float = 0.0) -> Panel:
+        """Return a panel of C, variants and further curves from a coordinate [reference lengths] on.
 
-        `more` has the further curves (n,), dimensionless, by name.
+        `more` has the further curves (n,), dimensionless, by label.
         """
         (line,) = self.lines
-        shown = line.running >= 0
-        curves = {SYMBOLS.get(name, name): self.variant(name) for name in ("C", *variants)} | dict(more or {})
+        at = line.running / self.results.scene.reference_length
+        shown = at >= beyond
+        curves = {symbol_of(name): self.variant(name) for name in ("C", *variants)} | dict(more or {})
+        estimate = self.of(reference_of(self.results, self.body).estimate)
         return Panel(
             f"{self.results.scene.name}, {self.body}: {self.component} on {line.name}",
             f"{line.along} / L  [-]",
-            line.running[shown] / self.results.scene.reference_length,
             "IC · E · L  [-]",
-            {name: values[shown] for name, values in curves.items()},
-            self.of(reference_of(self.results, self.body).estimate)[shown],
+            curves_of(at[shown], {label: values[shown] for label, values in curves.items()}, estimate[shown]),
+            least=INVISIBLE,
         )
 
 

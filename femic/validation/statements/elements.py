@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from itertools import pairwise
 
-import numpy as np
 import xarray as xr
 
-from compare.report.panels import Panel
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Runs
 
@@ -50,15 +50,12 @@ def _details(runs: Runs) -> Mapping[str, float]:
 
 
 def _panels(runs: Runs) -> list[Panel]:
-    """Return approaches with C and with B-hat over the number of elements."""
-    contacts = by_element_count(runs)
-    curves = {
-        symbol: xr.concat([dataset.approach.sel(ics=ics) for dataset in contacts.values()], "n").values
-        for ics, symbol in (("C", "C"), ("Bhat", "B̂"))
-    }
-    return [
-        Panel(SCENE, "elements across the patch", np.array(ELEMENTS, dtype=float), "approach [mm]", curves)
-    ]
+    """Return approaches with C and with B-hat over the number of elements, and the estimate with C."""
+    names = ["approach", "estimate_approach"]
+    contacts = xr.concat([dataset[names] for dataset in by_element_count(runs).values()], "n")
+    approaches = {symbol_of(ics): contacts.approach.sel(ics=ics).values for ics in ("C", "Bhat")}
+    curves = curves_of(ELEMENTS, approaches, contacts.estimate_approach.sel(ics="C").values)
+    return [Panel(f"{SCENE}, {LOAD / 1e3:g} kN", "elements across the patch", "approach [mm]", curves)]
 
 
 STATEMENTS = (

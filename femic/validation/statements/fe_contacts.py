@@ -11,8 +11,8 @@ import xarray as xr
 
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
 from femic.contact.finite_elements.fineness import FEWEST
 from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Contacts, Runs
@@ -71,7 +71,7 @@ def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
         estimate = (estimates if in_unit else relative_estimates)(dataset, name)
         for k, case in enumerate(dataset.case.values):
             details |= {
-                f"{case}, {name} by {SYMBOLS[ics]}": float(deviation.sel(ics=ics)[k])
+                f"{case}, {name} by {symbol_of(ics)}": float(deviation.sel(ics=ics)[k])
                 for ics in map(str, deviation.ics.values)
             }
             details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
@@ -89,15 +89,14 @@ def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
     s = dataset[f"s_fe_{number}"].values
     p = dataset[f"p_{number}"].dropna("ics", how="all")
     with_ics = {
-        SYMBOLS[str(name)]: np.interp(s, p[f"s_{number}"].values, p.sel(ics=name).values)
+        symbol_of(str(name)): np.interp(s, p[f"s_{number}"].values, p.sel(ics=name).values)
         for name in p.ics.values
     }
     return Panel(
         f"{scene}, {dataset.case.values[number]}",
         "s [mm]",
-        s,
         "pressure at x = 0 [MPa]",
-        with_ics | {FE: dataset[f"p_fe_{number}"].values},
+        curves_of(s, with_ics | {FE: dataset[f"p_fe_{number}"].values}),
     )
 
 

@@ -4,7 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.report.styles import RC
+from compare.report.static import RC
 from femic.validation.statements.verdicts import Finding
 
 MET, UNMET = "tab:green", "tab:red"

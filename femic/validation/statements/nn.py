@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
+from compare.report.charts import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
     Statement,
@@ -56,7 +56,7 @@ def _both_ways(results: Results) -> list[Panel]:
 
 def _body_panels(results: Results) -> list[Panel]:
     across = [Curve(results, body, "nn", ACROSS).panel("A") for body in BODIES]
-    return [*across, Curve(results, CONCAVE, "nn", THROUGH).panel("A").beyond(STEEP)]
+    return [*across, Curve(results, CONCAVE, "nn", THROUGH).panel("A", beyond=STEEP)]
 
 
 def _with_b_hat(results: Results) -> list[Panel]:

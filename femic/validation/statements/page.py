@@ -12,7 +12,7 @@ import numpy as np
 from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
 from compare.ics.errors import measure_of
-from compare.report.panels import panel_figure
+from compare.report.charts import Chart, chart_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
 from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as number_heads
@@ -213,10 +213,10 @@ def _runs_table(runs: dict[str, Any]) -> Table:
     return Table("run", columns, rows)
 
 
-def _pictures(finding: Finding) -> Iterator[Picture]:
+def _pictures(finding: Finding) -> Iterator[Chart | Picture]:
     if finding.failed:
         return
     name = f"statement{finding.statement.number}"
     if finding.panels:
-        yield Picture(f"{name}_curves", panel_figure(finding.panels, finding.statement.columns))
+        yield chart_of(f"{name}_curves", finding.panels, finding.statement.columns)
     yield Picture(f"{name}_numbers", figures.numbers(finding))

@@ -9,8 +9,8 @@ from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
 from compare.ics.compute import Results, ics_of, reference_of
 from compare.ics.errors import engine_differences, measure_of
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
 from femic.reference.accuracy import component_of
 from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve
@@ -81,7 +81,7 @@ def variant_deviations(runs: Runs) -> Mapping[str, float]:
     """Return the largest deviation of each variant from A on the plane, as a share of the largest IC."""
     plane = runs.plane()
     return {
-        SYMBOLS[variant]: max(_deviation_from_a(plane, variant, body) for body in BODIES)
+        symbol_of(variant): max(_deviation_from_a(plane, variant, body) for body in BODIES)
         for variant in plane.scene.variants
     }
 
@@ -161,13 +161,15 @@ def _cylinder_panels() -> list[Panel]:
         Panel(
             f"cylindrical cavity, line loads: {name}",
             "α  [rad]",
-            alpha,
             "IC · π E  [-]",
-            {
-                "C": scale * exact[i, j],
-                "B": scale * without[i, j],
-                "B with the factor": scale * with_factor[i, j],
-            },
+            curves_of(
+                alpha,
+                {
+                    "C": scale * exact[i, j],
+                    "B": scale * without[i, j],
+                    "B with the factor": scale * with_factor[i, j],
+                },
+            ),
         )
         for name, (i, j) in (("nn", (1, 1)), ("sn", (0, 1)))
     ]

@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from compare.report.panels import Panel
+from compare.report.charts import Panel, curves_of
 from femic.validation.estimates.coverage import coverage
 from femic.validation.estimates.studies import STUDIES, GridComparison
 from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Runs
+from geometries.arrays import Array
 
 HELD = 0.95  # least share of errors that are within their estimates
 COUNT, SEED = 200, 5  # random contacts of each study
@@ -49,19 +50,21 @@ def _panels(runs: Runs) -> list[Panel]:
 
 
 def _panel(study: str, comparisons: Sequence[GridComparison]) -> Panel:
-    names = [name for name in SHOWN if name in comparisons[0].numbers]
-    curves = {
-        name: np.array([coverage(comparisons, name, factor=factor).held for factor in FACTORS])
-        for name in names
-    }
+    held = {name: _held_by_factor(comparisons, name) for name in SHOWN}
     return Panel(
         f"{study}, {len(comparisons)} random contacts",
         "multiple of the estimate [-]",
-        np.array(FACTORS),
         "share of contacts with an error below [-]",
-        curves,
+        curves_of(FACTORS, held),
         marks=(1.0,),
     )
+
+
+def _held_by_factor(comparisons: Sequence[GridComparison], name: str) -> Array:
+    """Return the share of contacts whose error is at most a multiple of its estimate; NaN without errors."""
+    if name not in comparisons[0].numbers:
+        return np.full(len(FACTORS), np.nan)
+    return np.array([coverage(comparisons, name, factor=factor).held for factor in FACTORS])
 
 
 STATEMENTS = (

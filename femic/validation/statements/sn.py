@@ -9,8 +9,8 @@ from approx.forms import FORMS
 from approx.halfspace import HalfSpace
 from approx.rotation import rotation_between
 from compare.ics.compute import Results, parts_of
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel
+from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import (
     FOLLOWS,
     MUCH,
@@ -131,7 +131,7 @@ def _factor(results: Results) -> list[Panel]:
     for body in ALONE:
         curve = Curve(results, body, "sn", ACROSS)
         more = {
-            f"{SYMBOLS[variant]} with the factor": curve.of(with_factor(results, variant, body))
+            f"{symbol_of(variant)} with the factor": curve.of(with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
         panels.append(curve.panel("B", "Bhat", more=more))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
+from compare.report.charts import Panel
 from femic.validation.statements.criteria import (
     FOLLOWS,
     SATISFACTORY,
@@ -88,7 +88,7 @@ def _xx(results: Results) -> list[Panel]:
 
 
 def _ss(results: Results) -> list[Panel]:
-    return [Curve(results, body, "ss", THROUGH).panel("A", "B").beyond(STEEP) for body in BODIES]
+    return [Curve(results, body, "ss", THROUGH).panel("A", "B", beyond=STEEP) for body in BODIES]
 
 
 def _xs(results: Results) -> list[Panel]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from compare.report.panels import Panel
+from compare.report.charts import Panel
 from femic.scenes.messages import in_keys
 from femic.validation.statements.criteria import Criterion, Statement
 from femic.validation.statements.registry import STATEMENTS

@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel
-from compare.report.styles import SYMBOLS
+from compare.report.charts import Panel
+from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import (
     FOLLOWS,
     POOR,
@@ -101,8 +101,8 @@ def xn_errors(runs: Runs) -> Mapping[str, float]:
     numbers = {"A": partial(Curve.error, variant="A")}
     for variant in ("B", "Bhat"):
         numbers |= {
-            f"{SYMBOLS[variant]}, not revolved": partial(prismatic_error, variant=variant),
-            SYMBOLS[variant]: partial(Curve.error, variant=variant),
+            f"{symbol_of(variant)}, not revolved": partial(prismatic_error, variant=variant),
+            symbol_of(variant): partial(Curve.error, variant=variant),
         }
     return {
         f"error of {name}: {geometry}, {body}": number(Curve(runs.geometry(geometry), body, "xn"))
@@ -124,7 +124,10 @@ def _source_panels(results: Results) -> list[Panel]:
     panels = []
     for body in BODIES:
         curve = _beside(results, body)
-        more = {SYMBOLS[v]: curve.of(not_revolved(results, v, body)) for v in ("B", "Bhat")}
+        more = {
+            f"{symbol_of(variant)}, not revolved": curve.of(not_revolved(results, variant, body))
+            for variant in ("B", "Bhat")
+        }
         panels.append(curve.panel("A", more=more))
     return panels
 

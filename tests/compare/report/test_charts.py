@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from compare.report import interactive, static
-from compare.report.charts import MOST_MARKERS, Chart, Curve, Map, Panel, Surface, chart_of
-from compare.report.looks import INK, OWN, Look, drawing_order, looks_of
+from compare.report.charts import (
+    MARKS,
+    MOST_MARKERS,
+    Chart,
+    Curve,
+    Map,
+    Panel,
+    Surface,
+    chart_of,
+    curves_of,
+    marked,
+)
+from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, looks_of, looks_of_labels, symbol_of
 
 X = np.linspace(0.0, 2.0, 5)
 LOOKS = looks_of(["A", "C"])
@@ -162,6 +173,35 @@ def test_looks_differ_and_those_listed_first_lie_on_top():
     order = drawing_order(names)
     assert order.index("C") < order.index("Bhat") < order.index("A")
     assert set(order[-2:]) == {"mine", "yours"}
+
+
+def test_labels_have_the_looks_of_their_ics_and_are_dotted_where_more_is_said():
+    assert looks_of_labels(map(symbol_of, OWN)) == {symbol_of(name): look for name, look in OWN.items()}
+    looks = looks_of_labels(["B̂", "B̂, not revolved", "C before the discount", "p_max", "Bold"])
+    for label, name in (("B̂, not revolved", "Bhat"), ("C before the discount", "C")):
+        assert (looks[label].colour, looks[label].dash) == (OWN[name].colour, "dot")
+    assert (looks["p_max"], looks["Bold"]) == FURTHER[:2]
+    assert len(set(looks.values())) == len(looks)
+
+
+def test_curves_by_labels_have_the_estimate_at_c_and_leave_out_what_was_not_computed():
+    drawn = curves_of(X, {"A": X**2, "C": X, "B̂′": np.full(5, np.nan)}, 0.1 * X)
+    assert {curve.label: curve.look for curve in drawn} == {name: OWN[name] for name in ("A", "C")}
+    for curve, values, band in zip(drawn, (X**2, X), (None, 0.1 * X), strict=True):
+        np.testing.assert_array_equal(curve.points, [X, values])
+        np.testing.assert_array_equal(curve.band, band)
+
+
+@pytest.mark.parametrize("band", [None, np.arange(100.0), np.arange(200.0).reshape(2, 100)])
+def test_marks_without_a_line_are_few(band):
+    x = np.arange(100.0)
+    few = marked(Curve("FE", x, x**2, OWN["FE"], band))
+    assert MARKS <= len(few.x) < 2 * MARKS
+    np.testing.assert_array_equal(few.y, few.x**2)
+    if band is not None:
+        np.testing.assert_array_equal(few.band, band[..., few.x.astype(int)])
+    for curve in (Curve("C", x, x, OWN["C"]), Curve("FE", X, X, OWN["FE"])):
+        assert marked(curve) is curve
 
 
 def test_colours_of_positive_differences_are_red_on_pages_as_on_paper():

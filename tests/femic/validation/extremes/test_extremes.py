@@ -23,8 +23,8 @@ from femic.validation.extremes.cases import (
     WithinLimit,
     results_of,
 )
+from femic.validation.extremes.compute import summary
 from femic.validation.extremes.engines import Engines, compared, flat, on_outline
-from femic.validation.extremes.page import summary
 from geometries.errors import Failure
 from geometries.patches import Patch
 from tests.compare.conftest import estimated_errors
@@ -108,11 +108,25 @@ def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(engine
 
 
 def test_an_estimate_that_is_too_small_is_counted():
-    good, bad = (WithinLimit("", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.1))
-    result = LimitResult(Limit("", "", "", ()), (good, bad), (BeyondLimit("here", ""),))
+    good, bad = (WithinLimit("ν = 0", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.12))
+    beyond = (BeyondLimit("here", ""), BeyondLimit("there", "no"), BeyondLimit("far", "computed", True))
+    result = LimitResult(Limit("solid", "ν", "", ()), (good, bad), beyond)
     assert result.worst.error == 0.02
-    assert "1 of 2 cases" in summary([result])
-    assert "no message at here" in summary([result])
+    text = summary([result])
+    assert "in 1 of the 2 that have estimates" in text
+    assert "1.1 (solid, ν = 0)" in text
+    assert "Of 3 cases beyond them femic refuses 1 with a message and computes 1 all the same" in text
+    assert "it says nothing at here" in text
+
+
+def test_cases_without_estimates_and_those_that_failed_are_said_to_be_so():
+    row = Limit("analytic", "ν", "", ())
+    exact = WithinLimit("2 corners", 1e-16, None, None, "300 digits", 1.0)
+    failed = WithinLimit("failed", np.inf, None, np.inf, "", 0.0, "not converged")
+    assert summary([LimitResult(row, (exact,), ())]) == "1 cases within the limits."
+    assert summary([LimitResult(row, (exact, failed), ())]) == (
+        "2 cases within the limits, 1 failed (analytic, ν)."
+    )
 
 
 def test_the_command_writes_json_and_a_page(tmp_path, monkeypatch, capsys):

@@ -52,11 +52,13 @@ def test_the_peak_of_one_line_is_not_the_scale_of_another():
 
 def test_a_panel_can_begin_away_from_the_load():
     results = made(FIRST, times("A", None, 1))
-    whole = Curve(results, "lower", "nn", THROUGH).panel("A")
-    far = whole.beyond(1.0)
-    assert whole.at.min() == 0
-    assert far.at.min() >= 1.0
-    assert {len(far.at)} == {len(values) for values in far.curves.values()} == {len(far.estimate)}
+    curve = Curve(results, "lower", "nn", THROUGH)
+    for beyond in (0.0, 1.0):
+        c, a = curve.panel("A", beyond=beyond).curves
+        x, values = c.points
+        assert (x[0], x[-1]) == (pytest.approx(beyond, abs=0.05), pytest.approx(2.5))
+        np.testing.assert_array_equal(values, curve.variant("C")[-len(x) :])
+        assert np.shape(c.band) == x.shape == a.points[0].shape
 
 
 def test_without_curvature_along_x_a_wheel_is_its_section():
@@ -128,12 +130,16 @@ def test_a_panel_is_dimensionless_in_both_directions():
     results = made(FIRST, linear_in, estimate=0.01)
     line = line_of(results, ACROSS)
     more = {"other": np.arange(len(line.s), dtype=float)}
-    shown = Curve(results, CONCAVE, "sn", ACROSS).panel("A", more=more)
-    assert (shown.at[0], shown.at[-1]) == (0, pytest.approx(2.5))
-    np.testing.assert_allclose(shown.curves["C"], 2.1e6 * (3e-6 - 1e-6 * shown.at), rtol=1e-12)
-    np.testing.assert_array_equal(shown.curves["other"], more["other"][line.s >= 0])
+    panel = Curve(results, CONCAVE, "sn", ACROSS).panel("A", more=more)
+    shown = {curve.label: curve for curve in panel.curves}
+    assert set(shown) == {"C", "A", "other"}
+    at, c = shown["C"].points
+    assert (at[0], at[-1]) == (0, pytest.approx(2.5))
+    np.testing.assert_allclose(c, 2.1e6 * (3e-6 - 1e-6 * at), rtol=1e-12)
+    np.testing.assert_array_equal(shown["other"].points[1], more["other"][line.s >= 0])
     largest_nn = np.max(np.abs(Curve(results, CONCAVE, "nn").variant("A")))
-    np.testing.assert_allclose(shown.estimate, 0.01 * largest_nn, rtol=1e-12)
+    np.testing.assert_allclose(shown["C"].band, 0.01 * largest_nn, rtol=1e-12)
+    assert shown["A"].band is None
 
 
 def test_cases_are_named_by_geometry_body_and_component():

@@ -1,9 +1,25 @@
 """Where measures begin and end, and the numbers beside the statements, on hand-made curves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import xarray as xr
 
-from femic.validation.statements import bodies, choices, curvature, nn, sn, tangential, xn
+from compare.report.looks import looks_of_labels
+from femic.validation.estimates.studies import GridComparison
+from femic.validation.statements import (
+    bodies,
+    choices,
+    curvature,
+    elements,
+    fe_contacts,
+    nn,
+    random_contacts,
+    sn,
+    tangential,
+    xn,
+)
 from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, Curve
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
@@ -223,3 +239,61 @@ def test_the_mix_is_compared_with_the_best_variant():
     results = made(FIRST, between("B", "A", 1e-3))
     assert choices.mix_over_best(results, CONVEX, np.max) > 10
     assert choices.mix_over_best(results, CONVEX, np.mean) > 10
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------
+
+
+def curves_in(panel):
+    return {curve.label: curve.points for curve in panel.curves}
+
+
+def test_coverage_is_drawn_over_multiples_of_the_estimate(monkeypatch):
+    """Errors of 1 estimated as 2 are within half of their estimates, those estimated as 0.8 within 1.25."""
+    names = ("p_max", "F_x")
+    of_size = [
+        GridComparison(*(dict.fromkeys(names, value) for value in (1.0, 0.0, 0.0, size)))
+        for size in (2.0, 0.8)
+    ]
+    monkeypatch.setattr(random_contacts, "STUDIES", ["rolling"])
+    runs = SimpleNamespace(random_contacts=lambda *_: of_size)
+    (panel,) = random_contacts.STATEMENTS[0].panels(runs)
+    drawn = curves_in(panel)
+    assert set(drawn) == {"p_max", "F_x"}
+    multiples, shares = drawn["p_max"]
+    np.testing.assert_array_equal(shares, (multiples >= 0.5) / 2 + (multiples >= 1.25) / 2)
+    looks = {curve.label: curve.look for curve in panel.curves}
+    assert looks["F_x"] == looks_of_labels(random_contacts.SHOWN)["F_x"]  # as where others are drawn, too
+
+
+def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
+    s, s_fe = np.linspace(-2.0, 2.0, 9), np.linspace(-1.0, 1.0, 5)
+    p = {"C": 100 - 10 * s, "A": 90 + 0 * s, "Bbar": np.nan * s}
+    dataset = xr.Dataset(
+        {
+            "p_0": (("ics", "s_0"), list(p.values())),
+            "p_fe_0": ("s_fe_0", 101 - 10 * s_fe),
+        },
+        coords={"case": ["58 kN"], "ics": list(p), "s_0": s, "s_fe_0": s_fe},
+    )
+    runs = SimpleNamespace(fe_contact=lambda _: dataset)
+    (panel,) = fe_contacts.panels(fe_contacts.BESIDE, runs)
+    drawn = curves_in(panel)
+    assert panel.title == "tall, 58 kN"
+    assert set(drawn) == {"C", "A", "FE"}
+    for label, values in (("C", 100 - 10 * s_fe), ("A", 90 + 0 * s_fe), ("FE", 101 - 10 * s_fe)):
+        np.testing.assert_allclose(drawn[label], [s_fe, values])
+
+
+def test_approaches_are_drawn_over_elements_with_the_estimate_of_c():
+    def contact(_, changes):
+        n = changes["elements"]
+        values = {"approach": ("ics", [n, 2.0 * n]), "estimate_approach": ("ics", [np.nan, 1.0 / n])}
+        return xr.Dataset(values, coords={"ics": ["Bhat", "C"]}).expand_dims("case")
+
+    (panel,) = elements.STATEMENTS[0].panels(SimpleNamespace(contact=contact))
+    c, b_hat = panel.curves
+    np.testing.assert_array_equal(c.points, [elements.ELEMENTS, 2.0 * np.array(elements.ELEMENTS)])
+    np.testing.assert_array_equal(b_hat.points[1], elements.ELEMENTS)
+    np.testing.assert_array_equal(c.band, 1 / np.array(elements.ELEMENTS))
+    assert b_hat.band is None

@@ -1,0 +1,89 @@
+"""The results of `femic extremes`: all cases of some parts, and what they amount to."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from compare.ics.dataset import finite
+from femic.validation.extremes import analytic, exact
+from femic.validation.extremes.cases import ANALYTIC, Limit, LimitResult, WithinLimit, results_of
+from femic.validation.extremes.engines import Engines
+
+
+def compute(parts: Sequence[str], engines: Engines) -> list[LimitResult]:
+    """Run the cases of some parts."""
+    limits: list[Limit] = []
+    for part in parts:
+        limits += analytic.limits() if part == ANALYTIC else engines.limits(part)
+    return list(results_of(limits, engines.options.watch.on_stage))
+
+
+def numbers(results: Sequence[LimitResult]) -> dict[str, Any]:
+    """Return the content of `extremes.json`."""
+    return {
+        "rows": [
+            {
+                "engine": result.limit.engine,
+                "parameter": result.limit.name,
+                "range": result.limit.range,
+                "reached": [_case(case) for case in result.reached],
+                "beyond": [asdict(case) for case in result.beyond],
+            }
+            for result in results
+        ],
+        "summary": summary(results),
+        "digits": exact.DIGITS,
+        "seconds": round(sum(case.seconds for result in results for case in result.reached), 1),
+    }
+
+
+def _case(case: WithinLimit) -> dict[str, Any]:
+    """Return a case with None for numbers that JSON lacks, and whether its estimates hold."""
+    values = asdict(case).items()
+    return {key: finite(v) if isinstance(v, float) else v for key, v in values} | {"honest": case.honest}
+
+
+def summary(results: Sequence[LimitResult]) -> str:
+    """Return how many estimates hold, which do not, and how femic answers beyond the limits."""
+    return " ".join([*_within([*_cases(results)]), *_beyond(results)])
+
+
+def _cases(results: Sequence[LimitResult]) -> Iterator[tuple[str, WithinLimit]]:
+    """Yield cases within the limits under their labels."""
+    for result in results:
+        for case in result.reached:
+            label = case.at if case.finished else result.limit.name
+            yield f"{result.limit.engine}, {label}", case
+
+
+def _within(cases: Sequence[tuple[str, WithinLimit]]) -> Iterator[str]:
+    estimated = [(label, case.used) for label, case in cases if case.finished and case.used is not None]
+    exceeded = [f"{used:.1f} ({label})" for label, used in estimated if used > 1]
+    failed = [label for label, case in cases if not case.finished]
+    yield (
+        f"{len(cases)} cases within the limits"
+        + (f", {len(failed)} failed ({'; '.join(failed)})" if failed else "")
+        + (
+            f": in {len(estimated) - len(exceeded)} of the {len(estimated)} that have estimates, these bound "
+            "every error"
+            if estimated
+            else ""
+        )
+        + "."
+    )
+    if exceeded:
+        yield f"Elsewhere the largest error over its own estimate is {' and '.join(exceeded)}."
+
+
+def _beyond(results: Sequence[LimitResult]) -> Iterator[str]:
+    cases = [case for result in results for case in result.beyond]
+    silent = [case.at for case in cases if not case.says]
+    computed = sum(case.computed for case in cases)
+    if cases:
+        yield (
+            f"Of {len(cases)} cases beyond them femic refuses {len(cases) - len(silent) - computed} with a "
+            "message"
+            + (f" and computes {computed} all the same" if computed else "")
+            + (f"; it says nothing at {', '.join(silent)}" if silent else "")
+            + "."
+        )
