@@ -83,7 +83,7 @@ class Part:
         return Section(self.heading, [self.text, Picture(self.name, self.figure)])
 
 
-INDICES = re.compile(r"\b([ABCJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
+INDICES = re.compile("\\b([ABCJfr][\u0302\u0304]?′?)_(∞|[a-zφ]{1,2}\\b)")  # of a symbol: C_nn, B̂′_xn, r_∞
 Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
 

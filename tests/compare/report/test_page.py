@@ -66,6 +66,18 @@ def test_change_has_a_sign_and_rounding_is_0(value, text):
     assert (one.text, one.below) == (text, "of 2.000 ± 0.010")
 
 
+def test_indices_of_ics_are_typeset_in_texts_and_tables(tmp_path):
+    table = Table("#", texts("C_nn"), [Row("B̂′_xn", [Cell("A_s of f_φ", link="#s1")])])
+    html = html_of(tmp_path, "B̂_sn is B̄_sn, not my_name", table)
+    expected = (
+        "B̂<sub>sn</sub> is B̄<sub>sn</sub>, not my_name",
+        ">C<sub>nn</sub></th>",
+        ">B̂′<sub>xn</sub></th>",
+    )
+    for text in (*expected, '<a href="#s1">A<sub>s</sub> of f<sub>φ</sub></a>'):
+        assert text in html
+
+
 def test_a_table_shows_heads_with_units_and_every_cell(tmp_path):
     columns = [*texts("place"), *numbers("a", unit="mm"), Column("share", "1"), *numbers("n")]
     rows = [Row("first", ["here", Cell(1.5, ".2f", "± 0.1"), "x", "y"]), Row("", ["there", "1", "2", "3"])]
