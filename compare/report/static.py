@@ -65,7 +65,7 @@ def pictures(chart: Chart) -> dict[str, Figure]:
 
 
 def _file_names(chart: Chart) -> list[str]:
-    """Return a name for each step, from the letters that names may have; steps alike in these are numbered."""
+    """Return a name for each step, of the letters that names may have; numbered where these are the same."""
     names = [f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}" for step in chart.steps]
     return [name if names.count(name) == 1 else f"{name}_{k + 1}" for k, name in enumerate(names)]
 
