@@ -1,7 +1,7 @@
 """`femic validate` assesses statements one by one and writes the results as JSON and as a page."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -9,18 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from compare.ics.compute import reference_of, seconds_of
-from compare.ics.dataset import finite
-from compare.ics.errors import measure_of
-from compare.report.charts import Chart, chart_of
-from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
-from compare.report.tables import Cell, Row, Table, texts
+from compare.report.charts import chart_of
+from compare.report.errors import red
+from compare.report.parts import Block, Folded, Note, Page, Section, range_text
+from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.cache import folders
-from femic.ic_errors.error_measure import Measure
 from femic.validation import record
-from femic.validation.statements import figures, verdicts
-from femic.validation.statements.changes import CHANGES
+from femic.validation.statements import elements, fe_contacts, program, random_contacts, verdicts
+from femic.validation.statements.content import content_of
 from femic.validation.statements.runs import Runs
 from femic.validation.statements.verdicts import (
     DEPENDS,
@@ -37,14 +34,35 @@ RULES = (
     "before the first run (changes are listed below). “Reproduced”: every criterion is met in every case; "
     "“not reproduced”: no criterion is met in any case; otherwise it “depends”, and the failures are listed. "
     "Errors: max |v − C| over a line as a share of max |C_ij| over all lines, four elements from the load "
-    "and further; where a component vanishes, of 0.05 max |C_nn|. Convex: the lower body; concave: the upper."
+    "and further; where a component vanishes, of 0.05 max |C_nn|."
 )
-VERDICT_COLOURS = {
-    REPRODUCED: "#d9f0d9",
-    DEPENDS: "#fdf1cd",
-    NOT_REPRODUCED: "#f9d9d6",
-    NOT_DECIDED: "#dddddd",
+READING = (
+    "Convex: the lower body; concave: the upper. Components: displacement, then traction, such as sn: the "
+    "displacement along s under a normal load. Curves are dimensionless: L is the reference length of the "
+    "scene, E its reference modulus; the band about C is its estimated error, often thinner than "
+    "the line."
+)
+COLOURS = {  # backgrounds, translucent for light and for dark pages
+    REPRODUCED: "rgba(40, 170, 70, 0.25)",
+    DEPENDS: "rgba(240, 170, 0, 0.3)",
+    NOT_REPRODUCED: red(0.3),
+    NOT_DECIDED: "rgba(128, 128, 128, 0.3)",
 }
+IN_CASES = {
+    REPRODUCED: "reproduced in every case",
+    DEPENDS: "in some cases only",
+    NOT_REPRODUCED: "in no case",
+    NOT_DECIDED: "not decided",
+}
+ON_PROGRAM = frozenset(
+    statement.number
+    for group in (program, fe_contacts, elements, random_contacts)
+    for statement in group.STATEMENTS
+)
+MOST_UNMET = 3  # cases that are listed beside a criterion
+HEIGHT = 0.85  # of panels, over the standard
+
+Entry = dict[str, Any]  # a statement, or a criterion of one, as in validation.json
 
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
@@ -56,139 +74,188 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
         findings.append(assess(number, runs))
         runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
-    content = record_content(findings, runs, perf_counter() - start)
+    content = content_of(findings, runs, perf_counter() - start)
     return record.write(folder, "validation", verdicts.__name__, content, partial(page_of, findings))
-
-
-def summary(findings: Sequence[Finding]) -> str:
-    """Return the number of statements with each verdict as a sentence."""
-    parts = []
-    for verdict in VERDICT_COLOURS:
-        numbers = [str(finding.statement.number) for finding in findings if finding.verdict == verdict]
-        if numbers:
-            parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
-    return f"Of {len(findings)} statements, {'; '.join(parts)}."
-
-
-def record_content(findings: Sequence[Finding], runs: Runs, seconds: float) -> dict[str, Any]:
-    """Return the content of `validation.json`; `seconds` is the time of all statements together."""
-    return {
-        "statements": [_statement(finding) for finding in findings],
-        "runs": {name: _run_record(runs, name) for name in runs.done},
-        "changes": [asdict(change) for change in CHANGES],
-        "tolerance": runs.tolerance,
-        "seconds": round(seconds, 1),
-    }
-
-
-def _statement(finding: Finding) -> dict[str, Any]:
-    return {
-        "number": finding.statement.number,
-        "claim": finding.statement.claim,
-        "verdict": finding.verdict,
-        "failed": finding.failed,
-        "unmet": [
-            f"{criterion.description}: {case}: {value:.4g} (not {criterion.relation} "
-            f"{criterion.threshold:.3g}{'; too close to decide' if criterion.close(value) else ''})"
-            for criterion, case, value in finding.unmet
-        ],
-        "criteria": [
-            {
-                "name": criterion.name,
-                "says": criterion.description,
-                "relation": criterion.relation,
-                "threshold": criterion.threshold,
-                "values": {case: finite(value) for case, value in values.items()},
-                "met": {case: criterion.met(value) for case, value in values.items()},
-                "close": {case: criterion.close(value) for case, value in values.items()},
-            }
-            for criterion in finding.statement.criteria
-            if (values := finding.values.get(criterion.name))
-        ],
-        "details": {case: finite(value) for case, value in finding.details.items()},
-    }
-
-
-def _run_record(runs: Runs, name: str) -> dict[str, float]:
-    """Return the largest estimate of a run's C on both scales [-], its seconds and its unknowns."""
-    results = runs.done[name]
-    estimate, weight = (
-        max(
-            float(np.max(line_shares))
-            for body in results.scene.compared
-            for line_shares in shares(
-                measure_of(results, body), reference_of(results, body).estimate
-            ).values()
-        )
-        for shares in (Measure.shares, Measure.weights)
-    )
-    return {
-        "estimate": estimate,
-        "weight": weight,
-        "seconds": round(seconds_of(results.models), 1),
-        "unknowns": max(cost.unknowns for cost in results.models.values()),
-    }
 
 
 def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
     """Return the page of statements; `content` is the content of `validation.json`."""
-    return Page(TITLE, summary(findings), _sections(findings, content))
+    entries = content["statements"]
+    return Page(TITLE, summary(entries), _sections(findings, content), _answer(entries))
 
 
-def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section]:
-    rows, sections = [], []
+# --- the answer -----------------------------------------------------------------------------------------
+
+
+def summary(entries: Sequence[Entry]) -> str:
+    """Return how many statements have each verdict, and how many numbers meet their criteria."""
+    sentences = [_verdicts_text(subject, chosen) for subject, chosen in _by_subject(entries).items()]
+    count, met, close = (sum(_count(entry, key) for entry in entries) for key in ("values", "met", "close"))
+    undecided = f"; too close to a threshold to tell: {close}" if close else ""
+    return " ".join([*sentences, f"Numbers that meet their criteria: {met} of {count}{undecided}."])
+
+
+def _by_subject(entries: Sequence[Entry]) -> dict[str, list[Entry]]:
+    """Return the statements of the source and those on this program, as far as there are any."""
+    subjects: dict[str, list[Entry]] = {}
+    for entry in entries:
+        subject = "on this program" if entry["number"] in ON_PROGRAM else "from the source [BVSV]"
+        subjects.setdefault(subject, []).append(entry)
+    return subjects
+
+
+def _verdicts_text(subject: str, entries: Sequence[Entry]) -> str:
+    counts = Counter(entry["verdict"] for entry in entries)
+    listed = (f"{counts[verdict]} {how}" for verdict, how in IN_CASES.items() if counts[verdict])
+    return f"Statements {subject} ({len(entries)}): {', '.join(listed)}."
+
+
+def _count(entry: Entry, key: str) -> int:
+    """Return in how many cases of all criteria a number is known ("values"), met or close."""
+    flags = [flag for criterion in entry["criteria"] for flag in criterion[key].values()]
+    return len(flags) if key == "values" else sum(flags)
+
+
+def _answer(entries: Sequence[Entry]) -> Table:
+    """Return the numbers of the statements by verdict and subject."""
+    subjects = _by_subject(entries)
+    rows = [
+        Row(verdict, [_numbers_cell(chosen, verdict) for chosen in subjects.values()])
+        for verdict in COLOURS
+        if verdict != NOT_DECIDED or any(entry["verdict"] == verdict for entry in entries)
+    ]
+    return Table("statements", texts(*subjects), rows)
+
+
+def _numbers_cell(entries: Sequence[Entry], verdict: str) -> Cell:
+    chosen = [str(entry["number"]) for entry in entries if entry["verdict"] == verdict]
+    return Cell(f"{len(chosen)}: {', '.join(chosen)}", colour=COLOURS[verdict]) if chosen else Cell("none")
+
+
+# --- what is behind it ----------------------------------------------------------------------------------
+
+
+def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section | Folded]:
+    yield Section("", [_verdicts_table(content["statements"]), Note(READING)])
+    changes = Section("Changes of the criteria", [_changes_table(content["changes"])])
+    yield Folded("How the verdicts come about", [RULES, changes])
     for finding, entry in zip(findings, content["statements"], strict=True):
-        anchor, colour = f"s{entry['number']}", VERDICT_COLOURS[finding.verdict]
-        claim, verdict = Cell(entry["claim"], link=f"#{anchor}"), Cell(finding.verdict, colour=colour)
-        rows.append(Row(str(entry["number"]), [claim, verdict]))
-        heading = f"{entry['number']}. {finding.verdict}"
-        sections.append(Section(heading, list(_statement_blocks(finding, entry)), colour, anchor))
-    yield Section("", [RULES, Table("#", ["statement", "verdict"], rows, is_text=True)])
-    yield from sections
-    yield Section("Changes of the criteria", [_changes_table(content["changes"])])
+        heading, colour = f"{entry['number']}. {finding.verdict}", COLOURS[finding.verdict]
+        yield Section(heading, list(_statement_blocks(finding, entry)), colour, _anchor(entry))
     settings = (
         f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
         f"were in the store. {record.version_text(content)}"
     )
-    yield Section("The runs and their C", [_runs_table(content["runs"]), Note(settings)])
+    yield Folded("The runs and their C", [_runs_table(content["runs"]), Note(settings)])
 
 
-def _statement_blocks(finding: Finding, entry: dict[str, Any]) -> Iterator[Block]:
-    """Yield claim, failures, figures and numbers of a statement."""
+def _anchor(entry: Entry) -> str:
+    return f"s{entry['number']}"
+
+
+def _verdicts_table(entries: Sequence[Entry]) -> Table:
+    """Return the verdict of each statement, with a link to it, and how many of its numbers meet criteria."""
+    rows = [
+        Row(
+            str(entry["number"]),
+            [
+                Cell(entry["claim"], link=f"#{_anchor(entry)}"),
+                Cell(entry["verdict"], colour=COLOURS[entry["verdict"]]),
+                f"{_count(entry, 'met')} of {_count(entry, 'values')}",
+            ],
+        )
+        for entry in entries
+    ]
+    return Table("#", [*texts("statement"), "verdict", "criteria met"], rows)
+
+
+def _statement_blocks(finding: Finding, entry: Entry) -> Iterator[Block]:
+    """Yield claim, criteria, curves and numbers of a statement, or why nothing could be measured."""
     yield entry["claim"]
     if entry["failed"]:
         yield entry["failed"]
-    if entry["unmet"]:
-        yield "Not met:"
-        yield Items(entry["unmet"])
-    yield from _pictures(finding)
-    rows = [*_criteria_rows(entry["criteria"]), *_detail_rows(entry["details"])]
-    columns = [*texts("case"), *number_heads("value"), *texts("threshold", "met")]
-    yield Folded("Numbers", [Table("criterion", columns, rows)])
+        return
+    yield _criteria_table(entry["criteria"])
+    if finding.panels:
+        name = f"statement{finding.statement.number}_curves"
+        yield chart_of(name, finding.panels, finding.statement.columns, HEIGHT)
+    rows = [*_number_rows(entry["criteria"]), *_detail_rows(entry["details"])]
+    columns = [*texts("case"), *number_heads("value", "must be", "met")]
+    yield Folded("All numbers", [Table("criterion", columns, rows)])
 
 
-def _criteria_rows(criteria: Sequence[dict[str, Any]]) -> Iterator[Row]:
+def _criteria_table(criteria: Sequence[Entry]) -> Table:
+    """Return how many cases meet each criterion, the range of its numbers, and where it is not met."""
+    rows = [
+        Row(
+            criterion["says"],
+            [_threshold(criterion), _met_cell(criterion), _range(criterion), _unmet_text(criterion)],
+        )
+        for criterion in criteria
+    ]
+    columns = [*number_heads("must be", "met", "numbers"), *texts("not met, worst first")]
+    if all(all(criterion["met"].values()) for criterion in criteria):
+        columns, rows = columns[:-1], [Row(row.name, row.cells[:-1]) for row in rows]
+    return Table("criterion", columns, rows)
+
+
+def _threshold(criterion: Entry) -> str:
+    return f"{criterion['relation']} {criterion['threshold']:.3g}"
+
+
+def _met_cell(criterion: Entry) -> Cell:
+    met, count = sum(criterion["met"].values()), len(criterion["met"])
+    verdict = REPRODUCED if met == count else DEPENDS if met else NOT_REPRODUCED
+    return Cell(f"{met} of {count}", colour=COLOURS[verdict])
+
+
+def _range(criterion: Entry) -> str:
+    known = [value for value in criterion["values"].values() if value is not None]
+    return range_text(known, ".3g") if known else "–"
+
+
+def _unmet_text(criterion: Entry) -> str:
+    """Return the cases in which a criterion is not met, those furthest from the threshold first."""
+    unmet = sorted(
+        (case for case, met in criterion["met"].items() if not met), key=partial(_distance, criterion)
+    )[::-1]
+    listed = [
+        f"{case}: {Cell(_number(criterion, case), '.3g').text}{_close(criterion, case)}" for case in unmet
+    ]
+    further = [f"{len(unmet) - MOST_UNMET} more"] if len(unmet) > MOST_UNMET else []
+    return "; ".join([*listed[:MOST_UNMET], *further])
+
+
+def _distance(criterion: Entry, case: str) -> float:
+    """Return how far a number is from its threshold; infinity where it is unknown."""
+    value = criterion["values"][case]
+    return np.inf if value is None else abs(value - criterion["threshold"])
+
+
+def _number(criterion: Entry, case: str) -> float:
+    value = criterion["values"][case]
+    return np.nan if value is None else float(value)
+
+
+def _close(criterion: Entry, case: str) -> str:
+    return " (too close to tell)" if criterion["close"][case] else ""
+
+
+def _number_rows(criteria: Sequence[Entry]) -> Iterator[Row]:
     for criterion in criteria:
-        for number, (case, value) in enumerate(criterion["values"].items()):
-            close = ", but too close to decide" if criterion["close"][case] else ""
-            yield Row(
-                "" if number else criterion["says"],
-                [
-                    case,
-                    Cell(np.nan if value is None else value, ".4g"),
-                    f"{criterion['relation']} {criterion['threshold']:.3g}",
-                    ("yes" if criterion["met"][case] else "no") + close,
-                ],
-            )
+        for position, (case, met) in enumerate(criterion["met"].items()):
+            value = Cell(_number(criterion, case), ".4g", colour="" if met else COLOURS[NOT_REPRODUCED])
+            met_text = ("yes" if met else "no") + _close(criterion, case)
+            yield Row("" if position else criterion["says"], [case, value, _threshold(criterion), met_text])
 
 
 def _detail_rows(details: dict[str, Any]) -> Iterator[Row]:
-    for number, (case, value) in enumerate(details.items()):
+    for position, (case, value) in enumerate(details.items()):
         number_cell = Cell(np.nan if value is None else value, ".3g")
-        yield Row("" if number else "further numbers", [case, number_cell, "", ""])
+        yield Row("" if position else "further numbers", [case, number_cell, "", ""])
 
 
-def _changes_table(changes: Sequence[dict[str, Any]]) -> Table:
+def _changes_table(changes: Sequence[Entry]) -> Table:
     rows = [
         Row(str(change["number"]), [change["old"], change["verdict"] or "–", change["new"], change["why"]])
         for change in changes
@@ -197,26 +264,22 @@ def _changes_table(changes: Sequence[dict[str, Any]]) -> Table:
 
 
 def _runs_table(runs: dict[str, Any]) -> Table:
-    columns = ["estimate of C", "of max |C_nn|", "seconds of its models", "unknowns of the largest"]
+    columns = [
+        Column("estimate of C", "%"),
+        Column("of max |C_nn|", "%"),
+        Column("its models", "s"),
+        Column("unknowns of the largest"),
+    ]
     rows = [
         Row(
             name,
             [
-                Cell(run["estimate"], ".3%"),
-                Cell(run["weight"], ".3%"),
-                Cell(run["seconds"], "g"),
+                Cell(100 * run["estimate"], ".2g"),
+                Cell(100 * run["weight"], ".2g"),
+                Cell(run["seconds"], ".0f"),
                 Cell(run["unknowns"], ",d"),
             ],
         )
         for name, run in runs.items()
     ]
     return Table("run", columns, rows)
-
-
-def _pictures(finding: Finding) -> Iterator[Chart | Picture]:
-    if finding.failed:
-        return
-    name = f"statement{finding.statement.number}"
-    if finding.panels:
-        yield chart_of(f"{name}_curves", finding.panels, finding.statement.columns)
-    yield Picture(f"{name}_numbers", figures.numbers(finding))
