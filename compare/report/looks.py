@@ -70,7 +70,7 @@ def looks_of(names: Iterable[str]) -> dict[str, Look]:
 def looks_of_labels(labels: Iterable[str]) -> dict[str, Look]:
     """Return the look of each of some labels: that of its ICs, or a further one in turn.
 
-    Where more is said of ICs, as in "B, not revolved" or "B with the factor", their line is dotted.
+    Where more is said of ICs, as in "B, not revolved" or "B with the factor", their line has more gaps.
     """
     by_symbol, further = {symbol_of(name): look for name, look in OWN.items()}, cycle(FURTHER)
     looks = {}
@@ -79,8 +79,12 @@ def looks_of_labels(labels: Iterable[str]) -> dict[str, Look]:
         if label in by_symbol:
             looks[label] = by_symbol[label]
         else:
-            looks[label] = replace(by_symbol[symbol], dash="dot") if symbol in by_symbol else next(further)
+            looks[label] = _broken(by_symbol[symbol]) if symbol in by_symbol else next(further)
     return looks
+
+
+def _broken(look: Look) -> Look:
+    return replace(look, dash="dot" if look.dash == "solid" else "dashdot")
 
 
 def drawing_order(names: Iterable[str]) -> list[str]:

@@ -175,11 +175,11 @@ def test_looks_differ_and_those_listed_first_lie_on_top():
     assert set(order[-2:]) == {"mine", "yours"}
 
 
-def test_labels_have_the_looks_of_their_ics_and_are_dotted_where_more_is_said():
+def test_labels_have_the_looks_of_their_ics_and_are_broken_where_more_is_said():
     assert looks_of_labels(map(symbol_of, OWN)) == {symbol_of(name): look for name, look in OWN.items()}
     looks = looks_of_labels(["B̂", "B̂, not revolved", "C before the discount", "p_max", "Bold"])
-    for label, name in (("B̂, not revolved", "Bhat"), ("C before the discount", "C")):
-        assert (looks[label].colour, looks[label].dash) == (OWN[name].colour, "dot")
+    for label, name, dash in (("B̂, not revolved", "Bhat", "dashdot"), ("C before the discount", "C", "dot")):
+        assert (looks[label].colour, looks[label].dash) == (OWN[name].colour, dash)
     assert (looks["p_max"], looks["Bold"]) == FURTHER[:2]
     assert len(set(looks.values())) == len(looks)
 
