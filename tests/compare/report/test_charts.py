@@ -159,7 +159,9 @@ def test_a_positive_map_has_the_colours_of_logarithms_and_the_numbers_in_its_rea
     np.testing.assert_allclose(trace["customdata"], values.T)
     assert (trace["zmin"], trace["zmax"]) == (-1.0, 2.0)
     assert trace["colorbar"]["ticktext"] == ["0.1", "1", "10", "100"]
-    assert axes.collections[0].norm(10**0.5) == pytest.approx(0.5)
+    (mesh,) = axes.collections
+    assert mesh.norm(10**0.5) == pytest.approx(0.5)
+    np.testing.assert_array_equal(mesh.to_rgba(mesh.get_array())[0, 0], mesh.cmap(0.0))  # of 0 %
 
 
 def test_places_without_numbers_have_names():
