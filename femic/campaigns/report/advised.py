@@ -8,7 +8,7 @@ import xarray as xr
 
 from compare.report.charts import Chart, Curve, Map, Panel, chart_of
 from compare.report.looks import INK, Look, looks_of, symbol_of
-from femic.campaigns.report.axes import ShownAxis, evenly_spaced, text_of
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced, values_text
 from femic.campaigns.report.curves import MOST_POINTS
 from femic.campaigns.report.fields import body_of
 from femic.campaigns.report.maps import MOST_STEPS, Plane
@@ -74,7 +74,9 @@ def advised_chart(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.Data
     steps = {}
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         place = first | {third.name: k}
-        steps[text_of(third.values[k])] = [_map(advice.at(**place), Plane.of(axes, failed.isel(place)))]
+        steps[values_text({third.name: third.values[k]})] = [
+            _map(advice.at(**place), Plane.of(axes, failed.isel(place)))
+        ]
     return Chart("advice", steps, 1, third.label)
 
 

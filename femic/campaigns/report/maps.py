@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from compare.report.charts import Chart, Curve, Map
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of, without_marker
-from femic.campaigns.report.axes import ShownAxis, evenly_spaced, text_of
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced, values_text
 from femic.campaigns.report.fields import COLUMN, LEVELS, REPORTED, ROW, Field, share
 from geometries.arrays import Array
 
@@ -118,7 +118,9 @@ def third_axis_chart(
         steps["the worst"] = _maps(of_row.worst_over(third.name), Plane.of(axes, failed), field)
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         at = {third.name: k}
-        steps[text_of(third.values[k])] = _maps(of_row.at(**at), Plane.of(axes, failed.isel(at)), field)
+        steps[values_text({third.name: third.values[k]})] = _maps(
+            of_row.at(**at), Plane.of(axes, failed.isel(at)), field
+        )
     return _chart(name, steps, field, third.label, start=next(iter(steps)))
 
 
