@@ -203,8 +203,8 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
     elif drawn.scale == "logarithmic":
         style["norm"] = SymLogNorm(high / 10**drawn.decades, vmin=low, vmax=high)
     elif drawn.scale == "positive":
-        masked, ticks = masked.clip(min=low), {"format": "%g"}
-        style["norm"] = LogNorm(low, high)
+        masked = np.ma.masked_invalid(np.maximum(drawn.values.T, low))
+        style["norm"], ticks = LogNorm(low, high), {"format": "%g"}
     edges = _edges(drawn.x, log=drawn.log_x), _edges(drawn.y, log=drawn.log_y)
     shades = axes.pcolormesh(*edges, masked, rasterized=True, **style)
     _scale(axes, drawn)
