@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from compare.report.looks import Look, looks_of_labels, without_marker
 from geometries.arrays import Array
 
-Scale = Literal["sequential", "diverging", "logarithmic"]
+Scale = Literal["sequential", "diverging", "logarithmic", "positive"]
+CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")  # colours of kinds
 PLAIN = Look()
 MOST_MARKERS = 25  # points of a curve up to which each has its marker
 MARKS = 24  # about how many marks a curve without a line has
@@ -56,9 +57,10 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Curves over one abscissa; labels with units. `marks` are abscissas of dotted lines.
+    """Curves over one abscissa; labels with units. `marks` and `levels` are places of dotted lines.
 
     `least`: ordinates are never zoomed closer than this range at first, so that rounding looks like zero.
+    Names are those of the places 0, 1, ... on an axis without numbers.
     """
 
     title: str
@@ -69,6 +71,9 @@ class Panel:
     log_y: bool = False
     marks: Sequence[float] = ()
     least: float = 0.0
+    levels: Sequence[float] = ()
+    names_x: Sequence[str] = ()
+    names_y: Sequence[str] = ()
 
     @property
     def vanishes(self) -> bool:
@@ -80,8 +85,9 @@ class Panel:
 class Map:
     """Values (n_x, n_y) over x and y, NaN where there are none; further curves, such as edges, lie upon it.
 
-    `classes` names values 0, 1, ... that are kinds instead of numbers. `limits` are those of the colours;
-    a logarithmic scale has `decades` of each sign.
+    `classes` names values 0, 1, ... that are kinds instead of numbers, with colours. `limits` are those of
+    the colours; a logarithmic scale has `decades` of each sign, a positive one is logarithmic between limits.
+    Names are those of the places 0, 1, ... on an axis without numbers.
     """
 
     title: str
@@ -97,6 +103,11 @@ class Map:
     classes: Sequence[str] = ()
     curves: Sequence[Curve] = ()
     to_scale: bool = False
+    colours: Sequence[str] = CLASSES
+    log_x: bool = False
+    log_y: bool = False
+    names_x: Sequence[str] = ()
+    names_y: Sequence[str] = ()
 
     @property
     def range(self) -> tuple[float, float]:
@@ -104,7 +115,7 @@ class Map:
         if self.limits:
             return self.limits
         low, high = (float(f(self.values)) for f in (np.nanmin, np.nanmax))
-        if self.scale == "sequential":
+        if self.scale in ("sequential", "positive"):
             return low, high
         high = max(abs(low), abs(high), np.finfo(float).tiny)
         return -high, high

@@ -1,7 +1,7 @@
 """Charts to explore: what `templates/explore.js` gives to Plotly, as JSON."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -17,9 +17,8 @@ Axis = dict[str, Any]
 
 HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
 DIGITS = 6  # of the numbers on a page
-COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu"}  # red is positive
+COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu", "positive": "YlOrRd"}
 EYE = {"x": -1.2, "y": -1.2, "z": 1.1}  # whence a cube is seen
-CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 
 
 @cache
@@ -63,10 +62,12 @@ def _cell(cell: Cell) -> dict[str, Any]:
 def _panel(panel: Panel) -> dict[str, Any]:
     """Return the traces and the layout of a panel."""
     traces = [trace for curve in panel.curves for trace in _curve(curve)]
+    if panel.names_y:
+        traces = [trace | {"hovertemplate": "%{y}<extra>%{fullData.name}</extra>"} for trace in traces]
     layout: dict[str, Any] = {
-        "xaxis": _axis(panel.across, log=panel.log_x),
-        "yaxis": _axis(panel.up, log=panel.log_y),
-        "shapes": [_dotted(mark) for mark in panel.marks],
+        "xaxis": _axis(panel.across, log=panel.log_x, names=panel.names_x),
+        "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
+        "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
     }
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
@@ -74,14 +75,17 @@ def _panel(panel: Panel) -> dict[str, Any]:
     return {"title": panel.title, "traces": traces, "layout": layout}
 
 
-def _axis(title: str, *, log: bool = False) -> Axis:
+def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
     axis: Axis = {"title": {"text": title}}
+    if names:
+        return axis | {"tickvals": list(range(len(names))), "ticktext": list(names)}
     return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
 
 
-def _dotted(at: float) -> dict[str, Any]:
-    line = {"color": "grey", "dash": "dot", "width": 1}
-    return {"type": "line", "x0": at, "x1": at, "y0": 0, "y1": 1, "yref": "paper", "line": line}
+def _dotted(axis: str, at: float) -> dict[str, Any]:
+    other, line = "y" if axis == "x" else "x", {"color": "grey", "dash": "dot", "width": 1}
+    ends = {f"{axis}0": at, f"{axis}1": at, f"{other}0": 0, f"{other}1": 1}
+    return {"type": "line", **ends, f"{other}ref": "paper", "line": line}
 
 
 def _remark(text: str) -> dict[str, Any]:
@@ -125,20 +129,25 @@ def _map(drawn: Map) -> dict[str, Any]:
     """Return the traces and the layout of a map."""
     values, low, high = drawn.values.T, *drawn.range
     shown: Trace = {"type": "heatmap", "x": _numbers(drawn.x), "y": _numbers(drawn.y), "hoverongaps": False}
-    place = f"{drawn.across.split(' [')[0]} %{{x:.4g}}, {drawn.up.split(' [')[0]} %{{y:.4g}}: "
+    across, up = _read_out(drawn.across, "x", drawn.names_x), _read_out(drawn.up, "y", drawn.names_y)
+    place = f"{across}, {up}: "
     if drawn.classes:
-        shown |= _classes(values, drawn.classes) | {"hovertemplate": f"{place}%{{text}}<extra></extra>"}
-    elif drawn.scale == "logarithmic":
-        shown |= _logarithmic(values, high, drawn.decades)
+        shown |= _classes(values, drawn) | {"hovertemplate": f"{place}%{{text}}<extra></extra>"}
+    elif drawn.scale in ("logarithmic", "positive"):
+        is_positive = drawn.scale == "positive"
+        shown |= _positive(values, low, high) if is_positive else _logarithmic(values, high, drawn.decades)
         shown["colorbar"] |= {"title": {"text": drawn.unit, "side": "right"}}
         shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {drawn.unit}<extra></extra>"
     else:
         shown |= {"z": _numbers(values), "zmin": low, "zmax": high}
         shown["colorbar"] = {"title": {"text": drawn.unit, "side": "right"}, "thickness": 12}
-        shown["hovertemplate"] = f"{place}%{{z:.4g}}<extra></extra>"
+        shown["hovertemplate"] = f"{place}%{{z:.4g}} {drawn.unit}<extra></extra>"
     if not drawn.classes:
         shown["colorscale"] = COLOURS[drawn.scale]
-    axes = {"xaxis": _axis(drawn.across), "yaxis": _axis(drawn.up)}
+    axes = {
+        "xaxis": _axis(drawn.across, log=drawn.log_x, names=drawn.names_x),
+        "yaxis": _axis(drawn.up, log=drawn.log_y, names=drawn.names_y),
+    }
     if drawn.to_scale:
         axes["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
         axes["xaxis"] |= {"constrain": "domain"}
@@ -146,10 +155,15 @@ def _map(drawn: Map) -> dict[str, Any]:
     return {"title": drawn.title, "traces": traces, "layout": axes | {"hovermode": "closest"}}
 
 
-def _classes(values: Array, names: Any) -> Trace:
+def _read_out(title: str, axis: str, names: Sequence[str]) -> str:
+    """Return what hovering says about a place on an axis: its number, or its name."""
+    return f"{title.split(' [', maxsplit=1)[0]} %{{{axis}{'' if names else ':.4~g'}}}"
+
+
+def _classes(values: Array, drawn: Map) -> Trace:
     """Return the part of a trace for values 0, 1, ... of named kinds."""
-    count = len(names)
-    edges = [(CLASSES[k], (k + end) / count) for k in range(count) for end in (0, 1)]
+    names, count = drawn.classes, len(drawn.classes)
+    edges = [(drawn.colours[k], (k + end) / count) for k in range(count) for end in (0, 1)]
     text = [["" if np.isnan(v) else names[int(v)] for v in row] for row in values]
     ticks = {"tickvals": list(range(count)), "ticktext": list(names), "thickness": 12}
     scale = [[at, colour] for colour, at in edges]
@@ -176,6 +190,23 @@ def _logarithmic(values: Array, largest: float, decades: float) -> Trace:
         "zmin": -decades,
         "zmax": decades,
         "colorbar": {"tickvals": ticks.tolist(), "ticktext": names, "thickness": 12},
+    }
+
+
+def _positive(values: Array, low: float, high: float) -> Trace:
+    """Return the part of a trace with colours by the logarithm between limits; more is darker."""
+    powers = np.arange(np.ceil(np.log10(low)), np.floor(np.log10(high)) + 1)
+    return {
+        "z": _numbers(np.log10(np.maximum(values, low))),
+        "customdata": _numbers(values),
+        "zmin": float(np.log10(low)),
+        "zmax": float(np.log10(high)),
+        "reversescale": True,
+        "colorbar": {
+            "tickvals": powers.tolist(),
+            "ticktext": [f"{10**p:g}" for p in powers],
+            "thickness": 12,
+        },
     }
 
 

@@ -9,14 +9,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, Normalize, SymLogNorm
+from matplotlib.colors import ListedColormap, LogNorm, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
-from compare.report.interactive import CLASSES
 from compare.report.looks import INK, Look, without_marker
+from geometries.arrays import Array
 
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
@@ -48,8 +48,9 @@ MARKERS = {
     "hexagon": "h",
     "pentagon": "p",
     "octagon": "8",
+    "x": "x",
 }
-COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_r"}
+COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_r", "positive": "YlOrRd"}
 
 
 def pictures(chart: Chart) -> dict[str, Figure]:
@@ -148,14 +149,25 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
         _draw_curve(axes, curve)
     for mark in panel.marks:
         axes.axvline(mark, color="grey", linestyle=":", linewidth=1)
-    if panel.log_x:
-        axes.set_xscale("log")
-    if panel.log_y:
-        axes.set_yscale("log")
+    for level in panel.levels:
+        axes.axhline(level, color="grey", linestyle=":", linewidth=1)
+    _scale(axes, panel)
     if panel.vanishes:
         axes.set_ylim(-panel.least, panel.least)
         axes.set_yticks([0.0])
         axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
+
+
+def _scale(axes: Axes, cell: Panel | Map) -> None:
+    """Give axes logarithmic scales, or the names of places."""
+    if cell.log_x:
+        axes.set_xscale("log")
+    if cell.log_y:
+        axes.set_yscale("log")
+    if cell.names_x:
+        axes.set_xticks(range(len(cell.names_x)), cell.names_x, rotation=30, ha="right")
+    if cell.names_y:
+        axes.set_yticks(range(len(cell.names_y)), cell.names_y)
 
 
 def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
@@ -186,17 +198,32 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
     style: dict[str, Any] = {"cmap": COLOURS[drawn.scale], "norm": Normalize(low, high)}
     if drawn.classes:
         count = len(drawn.classes)
-        style = {"cmap": ListedColormap(CLASSES[:count]), "norm": Normalize(-0.5, count - 0.5)}
+        style = {"cmap": ListedColormap(drawn.colours[:count]), "norm": Normalize(-0.5, count - 0.5)}
         ticks = {"ticks": range(count), "format": lambda value, _: drawn.classes[round(value)]}
     elif drawn.scale == "logarithmic":
         style["norm"] = SymLogNorm(high / 10**drawn.decades, vmin=low, vmax=high)
-    shades = axes.pcolormesh(drawn.x, drawn.y, masked, rasterized=True, **style)
+    elif drawn.scale == "positive":
+        masked = np.ma.masked_invalid(np.maximum(drawn.values.T, low))
+        style["norm"], ticks = LogNorm(low, high), {"format": "%g"}
+    edges = _edges(drawn.x, log=drawn.log_x), _edges(drawn.y, log=drawn.log_y)
+    shades = axes.pcolormesh(*edges, masked, rasterized=True, **style)
+    _scale(axes, drawn)
     figure.colorbar(shades, ax=axes, label=drawn.unit, **ticks)
     for curve in drawn.curves:
         for line in _draw_curve(axes, curve):
             line.set_path_effects(HALO)
     if drawn.to_scale:
         axes.set_aspect("equal")
+
+
+def _edges(at: Array, *, log: bool) -> Array:
+    """Return the edges of cells around their places, (n + 1,): half way between, or by ratio."""
+    if log:
+        return np.asarray(np.exp(_edges(np.log(at), log=False)))
+    if len(at) == 1:
+        return np.array([at[0] - 0.5, at[0] + 0.5])
+    middles = (at[1:] + at[:-1]) / 2
+    return np.array([2 * at[0] - middles[0], *middles, 2 * at[-1] - middles[-1]])
 
 
 def _add_legend(figure: Figure, chart: Chart) -> None:

@@ -1,29 +1,21 @@
-"""The advised ICs over the axes of a campaign: categories as colours."""
+"""The advised ICs over the axes of a campaign: kinds as colours, or as names of an axis."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
-from compare.report.looks import symbol_of
-from compare.report.styles import RC, with_further
-from femic.campaigns.report.axes import ShownAxis, evenly_spaced
-from femic.campaigns.report.clouds import MOST_POINTS
+from compare.report.charts import Chart, Curve, Map, Panel, chart_of
+from compare.report.looks import INK, Look, looks_of, symbol_of
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced, values_text
+from femic.campaigns.report.curves import MOST_POINTS
 from femic.campaigns.report.fields import body_of
-from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
-from femic.campaigns.report.scales import ColourScale
-from geometries.arrays import Array
+from femic.campaigns.report.maps import MOST_STEPS, Plane
 
-NONE = "none is good enough"
-MOST_BESIDE = 4  # entries of a line of the legend
-PALE = 0.35  # share of white in colours
+NONE, TITLE = "none", "cheapest ICs that are good enough"
+GREY = "#c8ccd2"
+POINT = Look(INK, "", "circle")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,18 +31,11 @@ class AdvisedICs:
         return [symbol_of(name) for name in self.names]
 
     @property
-    def colours(self) -> Array:
-        """Colours (n_names, 3): paler shades of the colours of curves."""
-        styles = with_further(name for name in self.names if name != NONE)
-        pure = ["0.95" if name == NONE else styles[name][1]["color"] for name in self.names]
-        return PALE + (1 - PALE) * to_rgba_array(pure)[:, :3]
-
-    @property
-    def scale(self) -> ColourScale:
-        """Colours of the numbers of names."""
-        count = len(self.names)
-        norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
-        return ColourScale(norm, ListedColormap(self.colours))
+    def colours(self) -> list[str]:
+        """The colours of the ICs' curves, grey for none; C, whose curves have the colour of ink, is black."""
+        looks = looks_of(name for name in self.names if name != NONE)
+        colours = {name: "#000000" if look.colour == INK else look.colour for name, look in looks.items()}
+        return [colours.get(name, GREY) for name in self.names]
 
     def at(self, **places: int) -> "AdvisedICs":
         """Return the advice at some places of swept dims."""
@@ -76,46 +61,59 @@ def advice_of(dataset: xr.Dataset) -> AdvisedICs | None:
     return AdvisedICs(numbers.copy(data=places), names)
 
 
-def advised_over(panels: Sequence[tuple[str, AdvisedICs, Plane]]) -> Figure:
-    """Draw maps of the advised ICs over two axes beside each other, with titles; a strip over one axis."""
-    _, advice, plane = panels[0]
-    is_strip = plane.up is STRIP
-    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
-        width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
-        size = (7.5, 1.6) if is_strip else (max(width * len(panels) + 0.6, 4.4), height + 0.9)
-        figure = Figure(figsize=size, layout="constrained")
-        shown = [on.over(panel_advice.numbers) for _, panel_advice, on in panels]
-        drawn = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
-        for axes, values, (title, _, on) in zip(drawn, shown, panels, strict=True):
-            draw_cells(axes, values, on, advice.scale)
-            axes.set_title(title, fontsize=9)
-            axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
-        drawn[0].set_ylabel(plane.up.wrapped)
-        _legend(figure, advice, gap_handles([on for *_, on in panels], shown))
-        return figure
+def advised_chart(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Chart:
+    """Return the advised ICs over one axis, or over two by the third one, or as points of random scenes."""
+    if len(axes) == 1:
+        return chart_of("advice", [_over_one(advice, axes[0])], 1, 0.6)
+    if "sample" in failed.dims:
+        return chart_of("advice", [_points(advice, axes)], 1, 1.3)
+    if len(axes) == 2:
+        return chart_of("advice", [_map(advice, Plane.of(axes, failed))], 1)
+    third = axes[2]
+    first = {axis.name: 0 for axis in axes[3:]}
+    steps = {}
+    for k in evenly_spaced(len(third.values), MOST_STEPS):
+        place = first | {third.name: k}
+        steps[values_text({third.name: third.values[k]})] = [
+            _map(advice.at(**place), Plane.of(axes, failed.isel(place)))
+        ]
+    return Chart("advice", steps, 1, third.label)
 
 
-def advised_points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Figure:
-    """Draw points of the advised ICs over the first two axes, or over the only one."""
-    across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
+def _map(advice: AdvisedICs, plane: Plane) -> Map:
+    return plane.kinds_of(TITLE, advice.numbers, dict(zip(advice.labels, advice.colours, strict=True)))
+
+
+def _over_one(advice: AdvisedICs, axis: ShownAxis) -> Panel:
+    """Return points over an axis, whose ordinates are the ICs."""
+    curve = Curve("", axis.at, advice.numbers.values, POINT)
+    return Panel(
+        TITLE,
+        axis.label,
+        "",
+        [curve],
+        log_x=axis.is_logarithmic,
+        names_x=axis.categories,
+        names_y=advice.labels,
+    )
+
+
+def _points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Panel:
+    """Return points of the advised ICs over the first two axes."""
+    across, up = axes[:2]
     chosen = evenly_spaced(len(across.values), MOST_POINTS)
-    heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
-    with mpl.rc_context(RC | {"grid.alpha": 0.2}):
-        figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
-        panel: Axes = figure.subplots()
-        for k, colour in enumerate(advice.colours):
-            drawn = advice.numbers.values[chosen] == k
-            places = across.at[chosen][drawn], heights[drawn]
-            panel.scatter(*places, s=22, color=[colour], edgecolors="0.4", linewidths=0.4)
-        across.scale(panel, "x")
-        up.scale(panel, "y")
-        panel.set(xlabel=across.heading, ylabel=up.wrapped)
-        _legend(figure, advice)
-        return figure
-
-
-def _legend(figure: Figure, advice: AdvisedICs, gaps: Sequence[Artist] = ()) -> None:
-    named = zip(advice.labels, advice.colours, strict=True)
-    patches = [Patch(facecolor=colour, edgecolor="0.4", label=label) for label, colour in named]
-    handles = [*patches, *gaps]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
+    numbers = advice.numbers.values[chosen]
+    curves = [
+        Curve(label, across.at[chosen][numbers == k], up.at[chosen][numbers == k], Look(colour, "", "circle"))
+        for k, (label, colour) in enumerate(zip(advice.labels, advice.colours, strict=True))
+    ]
+    return Panel(
+        TITLE,
+        across.label,
+        up.label,
+        curves,
+        log_x=across.is_logarithmic,
+        log_y=up.is_logarithmic,
+        names_x=across.categories,
+        names_y=up.categories,
+    )

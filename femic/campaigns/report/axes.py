@@ -4,22 +4,15 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from textwrap import fill
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from geometries.arrays import Array
 
 LARGE = 1e8  # value from which on powers of ten are written
 LONG = 10.0  # ratio of the ends from which on an axis may be logarithmic
-MOST_TICKS = 9  # values of an axis that are its ticks, if not more
-LETTER, LINE = 0.035, 0.1  # room of a letter and of a line of ticks, over the length of the axis
-WIDTH = 30  # letters of a line of a heading
-WORD = 9  # letters from which on a category is written upwards
 QUOTES = str.maketrans("", "", "'\"")  # that text of a list has
 ZARRS_TEXT = "T"  # kind of the dtype of text of any length
 ICS, LAST = "ICs", "the last ICs"  # names where lists of ICs differ between scenes
@@ -37,9 +30,14 @@ class ShownAxis:
     unit: str = ""
 
     @property
-    def wrapped(self) -> str:
-        """The heading in lines that fit below a figure."""
-        return fill(self.heading, WIDTH, break_long_words=False)
+    def label(self) -> str:
+        """The name with the unit, as on axes of charts."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def meaning(self) -> str:
+        """The name and what it stands for, where the file says so."""
+        return self.label if self.heading == self.label else f"{self.name}: {self.heading}"
 
     @property
     def is_number(self) -> bool:
@@ -60,60 +58,16 @@ class ShownAxis:
 
     @cached_property
     def categories(self) -> list[str]:
-        """The texts of an axis without numbers, in the order of their first scenes."""
-        return list(dict.fromkeys(map(text_of, self.values)))
+        """The texts of an axis without numbers, in the order of their first scenes; () of numbers."""
+        return [] if self.is_number else list(dict.fromkeys(map(text_of, self.values)))
 
     @property
     def at(self) -> Array:
-        """The positions of the values on a figure, (n,): the number, or the place of a category."""
+        """The positions of the values in charts, (n,): the number, or the place of a category."""
         if self.is_number:
             return self.values
         numbers = {text: float(k) for k, text in enumerate(self.categories)}
         return np.array([numbers[text_of(value)] for value in self.values])
-
-    @property
-    def edges(self) -> Array:
-        """The edges of cells around the values of a grid, (n + 1,): half way between, or by ratio."""
-        at = np.log(self.at) if self.is_logarithmic else self.at
-        if len(at) == 1:
-            return np.array([at[0] - 0.5, at[0] + 0.5])
-        middles = (at[1:] + at[:-1]) / 2
-        edges = np.array([2 * at[0] - middles[0], *middles, 2 * at[-1] - middles[-1]])
-        return np.asarray(np.exp(edges) if self.is_logarithmic else edges)
-
-    def scale(self, axes: Axes, which: str) -> None:
-        """Give the x or y axis of a figure the scale and the ticks of this axis."""
-        ruler = axes.xaxis if which == "x" else axes.yaxis
-        set_scale = axes.set_xscale if which == "x" else axes.set_yscale
-        if not self.is_number:
-            places = np.arange(len(self.categories))
-            upwards = which == "x" and max(map(len, self.categories)) >= WORD
-            aligned = "right" if upwards or which == "y" else "center"
-            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0, ha=aligned)
-            return
-        if self.is_logarithmic:
-            set_scale("log")
-        elif (room := self._room(which)) * MOST_TICKS > 1:
-            ruler.set_major_locator(MaxNLocator(max(2, int(1 / room))))
-        if len(set(self.values)) <= MOST_TICKS:
-            ruler.set_major_locator(FixedLocator(self._ticks(which)))
-            ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
-            ruler.set_minor_locator(NullLocator())
-
-    def _room(self, which: str) -> float:
-        """Return the room of a tick of an x or y axis, over the length of the axis."""
-        ends = np.min(self.values), np.max(self.values)
-        return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
-
-    def _ticks(self, which: str) -> list[float]:
-        """Return ticks of an x or y axis: every value, every second, ... as room permits, or both ends."""
-        values = np.unique(self.values)
-        at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
-        room = self._room(which)
-        for stride in range(1, last + 1):
-            if last % stride == 0 and np.min(np.diff(at[::stride])) >= room * np.ptp(at):
-                return [float(value) for value in values[::stride]]
-        return [float(values[0]), float(values[-1])]
 
 
 def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
+from compare.report.errors import COMPONENTS
 from compare.report.looks import symbol_of
 from compare.report.parts import join_words
 from femic.campaigns.report.axes import ICS, LAST
@@ -34,9 +35,9 @@ MEANINGS = {
 }
 DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
-ANY = "any component"
+ANY = "the worst component"
 VANISHING = (
-    f"{VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
+    f" {VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
     "of 0.05 max |C_nn|."
 )
 BY_PLACE = " Scenes differ in their ICs: here they are named after their places in the lists."
@@ -75,7 +76,7 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     yield _error_field(
         errors,
         f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
-        f"worst over all lines.{''.join(notes)}",
+        f"worst over all lines. {COMPONENTS}{''.join(notes)}",
     )
 
 

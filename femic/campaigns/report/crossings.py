@@ -12,7 +12,6 @@ from femic.campaigns.report.axes import Names, ShownAxis, swept, text_of, values
 from geometries.arrays import Array
 
 NOWHERE, EVERYWHERE = "nowhere", "everywhere"
-REPORTED = 0.05  # the level of the page's sentences
 
 
 @dataclass(frozen=True)
@@ -141,6 +140,12 @@ def extreme_crossings(lines: Sequence[Line], level: float) -> list[Crossing]:
 def main_axis(axes: Iterable[ShownAxis]) -> ShownAxis:
     """Return the axis along which crossings are reported: of numbers, with the most values."""
     return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
+
+
+def over_level(sizes: xr.DataArray, level: float) -> str:
+    """Return the share of the known scenes whose numbers exceed a level."""
+    known = sizes.values[np.isfinite(sizes.values)]
+    return f"{100 * np.mean(known > level):.0f} %" if known.size else "–"
 
 
 def known_count(sizes: xr.DataArray) -> str:

@@ -1,62 +1,78 @@
-"""Curves over the only axis of a campaign, a panel per column, by rows such as ICs."""
+"""Curves over the only axis of a campaign by rows such as ICs, and points over each axis of random scenes."""
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from compare.report.looks import symbol_of
-from compare.report.panels import add_legend
-from compare.report.styles import RC, Style, with_further
-from femic.campaigns.report.axes import ShownAxis
-from femic.campaigns.report.fields import COLUMN, LOWEST, ROW, Field
-from femic.campaigns.report.scales import draw_levels
+from compare.report.charts import Chart, Curve, Panel, chart_of
+from compare.report.looks import Look, drawing_order, looks_of, symbol_of
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced
+from femic.campaigns.report.fields import COLUMN, LEVELS, LOWEST, ROW, Field, plain
+from femic.campaigns.report.maps import columns_for
 
-COLUMNS = 4  # panels beside each other
-FEW = 15  # values up to which each has a marker
+MOST_POINTS = 500  # of a panel
+LEAST = 100 * LOWEST  # smallest error that is drawn [%]
 
 
-def curves(field: Field, axis: ShownAxis) -> Figure:
-    """Draw curves of all rows over an axis, a panel per column; errors have a common logarithmic scale."""
-    count = len(field.columns)
-    rows = -(-count // COLUMNS)
-    columns = -(-count // rows)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(max(3.2 * columns, 5.0), 2.9 * rows + 0.5), layout="constrained")
-        panels = figure.subplots(rows, columns, squeeze=False, sharey=field.kind == "error").ravel()
-        for axes, column in zip(panels, field.columns, strict=False):
-            _draw(axes, field.of(columns=[column]), axis)
-            axes.set_title(column, fontsize=9)
-            axes.set_xlabel(axis.wrapped)
-            axis.scale(axes, "x")
-        for axes in panels[count:]:
-            axes.remove()
-        for axes in panels[:count:columns]:
-            axes.set_ylabel(field.kind if field.rates_ics else "")
-        draw_levels(panels[:count], field.kind, field.values.values)
-        if figure.axes[0].get_legend_handles_labels()[0]:
-            add_legend(figure)
-        return figure
+def curves(field: Field, axis: ShownAxis) -> Chart:
+    """Return curves of all rows over an axis, a panel per column; bands have the estimate."""
+    panels = [_panel(field.of(columns=[column]), axis, column) for column in field.columns]
+    return chart_of(field.name, panels, columns_for(len(panels)))
 
 
-def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
-    styles = with_further(field.rows)
-    marked = len(axis.values) <= FEW
-    floor = None if field.floor is None else field.floor.isel({COLUMN: 0}).values
-    if floor is not None and np.any(np.isfinite(floor)):
-        at, high = axis.at[np.isfinite(floor)], floor[np.isfinite(floor)]
-        low = LOWEST / 100 if field.kind == "error" else -high
-        label = f"estimate of {field.reference}"
-        axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=label)
-    for name in field.rows:
-        values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
-        known = np.isfinite(values)
-        marker, style = styles[name]
-        axes.plot(axis.at[known], values[known], label=symbol_of(name), **_line(style, marker, axis, marked))
+def clouds(field: Field, axes: Sequence[ShownAxis]) -> Chart:
+    """Return points of all rows over each axis, by column."""
+    chosen = evenly_spaced(field.values.sizes["sample"], MOST_POINTS)
+    drawn = field.at(sample=chosen)
+    shown = [replace(axis, values=axis.values[chosen]) for axis in axes]
+    steps = {
+        plain(column): [
+            _panel(drawn.of(columns=[column]), axis, f"over {axis.name}", is_cloud=True) for axis in shown
+        ]
+        for column in field.columns
+    }
+    slider = "component" if field.kind == "error" else "number"
+    alt = f"{field.what} over each axis"
+    return Chart(field.name, steps, columns_for(len(axes)), slider, 1.1, next(iter(steps)), alt=alt)
 
 
-def _line(style: Style, marker: str, axis: ShownAxis, marked: bool) -> dict[str, Any]:
-    line = dict(style) | ({"marker": marker, "markersize": 4} if marked else {})
-    return line if axis.is_number else line | {"linestyle": "none", "marker": marker, "markersize": 6}
+def _panel(field: Field, axis: ShownAxis, title: str, *, is_cloud: bool = False) -> Panel:
+    """Return a panel of a field of one column over an axis."""
+    looks = looks_of(field.rows)
+    if is_cloud or not axis.is_number:
+        looks = {row: replace(look, dash="") for row, look in looks.items()}
+    return Panel(
+        title,
+        axis.label,
+        f"{field.kind} [%]" if field.rates_ics else field.columns[0],
+        [
+            _curve(field.of(rows=[row]), axis, looks[row], has_band=not is_cloud)
+            for row in drawing_order(field.rows)
+        ],
+        log_x=axis.is_logarithmic,
+        log_y=field.kind == "error",
+        levels=_levels(field),
+        names_x=axis.categories,
+    )
+
+
+def _levels(field: Field) -> list[float]:
+    """Return the levels that errors and deviations are compared with [%]."""
+    above = [100 * level for level in LEVELS]
+    return {"error": above, "deviation": [*(-level for level in above), *above], "value": []}[field.kind]
+
+
+def _curve(field: Field, axis: ShownAxis, look: Look, *, has_band: bool) -> Curve:
+    """Return a field of one row and column over an axis where it is known, with its estimate as band."""
+    values = field.shown.isel({ROW: 0, COLUMN: 0}).values
+    known, is_error = np.isfinite(values), field.kind == "error"
+    x, y = axis.at[known], values[known]
+    if is_error:
+        y = np.maximum(y, LEAST)
+    band = None
+    if has_band and field.floor is not None:
+        estimate = 100 * field.floor.isel({COLUMN: 0}).values[known]
+        band = np.array([np.minimum(estimate, y - LEAST) if is_error else estimate, estimate])
+    has_estimate = band is not None and bool(np.isfinite(band).any())
+    return Curve(symbol_of(field.rows[0]), x, y, look, band if has_estimate else None)

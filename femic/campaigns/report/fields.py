@@ -3,12 +3,12 @@
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
 import xarray as xr
 
 ROW, COLUMN = "(row)", "(column)"  # dims that no axis can have the name of
 C = "C"
 LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are reported and drawn
+REPORTED = 0.05  # the level of the page's sentences
 LOWEST = 1e-4  # smallest error of curves and points; those below are drawn there
 VANISHES = " †"
 Kind = Literal["error", "deviation", "value"]
@@ -53,12 +53,17 @@ class Field:
     def closest(self) -> str:
         """The row with the smallest numbers on the average over scenes and columns."""
         options = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
-        return self.rows[int(np.argmin(options.values))]
+        return self.rows[int(options.argmin(ROW))]
 
     @property
-    def drawn(self) -> xr.DataArray:
-        """The numbers of curves and points: errors below `LOWEST` are drawn there."""
-        return self.values.clip(min=LOWEST) if self.kind == "error" else self.values
+    def unit(self) -> str:
+        """The unit of the numbers in charts; values have units of their own, in the names of columns."""
+        return "%" if self.rates_ics else ""
+
+    @property
+    def shown(self) -> xr.DataArray:
+        """The numbers of charts: errors and deviations in percent."""
+        return 100 * self.values if self.rates_ics else self.values
 
     @property
     def sizes(self) -> xr.DataArray:
@@ -80,6 +85,11 @@ class Field:
         """Return the field at some places of swept dims."""
         floor = None if self.floor is None else self.floor.isel(places)
         return replace(self, values=self.values.isel(places), floor=floor)
+
+
+def share(value: float) -> str:
+    """Return a share in percent, short."""
+    return f"{100 * value:.3g} %" if abs(value) < 0.1 else f"{100 * value:.0f} %"
 
 
 def plain(column: str) -> str:

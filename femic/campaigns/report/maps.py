@@ -1,41 +1,39 @@
-"""Maps over two axes of a campaign: a coloured cell per scene, contour lines, crosses for failures."""
+"""Maps over two axes of a campaign: a cell per scene, lines where levels are exceeded, failed scenes."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from textwrap import fill
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from compare.report.styles import RC
-from femic.campaigns.report.axes import ShownAxis
-from femic.campaigns.report.crossings import exceeded
-from femic.campaigns.report.fields import COLUMN, ROW, Field
-from femic.campaigns.report.scales import ColourScale, scale_of
-from geometries.arrays import Array, Mask
+from compare.report.charts import Chart, Curve, Map
+from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of, without_marker
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced, values_text
+from femic.campaigns.report.fields import COLUMN, LEVELS, REPORTED, ROW, Field, share
+from geometries.arrays import Array
 
-COLUMNS = 5  # maps beside each other
-PANEL = (2.55, 2.1)  # inches
-LETTERS = 26  # letters along the height of a map
-MOST_NUMBERS = 25  # cells of a map of two axes of text that have their number written in
-HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="white")]
-BAR = 4.0  # height of a bar of colours, inches
-MOST = 0.7  # share of known scenes from which on lines are drawn
-STRONG = 0.05  # level whose line is thicker
-STRIP = ShownAxis("", "", np.array([""]))  # up, where there is one axis only
+COLUMNS = 4  # maps beside each other
+MOST_STEPS = 20  # values of the third axis
+ERRORS = (0.1, 100.0)  # limits of the colours of errors on all pages [%]
+BLUE = "#0072b2"  # of lines on the colours of errors, and on light and dark pages
+LEVEL_LOOKS = tuple(
+    zip(LEVELS, (Look(dash="dot"), Look(dash="dashdot"), Look(width=2.6), Look(dash="dash")), strict=True)
+)
+FAILED = Look("#808080", "", "x")
+ALL, NONE, OTHERS = "all", "none", "some"  # of the ICs
+RARE = -1  # stands for rare sets of ICs
+# pale, so that lines are seen: from all ICs to none; of many combinations, the rare ones have the last colour
+GREEN, RED = "#a5d8c5", "#f3b9a0"
+BETWEEN = ("#cbe6f7", "#f8f0a4", "#e6cbdc", "#a9c8e2", "#f5d79b", "#cccccc")
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The two axes of maps, or the only axis and `STRIP`, and the failed scenes."""
+    """The two axes of maps, and the failed scenes."""
 
     across: ShownAxis
     up: ShownAxis
@@ -44,166 +42,175 @@ class Plane:
     @classmethod
     def of(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
         """Return the plane of the first axes; a failure is one at all places of further axes."""
-        further = [axis.name for axis in axes[2:] if axis.name in failed.dims]
-        return cls(axes[0], axes[1] if len(axes) > 1 else STRIP, failed.all(further))
+        return cls(axes[0], axes[1], failed.all([axis.name for axis in axes[2:] if axis.name in failed.dims]))
 
     @property
-    def failed(self) -> Mask:
-        """The failed scenes, (n_across, n_up)."""
-        return np.asarray(self.over(self.failing), dtype=bool)
+    def has_lines(self) -> bool:
+        """Whether both axes have numbers, so that there may be lines."""
+        return self.across.is_number and self.up.is_number
 
     def over(self, values: xr.DataArray) -> Array:
         """Return numbers over the plane, (n_across, n_up)."""
-        in_order = values.transpose(self.across.name, *([] if self.up is STRIP else [self.up.name]))
-        return np.asarray(in_order.values.reshape(len(self.across.values), len(self.up.values)))
+        return np.asarray(values.transpose(self.across.name, self.up.name).values)
 
-
-@dataclass(frozen=True, eq=False)
-class MapRow:
-    """A row of maps: its label, a field of one row, a map for each of its columns, and their plane."""
-
-    label: str
-    field: Field
-    plane: Plane
-
-    def values(self, column: str) -> Array:
-        """Return the numbers of a map, (n_across, n_up)."""
-        return self.plane.over(self.field.values.sel({COLUMN: column}).isel({ROW: 0}))
-
-
-def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
-    """Yield figures of maps, row by row; several figures where there are many columns."""
-    columns = rows[0].field.columns
-    for part in np.array_split(columns, -(-len(columns) // COLUMNS)):
-        yield _figure(rows, part.tolist())
-
-
-def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
-    """Return one figure; values have a scale per column, other numbers a common scale."""
-    first = rows[0]
-    common = first.field.rates_ics
-    scales = {
-        column: scale_of(first.field.kind, np.array([row.values(column) for row in rows]))
-        for column in columns
-    }
-    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
-        size = (PANEL[0] * len(columns) + 1.1, PANEL[1] * len(rows) + (0.6 if common else 1.1))
-        figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey=True)
-        for line, row in zip(panels, rows, strict=True):
-            for axes, column in zip(line, columns, strict=True):
-                _draw_map(axes, row.values(column), row.plane, scales[column])
-            line[0].set_ylabel(row.label)
-        for column, axes in zip(columns, panels.T, strict=True):
-            axes[0].set_title(column, fontsize=9)
-            axes[-1].set_xlabel(first.plane.across.wrapped)
-            if not common:
-                _bar(figure, axes, scales[column])
-        if common:
-            _bar(figure, panels, scales[columns[0]], first.field.kind)
-        figure.supylabel(fill(first.plane.up.heading, int(LETTERS * len(rows))), fontsize=9)
-        gaps = gap_handles(
-            [row.plane for row in rows], [row.values(name) for row in rows for name in columns]
+    def map_of(
+        self, title: str, values: xr.DataArray, unit: str = "", lines: Sequence[Curve] = (), **style: Any
+    ) -> Map:
+        """Return a map of values over the plane, with lines and marks of failed scenes."""
+        across, up = self.across, self.up
+        k, m = np.nonzero(self.over(self.failing))
+        failed = [Curve("failed", across.at[k], up.at[m], FAILED)] if len(k) else []
+        return Map(
+            title,
+            across.label,
+            up.label,
+            across.at,
+            up.at,
+            np.asarray(self.over(values), dtype=float),
+            unit,
+            curves=[*lines, *failed],
+            log_x=across.is_logarithmic,
+            log_y=up.is_logarithmic,
+            names_x=across.categories,
+            names_y=up.categories,
+            **style,
         )
-        if gaps:
-            figure.legend(handles=gaps, loc="outside lower left", ncols=2)
-        return figure
+
+    def kinds_of(
+        self, title: str, places: xr.DataArray, kinds: Mapping[str, str], lines: Sequence[Curve] = ()
+    ) -> Map:
+        """Return a map of places among kinds, whose names have colours."""
+        colours, limits = list(kinds.values()), (0.0, len(kinds) - 1.0)
+        return self.map_of(title, places, "", lines, classes=list(kinds), colours=colours, limits=limits)
+
+    def line(self, label: str, sizes: xr.DataArray, level: float, look: Look) -> list[Curve]:
+        """Return the line where sizes exceed a level, if there is one, and if both axes have numbers."""
+        known = np.ma.masked_invalid(self.over(sizes))
+        if not (self.has_lines and known.min() < level < known.max()):
+            return []
+        contour = Figure().subplots().contour(self.across.at, self.up.at, known.T, [level])
+        parts = [np.concatenate([part, [[np.nan, np.nan]]]) for part in contour.allsegs[0]]
+        if not parts:
+            return []
+        x, y = np.concatenate(parts)[:-1].T
+        return [Curve(label, x, y, look)]
 
 
-def _draw_map(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
-    """Draw a map: a cell for each scene, lines where levels are exceeded; numbers if both axes are text."""
-    draw_cells(axes, values, plane, scale)
-    across, up = plane.across, plane.up
-    if across.is_number and up.is_number and min(values.shape) > 1:
-        _contours(axes, values, plane, scale)
-    elif across.is_number or up.is_number:
-        if scale.is_share:
-            _marks(axes, values, plane)
-    elif values.size <= MOST_NUMBERS:
-        for (k, m), value in np.ndenumerate(values):
-            if np.isfinite(value):
-                place = float(across.at[k]), float(up.at[m])
-                text = axes.text(*place, scale.text(value), ha="center", va="center", fontsize=7)
-                text.set_path_effects(HALO)
+def columns_for(count: int) -> int:
+    """Return how many of some cells are beside each other, so that rows are about as long."""
+    return ceil(count / ceil(count / COLUMNS))
 
 
-def _marks(axes: Axes, numbers: Array, plane: Plane) -> None:
-    """Draw, for each category of one axis, where `STRONG` is exceeded along the other axis."""
-    across, up = plane.across, plane.up
-    axis, categories = (across, up) if across.is_number else (up, across)
-    lines, draw = (numbers.T, axes.vlines) if across.is_number else (numbers, axes.hlines)
-    for place, values in zip(categories.at, abs(lines), strict=True):
-        ends = [end for part in exceeded(axis.at, values, STRONG) for end in (part.start, part.end)]
-        known = [end for end in ends if end is not None]
-        draw(known, place - 0.5, place + 0.5, colors="black", linewidths=1.7)
+def field_chart(field: Field, plane: Plane, slider: str) -> Chart:
+    """Return maps of all columns of a field, by its rows; the closest first."""
+    steps = {symbol_of(row): _maps(field.of(rows=[row]), plane, field) for row in field.rows}
+    start = symbol_of(field.closest if field.rates_ics else field.rows[0])
+    return _chart(field.name, steps, field, slider, start)
 
 
-def draw_cells(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
-    """Draw a cell for each scene; the picture ends at the outermost values of axes of numbers."""
-    across, up = plane.across, plane.up
-    axes.patch.set(facecolor="white", edgecolor="0.75", hatch="/////")
-    axes.pcolormesh(
-        across.edges,
-        up.edges,
-        np.ma.masked_invalid(values).T,
-        norm=scale.norm,
-        cmap=scale.colours,
-        rasterized=True,
-    )
-    for which, axis, limit in (("x", across, axes.set_xlim), ("y", up, axes.set_ylim)):
-        axis.scale(axes, which)
-        inside = axis.is_number and len(axis.values) > 2
-        limit(*((axis.at[0], axis.at[-1]) if inside else (axis.edges[0], axis.edges[-1])))
-    k, m = np.nonzero(plane.failed)
-    size = 5 if plane.failed.size <= 400 else 2
-    if len(k):
-        axes.plot(across.at[k], up.at[m], "x", color="black", markersize=size, clip_on=False, zorder=5)
+def third_axis_chart(
+    field: Field, row: str, axes: Sequence[ShownAxis], failed: xr.DataArray, name: str
+) -> Chart:
+    """Return maps of a row of a field over two axes, by the third; of errors the worst, too."""
+    third, of_row = axes[2], field.of(rows=[row])
+    steps = {}
+    if field.rates_ics:
+        steps["the worst"] = _maps(of_row.worst_over(third.name), Plane.of(axes, failed), field)
+    for k in evenly_spaced(len(third.values), MOST_STEPS):
+        at = {third.name: k}
+        steps[values_text({third.name: third.values[k]})] = _maps(
+            of_row.at(**at), Plane.of(axes, failed.isel(at)), field
+        )
+    return _chart(name, steps, field, third.label, start=next(iter(steps)))
 
 
-def _contours(axes: Axes, numbers: Array, plane: Plane, scale: ColourScale) -> None:
-    """Draw contour lines where most scenes are known."""
-    values = np.ma.masked_invalid(numbers)
-    if values.count() < max(4, MOST * values.size):
-        return
-    margin = 0 if scale.is_share else 0.03 * np.ptp(values)
-    inside = [level for level in scale.contours if values.min() + margin < level < values.max() - margin]
-    if not inside:
-        return
-    widths = [1.7 if abs(level) == STRONG else 0.8 for level in inside]
-    lines = axes.contour(
-        plane.across.at,
-        plane.up.at,
-        values.T,
-        levels=inside,
-        colors="black",
-        linewidths=widths,
-        linestyles="-",
-    )
-    for text in axes.clabel(lines, fmt=scale.text, fontsize=7, inline_spacing=2):
-        text.set_path_effects(HALO)
+def _chart(name: str, steps: dict[str, list[Map]], field: Field, slider: str, start: str) -> Chart:
+    alt = f"maps of {field.what}"
+    return Chart(name, steps, columns_for(len(field.columns)), slider, 0.8, start, alt=alt)
 
 
-def _bar(figure: Figure, panels: np.ndarray, scale: ColourScale, label: str = "") -> None:
-    where = "right" if scale.is_share else "bottom"
-    bar = figure.colorbar(
-        ScalarMappable(scale.norm, scale.colours),
-        ax=panels,
-        location=where,
-        extend="both" if scale.is_share else "neither",
-        shrink=min(0.95, BAR / (PANEL[1] * len(panels))) if scale.is_share else 0.9,
-        aspect=25,
-        ticks=scale.ticks or None,
-        label=label,
-    )
-    if scale.ticks:
-        bar.ax.set_yticks(scale.ticks, [scale.text(tick) for tick in scale.ticks])
+def _maps(field: Field, plane: Plane, whole: Field) -> list[Map]:
+    """Return maps of all columns of a field of one row, in the colours of a whole field."""
+    maps = []
+    for column in field.columns:
+        shown = field.shown.sel({COLUMN: column}).isel({ROW: 0})
+        lines = _level_lines(field, plane, shown) if field.rates_ics else []
+        unit, colours = field.unit or _unit(column), _colours(whole.of(columns=[column]))
+        maps.append(plane.map_of(column, shown, unit, lines, **colours))
+    return maps
 
 
-def gap_handles(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]:
-    """Return legend entries of crosses and hatches, where there are any."""
-    handles: list[Artist] = []
-    if any(np.any(plane.failed) for plane in planes):
-        handles.append(Line2D([], [], marker="x", color="black", linestyle="none", label="failed"))
-    if any(np.any(np.isnan(values)) for values in shown):
-        handles.append(Patch(facecolor="white", edgecolor="0.6", hatch="/////", label="not known"))
-    return handles
+def _level_lines(field: Field, plane: Plane, shown: xr.DataArray) -> list[Curve]:
+    """Return the lines where shares [%] exceed the levels."""
+    colour = BLUE if field.kind == "error" else INK
+    return [
+        line
+        for level, look in LEVEL_LOOKS
+        for line in plane.line(share(level), abs(shown), 100 * level, replace(look, colour=colour))
+    ]
+
+
+def _unit(column: str) -> str:
+    return column.partition(" [")[2].removesuffix("]")
+
+
+def _colours(field: Field) -> dict[str, Any]:
+    """Return the scale of the colours of a field, and their limits."""
+    if field.kind == "error":
+        return {"scale": "positive", "limits": ERRORS}
+    known = field.shown.values[np.isfinite(field.values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    if field.kind == "value":
+        return {"limits": (low, high)}
+    largest = max(-low, high, 100 * LEVELS[0])
+    return {"scale": "diverging", "limits": (-largest, largest)}
+
+
+def within_chart(field: Field, plane: Plane) -> Chart:
+    """Return maps of which ICs are within a tolerance, by column; a slider changes the tolerance."""
+    sets = {level: _within(field, level) for level in LEVELS}
+    kinds, looks = _kinds(list(sets.values()), list(map(symbol_of, field.rows))), looks_of(field.rows)
+
+    def map_of(column: str, level: float) -> Map:
+        sizes = field.sizes.sel({COLUMN: column})
+        lines = [
+            line
+            for row in drawing_order(field.rows)
+            for line in plane.line(symbol_of(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
+        ]
+        numbers = _numbered(sets[level].sel({COLUMN: column}), list(kinds))
+        return plane.kinds_of(column, numbers, dict(kinds.values()), lines)
+
+    steps = {share(level): [map_of(column, level) for column in field.columns] for level in LEVELS}
+    columns = columns_for(len(field.columns))
+    alt = "which ICs are within a tolerance"
+    return Chart(f"within_{field.name}", steps, columns, "tolerance", 0.75, share(REPORTED), alt=alt)
+
+
+def _within(field: Field, level: float) -> xr.DataArray:
+    """Return which ICs have sizes up to a level: a sum of powers of two, NaN where nothing is known."""
+    powers = xr.DataArray(2.0 ** np.arange(len(field.rows)), dims=ROW)
+    return ((field.sizes <= level) * powers).sum(ROW).where(field.values.notnull().any(ROW))
+
+
+def _kinds(sets: Sequence[xr.DataArray], symbols: Sequence[str]) -> dict[int, tuple[str, str]]:
+    """Return names and colours of sets of ICs, from all of them to none; rare sets are `OTHERS`."""
+    known = np.concatenate([numbers.values.ravel() for numbers in sets])
+    counts = Counter(known[np.isfinite(known)].astype(int).tolist())
+    every = 2 ** len(symbols) - 1
+    frequent = [number for number, _ in counts.most_common() if number not in (0, every)]
+    between = sorted(frequent[: len(BETWEEN) - 1], key=int.bit_count, reverse=True)
+    kinds = {every: (ALL if len(symbols) > 2 else ", ".join(symbols), GREEN)}
+    for number, colour in zip(between, BETWEEN, strict=False):
+        names = [symbol for k, symbol in enumerate(symbols) if number >> k & 1]
+        kinds[number] = ", ".join(names), colour
+    if len(frequent) > len(between):
+        kinds[RARE] = OTHERS, BETWEEN[-1]
+    return kinds | {0: (NONE, RED)}
+
+
+def _numbered(numbers: xr.DataArray, kinds: list[int]) -> xr.DataArray:
+    """Return the places of sets of ICs among the kinds, NaN where nothing is known."""
+    is_kind = [numbers == kind for kind in kinds]
+    rare = float(kinds.index(RARE)) if RARE in kinds else np.nan
+    return numbers.copy(data=np.select(is_kind, range(len(kinds)), rare)).where(numbers.notnull())

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.stats import spearmanr
 
 from compare.report.looks import symbol_of
-from compare.report.tables import Cell, Row, Table
+from compare.report.tables import Cell, Column, Row, Table, texts
 from femic.cache.files import replacing
+from femic.campaigns.report.answer import largest_of
 from femic.campaigns.report.axes import ShownAxis, point_of, swept, text_of
-from femic.campaigns.report.clouds import rank_correlation
 from femic.campaigns.report.crossings import (
     Crossing,
     exceeded,
@@ -20,25 +21,27 @@ from femic.campaigns.report.crossings import (
     known_count,
     lines_of,
     main_axis,
+    over_level,
 )
-from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, plain, swept_dims
-from femic.campaigns.report.scales import share
+from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, plain, share
+from geometries.arrays import Array
 
 MOST_FAILURES = 20
+FEWEST = 8  # points for a correlation
 OVER = [f"more than {share(level)}" for level in LEVELS]  # heads
 
 
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return where along an axis numbers exceed levels, by column and row, at extremes of the other axes."""
 
-    def cells(sizes: xr.DataArray) -> list[Cell | str]:
-        lines = lines_of(sizes, axes)
+    def cells(part: Field) -> list[Cell | str]:
+        lines = lines_of(_sizes(part), axes)
         crossings = [_crossing_cell(extreme_crossings(lines, level)) for level in LEVELS]
-        return [*crossings, known_count(sizes) or "all"]
+        return [*crossings, *([known_count(_sizes(part)).removesuffix(" scenes") or "all"] if gaps else [])]
 
-    axis = main_axis(axes)
-    caption = f"{field.title}: where along {axis.name} ({axis.heading})"
-    return Table(caption, [*OVER, "known"], _rows(field, cells))
+    gaps = bool(field.values.isnull().any())
+    caption = f"{field.title}: where along {main_axis(axes).label}"
+    return Table(caption, [*texts(*OVER), *(["scenes known"] if gaps else [])], _rows(field, cells))
 
 
 def _crossing_cell(crossings: Sequence[Crossing]) -> Cell:
@@ -73,10 +76,9 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
 def share_table(field: Field) -> Table:
     """Return the share of the scenes whose numbers exceed levels, by column and row."""
 
-    def cells(sizes: xr.DataArray) -> list[Cell | str]:
-        known = sizes.values[np.isfinite(sizes.values)]
-        shares = [f"{np.mean(known > level):.0%}" if known.size else "–" for level in LEVELS]
-        return [*shares, str(known.size)]
+    def cells(part: Field) -> list[Cell | str]:
+        shares = (over_level(_sizes(part), level) for level in LEVELS)
+        return [*shares, str(int(np.isfinite(part.values).sum()))]
 
     return Table(f"{field.title}: share of the scenes", [*OVER, "scenes known"], _rows(field, cells))
 
@@ -84,45 +86,54 @@ def share_table(field: Field) -> Table:
 def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return rank correlations with the axes, by row and column."""
 
-    def cells(sizes: xr.DataArray) -> list[Cell | str]:
-        return [Cell(rank_correlation(axis, sizes.values), "+.2f") for axis in axes]
+    def cells(part: Field) -> list[Cell | str]:
+        return [Cell(rank_correlation(axis, _sizes(part).values), "+.2f") for axis in axes]
 
     return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], _rows(field, cells))
 
 
-def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell | str]]) -> list[Row]:
-    """Return rows by column and row of a field, with cells for the sizes of each."""
+def rank_correlation(axis: ShownAxis, values: Array) -> float:
+    """Return Spearman's rank correlation of values (n,) with an axis; NaN for text and few points."""
+    known = np.isfinite(values)
+    if not axis.is_number or np.sum(known) < FEWEST:
+        return np.nan
+    at, of = axis.values[known], values[known]
+    return float(spearmanr(at, of).statistic) if np.ptp(at) and np.ptp(of) else np.nan
+
+
+def _rows(field: Field, cells: Callable[[Field], list[Cell | str]]) -> list[Row]:
+    """Return rows by column and row of a field, with cells for the part of each."""
     return [
-        Row(f"{column}, {symbol_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
+        Row(f"{column}, {symbol_of(row)}", cells(field.of(rows=[row], columns=[column])))
         for column, row in product(field.columns, field.rows)
     ]
 
 
+def _sizes(field: Field) -> xr.DataArray:
+    """Return the sizes of a field of one row and column."""
+    return field.sizes.isel({ROW: 0, COLUMN: 0}, drop=True)
+
+
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:
-    """Return the largest number of each row and column with its scene; of values the range."""
-    rows = [
-        Row(symbol_of(row), [_worst_cell(field, dataset, row, column) for column in field.columns])
-        for row in field.rows
-    ]
-    if field.floor is not None and np.any(np.isfinite(field.floor)):
-        largest = field.floor.max(swept_dims(dataset)).sel({COLUMN: field.columns}).values
-        texts = ["–" if np.isnan(estimate) else share(estimate) for estimate in largest]
-        rows.append(Row(f"estimate of {field.reference}", texts))
-    heading = "Range of" if field.kind == "value" else "Largest"
-    return Table(f"{heading} {field.what}", field.columns, rows)
-
-
-def _worst_cell(field: Field, dataset: xr.Dataset, row: str, column: str) -> Cell | str:
-    values = field.values.sel({ROW: row, COLUMN: column}).transpose(*swept_dims(dataset))
-    if not np.any(np.isfinite(values)):
-        return "–"
+    """Return the largest number of each column and row, and its scene; of values the range."""
     if field.kind == "value":
-        low, high = float(values.min()), float(values.max())
-        return text_of(low) if low == high else f"{text_of(low)} ... {text_of(high)}"
-    place = np.unravel_index(np.nanargmax(abs(values.values)), values.shape)
-    worst = float(values.values[place])
-    text = share(worst) if field.kind == "error" else f"{'+' if worst > 0 else ''}{share(worst)}"
-    return Cell(text, below=point_of(dataset, place) if values.size > 1 else "")
+        return Table(f"Range of {field.what}", ["range"], _rows(field, lambda part: [_range(part)]))
+    several = field.values.size > len(field.columns) * len(field.rows)
+
+    def cells(part: Field) -> list[Cell | str]:
+        largest = largest_of(part, dataset)
+        texts = ["–", ""] if largest is None else [largest.text, largest.scene]
+        return [*texts[: 1 + several]]
+
+    columns = [Column("largest", "%"), Column("at", is_text=True)]
+    return Table(f"Largest {field.what}", columns[: 1 + several], _rows(field, cells))
+
+
+def _range(field: Field) -> str:
+    if not np.any(np.isfinite(field.values)):
+        return "–"
+    low, high = float(field.values.min()), float(field.values.max())
+    return text_of(low) if low == high else f"{text_of(low)} ... {text_of(high)}"
 
 
 def failure_table(dataset: xr.Dataset) -> Table | None:

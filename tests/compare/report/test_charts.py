@@ -132,6 +132,71 @@ def test_kinds_are_named():
     assert trace["text"] == [["sticks", "slides"]]
 
 
+def drawn_cell(cell):
+    """A cell as JSON, and its axes on paper."""
+    chart = chart_of("one", [cell])
+    (content,) = json.loads(interactive.as_json(chart))["steps"][0]
+    return content, static.picture(chart).axes[0]
+
+
+def test_kinds_may_have_their_own_colours():
+    kinds = tuple("abcdef")
+    colours = tuple(f"#0000{k}0" for k in range(6))
+    values = np.arange(6.0).reshape(6, 1)
+    drawn = Map("", "x", "s", np.arange(6.0), np.arange(1.0), values, "", classes=kinds, colours=colours)
+    content, axes = drawn_cell(drawn)
+    assert [colour for _, colour in content["traces"][0]["colorscale"]] == list(np.repeat(colours, 2))
+    (mesh,) = axes.collections
+    np.testing.assert_allclose(mesh.cmap(mesh.norm(5.0))[:3], (0.0, 0.0, 0x50 / 255))
+
+
+def test_a_positive_map_has_the_colours_of_logarithms_and_the_numbers_in_its_read_out():
+    values = np.array([[0.0, 0.1], [1.0, 500.0]])
+    drawn = Map("", "x", "s", np.arange(2.0), np.arange(2.0), values, "%", "positive", (0.1, 100.0))
+    content, axes = drawn_cell(drawn)
+    (trace,) = content["traces"]
+    np.testing.assert_allclose(trace["z"], np.array([[-1.0, -1.0], [0.0, np.log10(500)]]).T, rtol=1e-5)
+    np.testing.assert_allclose(trace["customdata"], values.T)
+    assert (trace["zmin"], trace["zmax"]) == (-1.0, 2.0)
+    assert trace["colorbar"]["ticktext"] == ["0.1", "1", "10", "100"]
+    (mesh,) = axes.collections
+    assert mesh.norm(10**0.5) == pytest.approx(0.5)
+    np.testing.assert_array_equal(mesh.to_rgba(mesh.get_array())[0, 0], mesh.cmap(0.0))  # of 0 %
+
+
+def test_places_without_numbers_have_names():
+    names = ("steel", "bronze")
+    panel = Panel("", "material", "ICs", [Curve("", [0, 1], [1, 0])], names_x=names, names_y=("A", "B"))
+    drawn = Map("", "material", "x", np.arange(2.0), X, np.ones((2, 5)), "%", names_x=names)
+    for cell in (panel, drawn):
+        content, axes = drawn_cell(cell)
+        axis = content["layout"]["xaxis"]
+        assert dict(zip(axis["tickvals"], axis["ticktext"], strict=True)) == dict(enumerate(names))
+        assert [text.get_text() for text in axes.get_xticklabels()] == list(names)
+    assert "material %{x}, x %{y:.4~g}" in content["traces"][0]["hovertemplate"]
+    assert drawn_cell(panel)[0]["layout"]["yaxis"]["ticktext"] == ["A", "B"]
+
+
+def test_levels_are_dotted_across():
+    content, axes = drawn_cell(Panel("", "s", "p", curves(), marks=[0.5], levels=[2.0]))
+    across, upwards = (
+        {key: shape[key] for key in ("x0", "x1", "y0", "y1")} for shape in content["layout"]["shapes"]
+    )
+    assert across == {"x0": 0.5, "x1": 0.5, "y0": 0, "y1": 1}
+    assert upwards == {"x0": 0, "x1": 1, "y0": 2.0, "y1": 2.0}
+    assert list(axes.get_lines()[-1].get_ydata()) == [2.0, 2.0]
+
+
+def test_cells_of_a_logarithmic_axis_end_half_way_by_ratio():
+    powers = np.array([1.0, 100.0, 10000.0])
+    content, axes = drawn_cell(Map("", "E", "x", powers, X, np.ones((3, 5)), "%", log_x=True))
+    assert content["layout"]["xaxis"]["type"] == "log"
+    assert "type" not in content["layout"]["yaxis"]
+    corners = axes.collections[0].get_coordinates()  # (n_y + 1, n_x + 1, 2)
+    np.testing.assert_allclose(corners[0, :, 0], [0.1, 10, 1000, 1e5])
+    np.testing.assert_allclose(corners[:, 0, 1], [-0.25, 0.25, 0.75, 1.25, 1.75, 2.25])
+
+
 def test_paper_shows_all_steps_side_by_side(chart):
     figure = static.picture(chart)
     assert [axes.get_title() for axes in figure.axes] == ["1 kN, upper", "2 kN, upper"]

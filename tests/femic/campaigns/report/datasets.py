@@ -6,6 +6,12 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from compare.report import interactive
+from compare.report.charts import Chart
+from femic.campaigns.report.axes import prepared
+from femic.campaigns.report.contents import fields_of
+from femic.campaigns.report.page import page_of
+
 VARIANTS = ["A", "Bhat", "C"]
 FLANKS, RATIOS = np.linspace(0.0, 60.0, 7), np.array([1.05, 1.2, 1.5])
 ESTIMATE = 0.002
@@ -66,6 +72,16 @@ def campaign(axes, flank, ratio, **attrs):
     )
 
 
+def on_three_axes(dataset, third=(0.0, 1.0, 2.0)):
+    """The dataset over a third axis, with errors that are one, two, three ... times as large."""
+    names = (*dataset.seconds.dims, "third")
+    thick = dataset.expand_dims(third=len(third)).transpose(*names, ...)
+    factors = xr.DataArray(1.0 + np.arange(len(third)), dims="third")
+    thick = thick.assign(error=(thick.error * factors).transpose(*thick.error.dims))
+    attrs = {"axes": json.dumps([{"name": name} for name in names]), "scenes": thick.seconds.size}
+    return thick.assign_coords(third=("third", np.asarray(third))).assign_attrs(attrs)
+
+
 def with_failures(dataset, failing):
     """The dataset where some scenes, a mask over the swept dims, have failed."""
     dims = dataset.seconds.dims
@@ -79,5 +95,21 @@ def with_failures(dataset, failing):
     return broken.assign_attrs(computed=dataset.attrs["scenes"] - failed, failed=failed)
 
 
-def pictures(page):
-    return page.read_text(encoding="utf-8").count("data:image/png;base64,")
+def charts(dataset):
+    """The charts of the page of a dataset, by name, as the browser gets them."""
+    dataset = prepared(dataset)
+    sections = page_of(dataset, fields_of(dataset)).sections
+    return {chart.name: json.loads(interactive.as_json(chart)) for chart in _charts_in(sections)}
+
+
+def _charts_in(blocks):
+    for block in blocks:
+        if isinstance(block, Chart):
+            yield block
+        yield from _charts_in(getattr(block, "blocks", ()))
+
+
+def values_of(cell):
+    """The numbers of the map in a cell of a chart, (n_across, n_up)."""
+    trace = cell["traces"][0]
+    return np.array(trace.get("customdata", trace["z"]), dtype=float).T

@@ -1,45 +1,78 @@
-"""The page of a campaign: sentences, failures, figures, random points, advice."""
-
-import json
-import re
-from itertools import product
+"""The page of a campaign: its answer, failures, random points, advice, and what is on request."""
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from femic.campaigns.report.advised import NONE, advice_of
+from femic.campaigns.report.answer import answer_note, answer_table
 from femic.campaigns.report.axes import axes_of
-from femic.campaigns.report.clouds import correlations
 from femic.campaigns.report.contents import fields_of
 from femic.campaigns.report.fields import COLUMN, ROW
-from femic.campaigns.report.figures import MOST_PANELS, parts
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
-from femic.campaigns.report.tables import MOST_FAILURES, failure_table
-from tests.femic.campaigns.report.datasets import FLANKS, RATIOS, pictures, with_failures
+from femic.campaigns.report.tables import MOST_FAILURES, correlation_table, failure_table, rank_correlation
+from tests.compare.conftest import widest
+from tests.femic.campaigns.report.datasets import (
+    ESTIMATE,
+    FLANKS,
+    RATIOS,
+    campaign,
+    charts,
+    crossing,
+    error,
+    on_three_axes,
+    with_failures,
+)
 
 
-def test_summary_says_where_ics_fail(grid):
-    sentences = summary(grid, fields_of(grid), None).split("\n")
-    assert sentences[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
-    assert sentences[1] == "C is known to 0.2 % or better."
-    assert sentences[2] == (
-        "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at ratio = 1.5, at "
-        "most by 19 % (in nn nowhere)."
+def test_summary_says_which_ics_are_good_enough_and_where_they_fail(grid):
+    assert summary(grid, fields_of(grid), None).split("\n") == [
+        "B̂, the closest to C, is within 5 % in nn and sn everywhere.",
+        "Further off: A by up to 19 % in sn.",
+        "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed; C is known to 0.2 % or "
+        "better.",
+    ]
+    of_a = grid.sel(variant=["A", "C"])
+    assert summary(of_a, fields_of(of_a), None).split("\n")[0] == (
+        "A is within 5 % in nn everywhere, but off by more in sn from flank = 15.8 on at ratio = 1.05, "
+        "nowhere at ratio = 1.5, at most by 19 %."
     )
-    assert sentences[3] == "B̂ is within 5 % in nn and sn everywhere."
-    assert sentences[4] == "These values of flank are interpolated linearly between scenes."
-    nowhere = grid.assign(error=grid.error * (grid.variant == "C"))
-    assert "interpolated" not in summary(nowhere, fields_of(nowhere), None)
+
+
+def test_ics_alike_share_a_sentence(grid):
+    same = grid.assign(error=grid.error.where(grid.variant != "Bhat", grid.error.sel(variant="A")))
+    first, *others = summary(same, fields_of(same), None).split("\n")
+    assert first.startswith("A and B̂ are within 5 % in nn everywhere")
+    assert len(others) == 1
 
 
 def test_summary_reports_nn_besides_the_worst_component(curve):
-    much = curve.assign(error=10 * curve.error)
-    sentences = summary(much, fields_of(much), None).split("\n")
-    assert sentences[2] == (
+    much = curve.assign(error=10 * curve.error).sel(variant=["A", "C"])
+    first, _ = summary(much, fields_of(much), None).split("\n")
+    assert first == (
         "A is off by more than 5 % in nn from flank = 15.8 on; in sn from flank = 1.58 on, at most by 190 %."
     )
+
+
+def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_large(grid):
+    (field,) = fields_of(grid)
+    table = answer_table(field, grid)
+    assert [column.title for column in table.columns] == ["nn [%]", "sn [%]"]
+    percent = {row.name: [cell.text for cell in row.cells] for row in table.rows}
+    for symbol, variant in (("A", "A"), ("B̂", "Bhat")):
+        largest, known = 100 * error(variant, 60), 100 * ESTIMATE
+        assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
+    assert table.rows[0].cells[1].below == f"from {crossing('A', 0.05):.1f} on"
+    assert table.rows[1].cells[1].below == "nowhere"
+    assert "flank [u] at which it exceeds 5 %, at the ratio where" in answer_note(field, grid)
+
+
+def test_answer_of_many_columns_names_those_further_down(grid):
+    rng = np.random.default_rng(0)
+    many = grid.assign(error=(grid.error.dims, rng.uniform(0.1, 1, grid.error.shape)))
+    (field,) = fields_of(many)
+    assert [column.head for column in answer_table(field, many).columns] == field.columns[:6]
+    assert answer_note(field, many).endswith("Further down: sx, nx and ns.")
 
 
 def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
@@ -47,17 +80,18 @@ def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
     broken = with_failures(grid, failing)
     (field,) = fields_of(broken)
     sentences = summary(broken, [field], None)
-    assert "15 computed, 6 failed." in sentences
-    assert "(in nn nowhere; 15 of 21 scenes are known)" in sentences
-    assert "B̂ is within 5 % in nn and sn wherever they are known (15 of 21 scenes)." in sentences
+    assert "15 computed, 6 failed;" in sentences
+    assert "B̂, the closest to C, is within 5 % in nn and sn wherever known (15 of 21 scenes)." in sentences
     assert "everywhere" not in sentences
+    large = broken.assign(error=100 * broken.error)
+    assert "(15 of 21 scenes are known)" in summary(large, fields_of(large), None)
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells == ["not converged"]
-    page = write_sweep(broken, tmp_path)
-    assert pictures(page) == 1
-    assert "Lines: 1, 2, 5 and 10 %, where most scenes are known." in page.read_text(encoding="utf-8")
-    assert "not converged" in page.read_text(encoding="utf-8")
+    text = write_sweep(broken, tmp_path).read_text(encoding="utf-8")
+    assert "Failed scenes (6)" in text
+    assert "not converged" in text
+    assert "15 of 21</td>" in text
 
 
 def test_of_many_failures_the_first_are_listed(samples):
@@ -69,71 +103,52 @@ def test_of_many_failures_the_first_are_listed(samples):
 
 def test_rank_correlations_depend_on_order_only(samples):
     (field,) = fields_of(samples)
-    coefficients = correlations(field, axes_of(samples)).sel({ROW: "A", COLUMN: "sn"})
-    assert float(coefficients.sel(axis="flank")) > 0.4
-    assert float(coefficients.sel(axis="ratio")) < -0.4
-    same = xr.zeros_like(field.values) + samples.flank**3
-    of_order = type(field)("", "error", "", "", same)
-    np.testing.assert_allclose(correlations(of_order, axes_of(samples)).sel(axis="flank"), 1.0)
+    flank, ratio = axes_of(samples)
+    (row,) = (row for row in correlation_table(field, [flank, ratio]).rows if row.name == "sn, A")
+    assert row.cells[0].value > 0.4
+    assert row.cells[1].value < -0.4
+    assert rank_correlation(flank, samples.flank.values**3) == pytest.approx(1.0)
 
 
-def test_errors_at_random_points_are_reported_as_shares_of_scenes(samples, tmp_path):
-    over = np.mean(samples.error.sel(body="combined", variant="A", line="s = 0", i="s", j="n") > 0.05)
-    assert f"in {float(over):.0%} of the scenes" in summary(samples, fields_of(samples), None)
-    assert pictures(write_sweep(samples, tmp_path)) == 2  # nn and sn
+def test_errors_at_random_points_are_reported_as_shares_of_scenes(samples):
+    (field,) = fields_of(samples)
+    over = f"{100 * float(np.mean(field.values.sel({ROW: 'A', COLUMN: 'sn'}) > 0.05)):.0f} %"
+    of_a = samples.sel(variant=["A", "C"])
+    assert f"in sn in {over} of the scenes" in summary(of_a, fields_of(of_a), None)
+    assert answer_table(field, samples).rows[0].cells[1].below == f"{over} of scenes"
 
 
-def test_columns_without_panels_are_named(samples):
-    rng = np.random.default_rng(0)
-    many = samples.assign(error=xr.zeros_like(samples.error) + rng.uniform(0.1, 1, (200, 2, 3, 2, 3, 3)))
-    many = many.isel(variant=[0, 0, 0, 0, 1, 1, 1, 2])
-    many = many.assign_coords(variant=[*(f"variant {k}" for k in range(7)), "C"])
-    drawn = list(parts(many, fields_of(many), None))
-    panels = sum(len(part.figure.axes) - 1 for part in drawn)  # less bars of colours
-    assert 0 < panels <= MOST_PANELS
-    names = [part.heading.split(":")[0] for part in drawn]
-    (left_out,) = re.findall(r"Not drawn: (.*?);", drawn[0].text)
-    assert sorted([*names, *re.split(", | and ", left_out)]) == sorted(map("".join, product("xsn", repeat=2)))
-
-
-def test_errors_of_zero_are_drawn_at_the_lower_end(curve):
-    exact = curve.assign(error=curve.error.where((curve.variant != "A") | (curve.j != "n"), 0.0))
-    (part,) = parts(exact, fields_of(exact), None)
-    assert "Errors below 0.01 % are drawn there." in part.text
-    for panel in part.figure.axes:
-        (of_a,) = (line for line in panel.get_lines() if line.get_label() == "A")
-        low, high = panel.get_ylim()
-        assert len(of_a.get_ydata()) == 7
-        assert np.all((of_a.get_ydata() > low) & (of_a.get_ydata() < high))
-
-
-def test_the_estimate_is_drawn_where_it_is_known(curve):
-    gap = np.arange(7) == 3
-    broken = with_failures(curve, gap)
-    (part,) = parts(broken, fields_of(broken), None)
-    (band, *_) = part.figure.axes[0].collections
-    at = band.get_paths()[0].vertices[:, 0]
-    np.testing.assert_allclose(np.unique(at), FLANKS[~gap])
-
-
-def test_advice_is_shown_with_symbols(curve, tmp_path):
+def with_advice(curve):
     advised = np.array([0.0, 0, 0, 1, 1, -1, np.nan])
-    kept = curve.drop_vars(["error", "vanishes"]).assign(
+    return curve.drop_vars(["error", "vanishes"]).assign(
         advised=(("flank", "body"), np.stack([np.zeros(7), advised], axis=-1)),
     )
+
+
+def test_advice_is_shown_with_symbols(curve):
+    kept = with_advice(curve)
     advice = advice_of(kept)
     assert advice.labels == ["A", "B̂", NONE]
     assert advice.counts() == {"A": 3, "B̂": 2, NONE: 1}
-    assert pictures(write_sweep(kept.assign_attrs(keep='["advice"]'), tmp_path)) == 1
     assert advice_of(kept.isel(flank=slice(0, 5))).labels == ["A", "B̂"]
+    first, _ = summary(kept, [], advice).split("\n")
+    assert first == "The cheapest ICs that are good enough (scenes): A in 3, B̂ in 2 and none in 1."
+    (panel,) = charts(kept.assign_attrs(keep='["advice"]'))["advice"]["steps"][0]
+    assert panel["layout"]["yaxis"]["ticktext"] == advice.labels
+    assert panel["traces"][0]["y"] == [0, 0, 0, 1, 1, 2, None]
+
+
+def test_summary_has_at_most_three_sentences(curve):
+    both = curve.assign(advised=with_advice(curve).advised)
+    assert len(summary(both, fields_of(both), advice_of(both)).split("\n")) == 3
 
 
 @pytest.mark.parametrize(("count", "drawn"), [(1, 0), (2, 1)])
-def test_one_scene_has_numbers_and_no_figures(curve, count, drawn, tmp_path):
+def test_one_scene_has_numbers_and_no_charts(curve, count, drawn, tmp_path):
     one = curve.isel(flank=slice(5, 5 + count)).assign_attrs(scenes=count, computed=count)
-    page = write_sweep(one, tmp_path)
-    assert pictures(page) == drawn
-    assert ("16 %" if count == 1 else "19 %") in page.read_text(encoding="utf-8")
+    assert len(charts(one)) == drawn
+    text = write_sweep(one, tmp_path).read_text(encoding="utf-8")
+    assert ("15.83 ± 0.20" if count == 1 else "19.00 ± 0.20") in text
 
 
 def test_page_says_that_nothing_is_computed(grid, tmp_path):
@@ -143,18 +158,51 @@ def test_page_says_that_nothing_is_computed(grid, tmp_path):
     assert "Nothing is computed yet." in text
 
 
-@pytest.mark.parametrize("third", [np.arange(6.0), np.array(["steel", "bronze"])])
-def test_third_axis_has_small_multiples_and_old_figures_are_removed(grid, third, tmp_path):
-    thick = grid.expand_dims(third=third).transpose("flank", "ratio", "third", ...)
-    thick = thick.assign_attrs(axes=json.dumps([{"name": name} for name in ("flank", "ratio", "third")]))
-    (tmp_path / "figures").mkdir()
-    (tmp_path / "figures" / "sweep_of_before.png").touch()
-    page = write_sweep(thick.assign(third=("third", third)), tmp_path)
-    names = sorted(path.name for path in (tmp_path / "figures").iterdir())
-    assert names == ["sweep_errors_0.png", "sweep_errors_by_third_0_0.png"]
-    text = page.read_text(encoding="utf-8")
-    assert "The worst over third." in text
+def test_of_three_axes_the_closest_ics_are_shown_and_others_on_request(grid, tmp_path):
+    text = write_sweep(on_three_axes(grid), tmp_path).read_text(encoding="utf-8")
     assert "<h2>B̂: Errors over flank, ratio and third</h2>" in text
-    assert "<h2>A: Errors" not in text
-    assert ("4 of 6" in text) == (len(third) == 6)
-    assert "<h2>The campaign</h2>" in text
+    assert ">A: Errors over flank, ratio and third</summary>" in text
+    assert "the worst over third" in text
+
+
+def test_page_says_how_many_points_are_drawn(tmp_path):
+    flank, ratio = np.linspace(0, 60, 900), np.linspace(1.05, 1.5, 900)
+    many = campaign({"flank": flank, "ratio": ratio}, flank, ratio, points="samples")
+    assert "500 of 900 scenes are drawn." in write_sweep(many, tmp_path).read_text(encoding="utf-8")
+
+
+def test_figures_of_before_are_removed(grid, tmp_path):
+    (tmp_path / "figures").mkdir()
+    for ending in ("png", "svg"):
+        (tmp_path / "figures" / f"sweep_of_before.{ending}").touch()
+    write_sweep(grid, tmp_path)
+    names = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert names == ["sweep_errors.svg", "sweep_within_errors.svg"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 800, 400])
+@pytest.mark.parametrize("points", ["grid", "third", "samples"])
+def test_page_is_not_wider_than_the_window(request, points, width, browser, tmp_path):
+    grid = request.getfixturevalue("grid" if points == "third" else points)
+    dataset = on_three_axes(grid) if points == "third" else grid
+    failing = np.zeros(dataset.seconds.shape, dtype=bool)
+    failing.flat[0] = True
+    page, table = widest(browser, write_sweep(with_failures(dataset, failing), tmp_path), width)
+    assert page <= width
+    assert table <= max(width, 800)
+
+
+@pytest.mark.slow
+def test_console_says_nothing_while_sliders_move(grid, browser, tmp_path):
+    page, said = browser.new_page(viewport={"width": 1280, "height": 900}), []
+    page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda failure: said.append(str(failure)))
+    page.goto(write_sweep(grid, tmp_path).as_uri())
+    page.wait_for_selector("#chart-within_errors .js-plotly-plot")
+    for chart, shown in (("within_errors", "1 %"), ("errors", "A")):
+        page.locator(f"#chart-{chart} input[type=range]").press("Home")
+        assert page.locator(f"#chart-{chart} output").inner_text() == shown
+    page.wait_for_selector("#chart-errors .js-plotly-plot")
+    page.close()
+    assert said == []
