@@ -161,7 +161,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
         axes.errorbar(x, y, (y - low, high - y), fmt="none", ecolor=style["color"], elinewidth=0.8, capsize=2)
     elif curve.band is not None:
         axes.fill_between(x, *curve.band_edges, color=style["color"], alpha=0.2, linewidth=0)
-    for name, side, *point in zip(curve.names, curve.sides, x, y, strict=False):
+    for name, side, point in zip(curve.names, curve.sides, zip(x, y, strict=True), strict=False):
         beside = (3, 3 if side == "top" else -8)
         axes.annotate(name, point, beside, textcoords="offset points", fontsize=7)
     return axes.plot(x, y, label=curve.label, **style)
