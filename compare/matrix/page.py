@@ -124,17 +124,19 @@ def _sections(output: MatrixOutput) -> Iterator[Section | Folded]:
     results, checks = output.results, output.checks
     scene, costs = results.scene, models_of(results.matrices)
     yield Section("", [chart(response(results, output.strip)), Note(_chart_text(scene, output.strip))])
-    accuracy = [f"{discounted(scene)} {ACCURACY}", _accuracy_table(results)]
-    yield Folded("Estimated errors of C", accuracy)
+    yield Folded("Estimated errors of C", [f"{discounted(scene)} {ACCURACY}", _accuracy_table(results)])
     missing = "" if results.eigenvalues else TOO_LARGE
     yield Folded("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
     if checks:
-        solid = [_checks_text(scene, checks), _checks_table(checks)]
-        yield Folded("Columns computed with the solid engine", solid)
+        heading = "Columns computed with the solid engine"
+        yield Folded(heading, [_checks_text(scene, checks), _checks_table(checks)])
     for body in combined_first(scene.compared):
-        worst = Folded("Worst entries", [WORST, _errors_table(results, body, "worst")])
-        tables = [APPROXIMATIONS, _errors_table(results, body, "displacements"), worst]
-        yield Folded(f"Errors of approximations of the {body} matrix", tables)
+        displacements, worst = (_errors_table(results, body, measure) for measure in MEASURES)
+        heading, entries = (
+            f"Errors of approximations of the {body} matrix",
+            Folded("Worst entries", [WORST, worst]),
+        )
+        yield Folded(heading, [APPROXIMATIONS, displacements, entries])
     yield Folded("Cost: expected / actual", [_cost_table(output.plans, costs), _cost_text(results, costs)])
     yield Folded("The scene", [Verbatim(scene.text)])
 
@@ -233,13 +235,13 @@ def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table
     for body in combined_first(results.scene.compared):
         shares, defect = results.errors[body], results.reciprocity.get(body)
         eigenvalue = results.eigenvalues.get(f"{body}, discounted", np.nan)
-        of_body = [check.closest for check in checks if check.body == body]
-        cells = [
+        cells: list[Cell | str] = [
             f"{100 * shares.total:.2g} ({shares.component})",
             f"{100 * defect.worst:.2g} ({defect.component})" if defect else "–",
             Cell(eigenvalue, ".2f"),
-            *([Cell(max(of_body, default=np.nan), ".2f")] if checks else []),
         ]
+        if checks:
+            cells.append(Cell(max((c.closest for c in checks if c.body == body), default=np.nan), ".2f"))
         rows.append(Row(body, cells))
     heads = [
         *numbers("estimated error", "reciprocity defect", unit="%"),
