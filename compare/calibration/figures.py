@@ -50,7 +50,7 @@ def _property(calibrated: Calibrated, others: Sequence[Calibrated], body: str, n
         if transition is not None:
             r = np.linspace(0.0, float(np.max(other.targets[body].r)), 200)
             half_space = getattr(other.targets[body].solid.constants, name)
-            curves.append(Curve(f"fit of {other.scene.name}", r, transition.at(r, half_space), look))
+            curves.append(Curve(f"fit, {other.scene.name}", r, transition.at(r, half_space), look))
     return Panel(f"{body}: effective {PROPERTIES[name]}", "r [mm]", PROPERTIES[name], curves)
 
 
@@ -69,7 +69,7 @@ def _marks(calibrated: Calibrated, body: str) -> Iterator[Curve]:
     for (line, part), marker in zip(_lines(calibrated), cycle(MARKERS), strict=False):
         r, k_of_line = target.r[part], k[part]
         shown = slice(None, None, -(-len(r) // MARKED))
-        yield Curve(f"K of points, {line}", r[shown], k_of_line[shown], Look("#808080", "", marker))
+        yield Curve(f"K at {line}", r[shown], k_of_line[shown], Look("#808080", "", marker))
 
 
 def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
@@ -94,7 +94,7 @@ def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
         for _, part in _lines(calibrated)
     ]
     return Panel(
-        f"{body}: {component} at the points of the fit, minus C",
+        f"{body}: {component} minus C, fitted points",
         "r [mm]",
         f"Δ{component} [% of max |C|]",
         curves,

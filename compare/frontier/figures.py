@@ -40,9 +40,8 @@ def _panel(dataset: xr.Dataset, body: str, components: Sequence[str]) -> Panel:
         Curve("front", on_front.seconds.values, _percent(on_front.error), FRONT),
         Curve(FLOOR_LABEL, [seconds.min(), seconds.max()], [floor, floor], FLOOR),
     ]
-    title = body if len(components) > 1 else f"{body}, {components[0]}"
-    if len(components) == 1 and dataset.vanishes.sel(body=body, component=components[0]):
-        title += ", vanishes: share of 0.05 C_nn"
+    vanishes = len(components) == 1 and dataset.vanishes.sel(body=body, component=components[0])
+    title = f"{body}: vanishes, share of 0.05 C_nn" if vanishes else body
     across = f"time for {dataset.attrs['points']} points [s]"
     return Panel(title, across, "error [%]", [*lines, *_points(errors)], log_x=True, log_y=True)
 

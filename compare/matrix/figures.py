@@ -67,14 +67,13 @@ def _cells(part: xr.Dataset, component: str, rounding: float) -> Iterator[Cell]:
         "lag": ({"s": part.loaded}, f"along x, s = {float(part.loaded):.3g} mm"),
     }
     for across, (at, place) in places.items():
-        yield _panel(part.sel(at), across, f"{component} {place}", f"{component} [{UNIT}]", rounding)
+        yield _panel(part.sel(at), across, place, f"{component} [{UNIT}]", rounding)
         yield _panel(minus_c.sel(at), across, "the same minus C", f"Δ{component} [{UNIT}]", rounding)
-    yield _map(part.matrix, component, part.matrix)
+    yield _map(part.matrix, "C", part.matrix)
     differences = minus_c.ic.sel(variant=[*MAPPED_VARIANTS])
     for name in MAPPED_VARIANTS:
-        difference = differences.sel(variant=name)
-        yield _map(difference, f"{component}: {symbol_of(name)} minus C", differences)
-    yield _map(part.estimate, f"{component}: estimated error of C", part.estimate)
+        yield _map(differences.sel(variant=name), f"{symbol_of(name)} minus C", differences)
+    yield _map(part.estimate, "estimated error of C", part.estimate)
 
 
 def _panel(part: xr.Dataset, across: str, title: str, up: str, rounding: float) -> Panel:

@@ -227,10 +227,10 @@ def test_chart_has_the_fit_the_k_of_points_and_what_is_left_of_c(calibrated):
     target, fitted = calibrated.targets["combined"], calibrated.fits["combined"].effective
     property_panel, residual = json.loads(as_json(fits([calibrated])))["steps"][0]
     drawn = {trace["name"]: trace for trace in property_panel["traces"]}
-    of_fit, half_space = drawn["fit of mine"], target.solid.constants.mismatch_k
+    of_fit, half_space = drawn["fit, mine"], target.solid.constants.mismatch_k
     expected = fitted.mismatch_k.at(np.array(of_fit["x"]), half_space)
     np.testing.assert_allclose(of_fit["y"], expected, rtol=1e-4, atol=1e-6)
-    marks = drawn["K of points, s = 1.6 mm"]
+    marks = drawn["K at s = 1.6 mm"]
     for r, k in list(zip(marks["x"], marks["y"], strict=True))[::5]:
         point = int(np.argmin(np.abs(target.r - r) + 1e3 * (target.s != 1.6)))
         with_k = EffectiveProperties(mismatch_k=Transition(k, 1e-3, 1.0, 1.0))

@@ -99,7 +99,7 @@ def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     table = evidence(dataset, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
-    assert chart(dataset).cells[0].title == "combined, xn, vanishes: share of 0.05 C_nn"
+    assert chart(dataset).cells[0].title == "combined: vanishes, share of 0.05 C_nn"
 
 
 def test_advice_computes_tighter_c_before_small_component_counts_as_zero(monkeypatch):
