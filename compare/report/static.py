@@ -21,7 +21,7 @@ from compare.report.looks import INK, Look, without_marker
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
 CHOSEN_COLUMNS = 3  # of cells that were chosen
-MOST_ENTRIES = 8  # of a legend in a row
+MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
 NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
 DASHES: dict[str, Any] = {
@@ -208,4 +208,5 @@ def _add_legend(figure: Figure, chart: Chart) -> None:
         for label, look in chart.legend.items()
     ]
     if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(MOST_ENTRIES, len(handles)))
+        columns = min(MOST_ENTRIES, len(handles), round(ENTRIES_PER_INCH * figure.get_figwidth()))
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns)
