@@ -1,78 +1,104 @@
-"""Figures of calibrations: effective properties, C_xn without curvature, C_sn with a refitted translation."""
+"""Charts of calibrations: fitted properties and what they leave of C; C without curvature, and translated."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from itertools import cycle
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from approx.target import pointwise_k
 from compare.calibration.compute import Calibrated
 from compare.ics.compute import points_of, reference_of
 from compare.ics.curves import shown_half
-from compare.report.panels import Panel, add_scene_legends, draw_scenes
-from compare.report.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
+from compare.report.charts import Chart, Curve, Panel
+from compare.report.looks import FURTHER, Look, looks_of, symbol_of, without_marker
 from geometries.arrays import Array
 from geometries.patches import N, OffsetLine, S, indices
 
-MARKERS_OF_LINES = ("o", "x", "+", "^", "s")
 PROPERTIES = {"mismatch_k": "K [-]", "G": "G [MPa]", "nu": "ν [-]"}
+COMPARED = ("Bhat", "Bhat_prime")  # without and with the fit
 WITHOUT, REFITTED = "C without curvature", "C, translation refitted to B̂′"
-EXTRA: dict[str, dict[str, Any]] = {
-    WITHOUT: {"color": "grey", "linewidth": 2.2, "zorder": 1},
-    REFITTED: {"color": "tab:cyan", "linewidth": 2.2, "zorder": 1},
+OTHER_C = {  # the component that each C is about, and the ICs beside it
+    WITHOUT: ("xn", ("Bhat_prime", "C"), Look("#808080", "dash", width=2.2)),
+    REFITTED: ("sn", ("B", "Bhat", "Bhat_prime", "C"), Look("#17a2a2", "dash", width=2.2)),
 }
-OVERLAID = {  # figures of both bodies: the component and its curves
-    "xn": ("xn", ("C", "A", "B", "Bhat", "Bhat_prime")),
-    "xn_without_curvature": ("xn", ("C", "Bhat_prime", WITHOUT)),
-    "sn": ("sn", ("C", "B", "Bhat", "Bhat_prime", REFITTED)),
-}
+MARKERS = ("circle-open", "square-open", "diamond-open", "triangle-up-open", "hexagon-open")
+MARKED = 20  # most marks of a line
+MICROMETRES_PER_KILONEWTON = 1e6  # of mm/N
 
 
-def effective(calibrations: Sequence[Calibrated], body: str) -> Figure:
-    """Draw the fitted properties of a body against distance, for K also the value at each point of C."""
-    fitted = [calibrated for calibrated in calibrations if body in calibrated.fits]
-    names = list(
-        dict.fromkeys(name for calibrated in fitted for name in calibrated.scene.calibration.properties)
-    )
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(5.6 * len(names), 4.2), layout="constrained")
-        for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
-            for calibrated, colour in zip(fitted, COLOURS, strict=False):
-                _draw_property(axes, calibrated, body, name, colour)
-            axes.set(xlabel="r / L  [-]", ylabel=f"effective {PROPERTIES[name]}", title=f"{body} {name}")
-            axes.legend(fontsize=7)
-        return figure
+def fits(calibrations: Sequence[Calibrated]) -> Chart:
+    """Return the fitted properties over the distance, and what they leave of C, a step per scene."""
+    steps = {calibrated.scene.name: list(_of_fits(calibrated, calibrations)) for calibrated in calibrations}
+    return Chart("fits", steps, 2, "scene", 0.95, next(iter(steps)))
 
 
-def _draw_property(axes: Axes, calibrated: Calibrated, body: str, name: str, colour: str) -> None:
-    target, scene = calibrated.targets[body], calibrated.scene
-    transition = getattr(calibrated.fits[body].effective, name)
-    if transition is None:
-        return
-    length = scene.reference_length
-    r = np.linspace(0, float(np.max(target.r)), 400)
-    curve = transition.at(r, getattr(target.solid.constants, name))
-    axes.plot(r / length, curve, color=colour, linewidth=1.8, label=f"{scene.name}: fit")
-    if name != "mismatch_k" or target.components != ("xn",):
-        return
-    pointwise = pointwise_k(target)[0]
+def _of_fits(calibrated: Calibrated, others: Sequence[Calibrated]) -> Iterator[Panel]:
+    for body in calibrated.fits:
+        for name in calibrated.scene.calibration.properties:
+            yield _property(calibrated, others, body, name)
+    for body, target in calibrated.targets.items():
+        for component in target.components:
+            yield _residual(calibrated, body, component)
+
+
+def _property(calibrated: Calibrated, others: Sequence[Calibrated], body: str, name: str) -> Panel:
+    """Return a property over the distance, as fitted in all scenes; if only xn is fitted, the K of points."""
+    target = calibrated.targets[body]
+    curves = list(_marks(calibrated, body)) if (name, target.components) == ("mismatch_k", ("xn",)) else []
+    for other, look in zip(others, cycle(FURTHER), strict=False):
+        transition = getattr(other.fits[body].effective, name) if body in other.fits else None
+        if transition is not None:
+            r = np.linspace(0.0, float(np.max(other.targets[body].r)), 200)
+            half_space = getattr(other.targets[body].solid.constants, name)
+            curves.append(Curve(f"fit, {other.scene.name}", r, transition.at(r, half_space), look))
+    return Panel(f"{body}: effective {PROPERTIES[name]}", "r [mm]", PROPERTIES[name], curves)
+
+
+def _lines(calibrated: Calibrated) -> Iterator[tuple[str, slice]]:
+    """Yield the lines of the calibration, and which of its points are theirs."""
     start = 0
-    for line, marker in zip(scene.calibration.lines, MARKERS_OF_LINES * 9, strict=False):
-        shown = np.arange(start, start + len(line.x), max(1, len(line.x) // 40))
+    for line in calibrated.scene.calibration.lines:
+        yield line.name.removeprefix("fit "), slice(start, start + len(line.x))
         start += len(line.x)
-        axes.plot(
-            target.r[shown] / length,
-            pointwise[shown],
-            marker,
-            color=colour,
-            markersize=3.5,
-            mfc="none",
-            linestyle="none",
-            label=f"{scene.name}: C_xn on {line.name.removeprefix('fit ')}",
+
+
+def _marks(calibrated: Calibrated, body: str) -> Iterator[Curve]:
+    """Yield the K with which B-hat has the value of C at a point, for some points of each line."""
+    target = calibrated.targets[body]
+    k = pointwise_k(target)[0]
+    for (line, part), marker in zip(_lines(calibrated), cycle(MARKERS), strict=False):
+        r, k_of_line = target.r[part], k[part]
+        shown = slice(None, None, -(-len(r) // MARKED))
+        yield Curve(f"K at {line}", r[shown], k_of_line[shown], Look("#808080", "", marker))
+
+
+def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
+    """Return differences of approximations from C at the fitted points, and its estimate [% of max |C|]."""
+    target, looks = calibrated.targets[body], looks_of(("C", *COMPARED))
+    k = target.components.index(component)
+    unit, error = 100 / target.scales[k], np.broadcast_to(target.error, target.ics.shape)[k]
+    ics = {
+        "C": target.ics[k],
+        "Bhat": target.approximate("Bhat")[k],
+        "Bhat_prime": target.bhat_prime(calibrated.fits[body].effective)[k],
+    }
+    curves = [
+        Curve(
+            symbol_of(name),
+            target.r[part],
+            unit * (values - ics["C"])[part],
+            without_marker(looks[name]),
+            unit * error[part] if name == "C" else None,
         )
+        for name, values in ics.items()
+        for _, part in _lines(calibrated)
+    ]
+    return Panel(
+        f"{body}: {component} minus C, fitted points",
+        "r [mm]",
+        f"Δ{component} [% of max |C|]",
+        curves,
+    )
 
 
 def translation(calibrated: Calibrated) -> float:
@@ -107,37 +133,30 @@ def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Arr
     return np.asarray(calibrated.results.approximations[name, "combined"][i, j, part])
 
 
-def overlaid(calibrations: Sequence[Calibrated], figure_name: str) -> Figure:
-    """Draw a figure of `OVERLAID`: combined ICs of all scenes, a panel per line, a line style per scene."""
-    component, names = OVERLAID[figure_name]
+def other_c(calibrations: Sequence[Calibrated]) -> Chart:
+    """Return C without curvature, and with another translation, beside B-hat-prime; a step per scene."""
+    steps = {
+        calibrated.scene.name: [
+            _beside(calibrated, name, line) for name in OTHER_C for line in calibrated.scene.lines
+        ]
+        for calibrated in calibrations
+    }
     columns = max(len(calibrated.scene.lines) for calibrated in calibrations)
-    styles = {SYMBOLS.get(name, name): _style(name) for name in reversed(names)}  # C lies behind the others
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(4.1 * columns, 4.0), layout="constrained")
-        for k, axes in enumerate(figure.subplots(1, columns, squeeze=False)[0]):
-            panels = {
-                dashes: _panel(calibrated, calibrated.scene.lines[k], component, names)
-                for calibrated, dashes in zip(calibrations, DASHES, strict=False)
-                if k < len(calibrated.scene.lines)
-            }
-            draw_scenes(axes, panels, styles)
-        figure.axes[0].set_ylabel(f"combined {component} · E · L  [-]")
-        lengths = {calibrated.scene.name: calibrated.scene.reference_length for calibrated in calibrations}
-        add_scene_legends(figure, lengths, styles)
-        return figure
+    return Chart("other_c", steps, columns, "scene", start=next(iter(steps)))
 
 
-def _panel(calibrated: Calibrated, line: OffsetLine, component: str, names: Sequence[str]) -> Panel:
-    scene, shown = calibrated.scene, shown_half(calibrated.scene, line)
-    unit, part = scene.reference_E * scene.reference_length, calibrated.results.lines[line.name]
-    return Panel(
-        f"{component} on {line.name}",
-        f"{line.along} / L  [-]",
-        line.running[shown] / scene.reference_length,
-        "",
-        {SYMBOLS.get(name, name): unit * curve(calibrated, name, component, part)[shown] for name in names},
-    )
-
-
-def _style(name: str) -> dict[str, Any]:
-    return EXTRA.get(name) or {"color": STYLES[name]["color"], "linewidth": 2.0 if name == "C" else 1.3}
+def _beside(calibrated: Calibrated, name: str, line: OffsetLine) -> Panel:
+    component, others, look = OTHER_C[name]
+    scene, part = calibrated.scene, calibrated.results.lines[line.name]
+    shown = shown_half(scene, line)
+    looks = {name: look} | looks_of(others)
+    curves = [
+        Curve(
+            one if one == name else symbol_of(one),
+            line.running[shown],
+            MICROMETRES_PER_KILONEWTON * curve(calibrated, one, component, part)[shown],
+            without_marker(looks[one]),
+        )
+        for one in looks
+    ]
+    return Panel(f"combined, {line.name}", f"{line.along} [mm]", f"{component} [µm/kN]", curves)

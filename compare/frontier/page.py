@@ -1,146 +1,138 @@
 """File, figures and report of `femic frontier`, and the evidence table of `femic advise`."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
 from compare.frontier.compute import error_bounds, front, resolved_errors
-from compare.frontier.ways import styles
-from compare.report.errors import MEASURE, VANISHING, cell_of
-from compare.report.panels import figure_grid
-from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
-from compare.report.tables import Cell, Row, Table, numbers
-from geometries.arrays import Array, Indices
+from compare.frontier.figures import chart, error_text, time_text, ways_on_front, worst_errors
+from compare.frontier.ways import APPROXIMATION
+from compare.ics.curves import combined_first, main_body
+from compare.ics.summary import body_name
+from compare.report.errors import COMPONENTS, MEASURE, VANISHING, cell_of, percent
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
+from compare.report.tables import Cell, Column, Row, Table, numbers
 
-LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
+COST = (
+    "Time: of an approximation at all points; of C the sum over all models that it and its estimate need, as "
+    "measured when they were solved. Unknowns: of the largest model. Memory: peak of the process up to then, "
+    "including earlier models."
+)
 
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
     title = f"Speed against accuracy: {dataset.attrs['title']}"
-    return write_results(Page(title, summary(dataset), _sections(dataset)), folder, "frontier", dataset)
+    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset))
+    return write_results(page, folder, "frontier", dataset)
 
 
-def _sections(dataset: xr.Dataset) -> Iterator[Section]:
-    bodies = [str(body) for body in dataset.body.values]
-    yield Section("", [Picture(body, figure(dataset, body)) for body in bodies])
-    for body in bodies:
-        yield Section(body, [_table(dataset, body)])
-    yield Section("", [Note(_explanation(dataset))])
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    yield Section("", [chart(dataset), Note(_reading(dataset))])
     if skipped := json.loads(dataset.attrs["skipped"]):
-        yield Section("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
-    yield Section("", [Folded("Scene file", [Verbatim(dataset.attrs["scene"])])])
+        yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+    bodies = combined_first(map(str, dataset.body.values))
+    tables = [Section(body, [_errors_table(dataset, body)]) for body in bodies]
+    yield Folded("Errors of all ways by component", [Note(_explanation(dataset)), *tables])
+    yield Folded("Time, unknowns and memory of all ways", [_cost_table(dataset, bodies), Note(COST)])
+    yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
+
+
+def _reading(dataset: xr.Dataset) -> str:
+    return (
+        f"Table: the ways on the front, {body_name(_main_body(dataset))}: no other way is as fast and "
+        "closer, or as close and faster. “All”: the worst component. Numbers beside the points of C: "
+        "tolerances. Bars: how far the error may be off, as the best C has one, too; below its estimate, "
+        "nothing counts as closer."
+    )
 
 
 def _explanation(dataset: xr.Dataset) -> str:
-    best, points = dataset.attrs["best"], dataset.attrs["points"]
     return (
-        f"{MEASURE} Shown: the worst line. Errors below the estimate of C do not count as smaller. C comes "
-        f"from {best}; its row has its estimated error. *: on the front of that component, no other way is "
-        f"as fast and closer, or as close and faster. Time: of an approximation at all {points} points; of C "
-        "the sum over all models that it and its estimate need, as measured when they were solved. "
-        "Unknowns: of the largest model. Memory: peak of the process up to then, including earlier models."
+        f"{MEASURE} Shown: the worst line. C comes from {dataset.attrs['best']}; its row has its estimated "
+        f"error. *: on the front of that component. {COMPONENTS}"
     )
+
+
+def _main_body(dataset: xr.Dataset) -> str:
+    return main_body(map(str, dataset.body.values))
+
+
+def _components(dataset: xr.Dataset) -> list[str]:
+    return [str(component) for component in dataset.component.values]
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return a computed paragraph: the front of the first body's ways, by their worst components."""
-    body = str(dataset.body.values[0])
-    worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
-    parts = [
-        f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
-        for k in _along_front(seconds.values, worst.values)
-    ]
+    """Return the closest approximation, the fastest C, and how good the best C is, in three sentences."""
+    body = _main_body(dataset)
+    errors = worst_errors(dataset, body, _components(dataset))
+    is_c = (errors.kind != APPROXIMATION).values
+    closest, fastest = _least(errors.isel(way=~is_c), "error"), _least(errors.isel(way=is_c), "seconds")
+    best = errors.sel(way=dataset.attrs["best"])
+    vanishing = ", or of 0.05 C_nn where it vanishes" if dataset.vanishes.sel(body=body).any() else ""
     return (
-        f"{body} ICs at {dataset.attrs['points']} points, worst component, as a share of itself"
-        f"{' (if it vanishes, of 0.05 C_nn)' if np.any(dataset.vanishes.sel(body=body)) else ''}: "
-        f"{', '.join(parts)}. All other ways are slower than one of these and no better. Errors against "
-        f"{dataset.attrs['best']}, which estimates its own."
+        f"Of the approximations {body_name(body)}, {closest.label.item()} is closest: {_off(closest)} off at "
+        f"worst, in {time_text(closest.seconds.item())}. The fastest C, {fastest.way.item()}, is "
+        f"{_off(fastest)} off at worst, in {time_text(fastest.seconds.item())}. Errors are shares of the "
+        f"component{vanishing}, against C by {best.way.item()}, which is known to {_off(best)}."
     )
 
 
-def _time(seconds: float) -> str:
-    if np.isnan(seconds):
-        return "–"
-    return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.2g} ms"
+def _least(errors: xr.Dataset, name: str) -> xr.Dataset:
+    return errors.isel(way=int(np.argmin(errors[name].values)))
 
 
-def figure(dataset: xr.Dataset, body: str) -> Figure:
-    """Draw the error of each component against seconds, with the front and the best C's estimate as lines."""
-    components = [str(component) for component in dataset.component.values]
-    columns = min(3, len(components))
-    rows = -(-len(components) // columns)
-    errors = resolved_errors(dataset, body)
-    with figure_grid(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
-        for axes, component in zip(grid.ravel(), components, strict=False):
-            _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
-            vanishes = bool(dataset.vanishes.sel(body=body, component=component))
-            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if vanishes else ""))
-        for axes in grid.ravel()[-columns:]:
-            axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
-        for axes in grid.ravel()[len(components) :]:
-            axes.remove()
-        canvas.supylabel("error, share of the component itself  [-]")
-    return canvas
+def _off(errors: xr.Dataset) -> str:
+    return f"{percent(errors.error.item())} ({errors.component.item()})"
 
 
-def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
-    seconds, errors = dataset.seconds.values, np.maximum(errors_of_ways, LEAST_ERROR_DRAWN)
-    for kind, (colour, marker) in styles().items():
-        has_kind = dataset.kind.values == kind
-        if np.any(has_kind):
-            axes.loglog(seconds[has_kind], errors[has_kind], marker, color=colour, mfc="none", label=kind)
-    order = _along_front(seconds, errors)
-    axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
-    floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST_ERROR_DRAWN)
-    axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
-    for k, (point, label) in enumerate(_labels(dataset, order, errors).items()):
-        beside = (4, 3) if k % 2 == 0 else (4, -9)
-        axes.annotate(label, point, fontsize=7, xytext=beside, textcoords="offset points")
-    axes.margins(x=0.12)
+def answer_table(dataset: xr.Dataset) -> Table:
+    """Return the ways on the front of nn or of all components: time, errors in nn and in the worst one."""
+    body, components = _main_body(dataset), _components(dataset)
+    chosen = {"error in nn": ["nn"]} if {"nn"} < set(components) else {}
+    errors = {
+        head: worst_errors(dataset, body, those)
+        for head, those in (chosen | {"worst error": components}).items()
+    }
+    fronts = {way for each in errors.values() for way in ways_on_front(each)}
+    rows = []
+    for way in (way for way in dataset.way.values if way in fronts):
+        of_way = [each.sel(way=way) for each in errors.values()]
+        worst, shares = of_way[-1], map(error_text, of_way)
+        cells = [time_text(worst.seconds.item()), *shares, str(worst.component.item())]
+        rows.append(Row(str(worst.label.item()), cells))
+    return Table("ICs", [*numbers("time"), *numbers(*errors, unit="%"), *numbers("of")], rows)
 
 
-def _along_front(seconds: Array, errors: Array) -> Indices:
-    """Return the ways on the front, (n,), the fastest first."""
-    chosen = np.flatnonzero(front(seconds, errors))
-    return chosen[np.argsort(seconds[chosen])]
-
-
-def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
-    """Return the labels of ways by their point (seconds, error); ways at the same point share a label."""
-    labels: dict[tuple[float, float], list[str]] = {}
-    for k in ways:
-        point = float(dataset.seconds.values[k]), float(errors[k])
-        labels.setdefault(point, []).append(str(dataset.label.values[k]).removeprefix("C, harmonic "))
-    return {point: ", ".join(names) for point, names in labels.items()}
-
-
-def _table(dataset: xr.Dataset, body: str) -> Table:
-    body_dataset, components = dataset.sel(body=body), [str(name) for name in dataset.component.values]
-    errors, seconds = resolved_errors(dataset, body), body_dataset.seconds.values
+def _errors_table(dataset: xr.Dataset, body: str) -> Table:
+    """Return the errors of all ways of a body by component, with a mark where they are on its front."""
+    of_body, components = dataset.sel(body=body), _components(dataset)
+    errors, seconds = resolved_errors(dataset, body), of_body.seconds.values
     fronts = {c: front(seconds, errors.sel(component=c).values) for c in components}
     rows = []
     for k, way in enumerate(dataset.way.values):
-        is_best, result = way == dataset.attrs["best"], body_dataset.isel(way=k)
-        cells = [
-            cell_of(result.sel(component=c), is_estimate=is_best, mark=" *" if fronts[c][k] else "")
-            for c in components
-        ]
-        unknowns, memory = int(result.unknowns), float(result.memory)
-        cost = [
-            _time(seconds[k]),
-            Cell(unknowns, ",d") if unknowns else "",
-            Cell(memory, ".0f") if memory else "",
-        ]
-        rows.append(Row(str(result.label.item()), [*cells, *cost]))
-    return Table("ICs by", numbers(*components, "time", "unknowns", "memory [MB]"), rows)
+        is_best, result = way == dataset.attrs["best"], of_body.isel(way=k)
+        marks = {c: " *" if fronts[c][k] else "" for c in components}
+        cells = [cell_of(result.sel(component=c), is_estimate=is_best, mark=marks[c]) for c in components]
+        rows.append(Row(str(result.label.item()), cells))
+    return Table("ICs by", numbers(*components), rows)
+
+
+def _cost_table(dataset: xr.Dataset, bodies: Sequence[str]) -> Table:
+    """Return the time of all ways for each body, their unknowns and memory."""
+    rows = []
+    for way in dataset.way.values:
+        at = dataset.sel(way=way)
+        sizes = (Cell(at[name].item(), form) for name, form in (("unknowns", ",d"), ("memory", ".0f")))
+        times = [time_text(at.seconds.sel(body=body).item()) for body in bodies]
+        rows.append(Row(str(at.label.item()), [*times, *(size if size.value else "" for size in sizes)]))
+    heads = [f"time, {body}" for body in bodies]
+    return Table("ICs by", [*numbers(*heads, "unknowns"), Column("memory", "MB")], rows)
 
 
 def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
@@ -164,5 +156,5 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
             continue
         chosen = str(dataset.way.values[k]) == advice.way
         label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
-        rows.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in way_errors))
+        rows.add_row(label, time_text(float(seconds[k])), *(f"{error:.2%}" for error in way_errors))
     return rows

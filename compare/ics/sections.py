@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from skfem import MeshTri
 
-from compare.report.styles import RC
+from compare.report.static import RC
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body

@@ -1,18 +1,22 @@
 """`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from approx.matrix import column as approximated
-from compare.ics.compute import models_of, seconds_of, solids
+from compare.ics.compute import models_of, seconds_of
+from compare.ics.curves import combined_first, main_body
+from compare.ics.page import row_name
+from compare.ics.summary import body_name
 from compare.matrix.check import ColumnCheck, check_columns
-from compare.matrix.compute import MatrixResults, column_of, compute_matrix, discounted, matrix_plans
-from compare.matrix.figures import maps
-from compare.report.errors import error_cell
-from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
-from compare.report.styles import SYMBOLS
+from compare.matrix.compute import MatrixResults, compute_matrix, discounted, matrix_plans
+from compare.matrix.figures import chart, response
+from compare.report.errors import COMPONENTS as COMPONENT_NAMES
+from compare.report.errors import error_cell, percent
+from compare.report.looks import symbol_of
+from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.contact.operators.reciprocity import Reciprocity
 from femic.reference.models import Cost
@@ -25,7 +29,6 @@ from geometries.grids import Grid
 from geometries.patches import COMPONENTS, N
 
 COMMAND = "matrix"
-MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 ACCURACY = (
     "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale of "
     "refinement, to which the tolerance applies. Four elements from the load and further that is the larger "
@@ -66,6 +69,17 @@ MEASURES = {  # of `Deviation`: the errors, the weights below them, and which co
 }
 
 
+@dataclass(frozen=True, eq=False)
+class MatrixOutput:
+    """The matrices of a scene as they are reported: their file, the plans of their models, and checks."""
+
+    results: MatrixResults
+    file: Path
+    plans: Sequence[ModelPlan]
+    checks: Sequence[ColumnCheck]
+    strip: int  # loaded in charts
+
+
 def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: RunOptions = DEFAULT) -> Path:
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
 
@@ -85,8 +99,9 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
         results = compute_matrix(scene, out / "matrix.nc", options)
-        sections = _sections(results, loaded_strip, model_plans, check_columns(results, options))
-        write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
+        checks = check_columns(results, options)
+        output = MatrixOutput(results, out / "matrix.nc", model_plans, checks, loaded_strip)
+        write_page(page_of(output), path, COMMAND)
     return path
 
 
@@ -99,43 +114,31 @@ def _loaded_strip(scene: Scene, strip: int | None) -> int:
     return strip
 
 
-def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
-    """Yield maps of C and of its differences from A and B-hat, of the first of the bodies compared."""
-    scene, body = results.scene, results.scene.compared[0]
-    unit, grid = scene.reference_E * scene.reference_length, scene.grid
-    c = column_of(scene, results.matrices, body, strip).ic
-    drawn = {"C": ("C", c)} | {
-        f"C-{variant}": (
-            f"C − {SYMBOLS[variant]}",
-            c - approximated(variant, solids(scene)[body], grid, strip) / grid.area,
-        )
-        for variant in MAPPED_VARIANTS
-    }
-    where = f"{body}, load on strip {strip} (s = {grid.strips[strip]:.3g} mm)"
-    for name, (title, values) in drawn.items():
-        figure = maps(f"{title}: {where}", "dimensionless", grid, strip, unit * values)
-        yield Picture(f"matrix_{body}_{name}", figure)
+def page_of(output: MatrixOutput) -> Page:
+    """Return the page of the matrices of a scene."""
+    title = f"IC matrix: {output.results.scene.title}"
+    return Page(title, summary(output), _sections(output), answer_table(output.results, output.checks))
 
 
-def _sections(
-    results: MatrixResults, strip: int, model_plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck]
-) -> Iterator[Section]:
+def _sections(output: MatrixOutput) -> Iterator[Section | Folded]:
+    results, checks = output.results, output.checks
     scene, costs = results.scene, models_of(results.matrices)
-    text = f"{discounted(scene)} {ACCURACY}"
-    yield Section("How accurate the matrix is", [text, _accuracy_table(results)])
+    yield Section("", [chart(response(results, output.strip)), Note(_chart_text(scene, output.strip))])
+    yield Folded("Estimated errors of C", [f"{discounted(scene)} {ACCURACY}", _accuracy_table(results)])
     missing = "" if results.eigenvalues else TOO_LARGE
-    yield Section("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
+    yield Folded("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
     if checks:
-        yield Section(
-            "Columns computed with the solid engine", [_checks_text(scene, checks), _checks_table(checks)]
+        heading = "Columns computed with the solid engine"
+        yield Folded(heading, [_checks_text(scene, checks), _checks_table(checks)])
+    for body in combined_first(scene.compared):
+        displacements, worst = (_errors_table(results, body, measure) for measure in MEASURES)
+        heading, entries = (
+            f"Errors of approximations of the {body} matrix",
+            Folded("Worst entries", [WORST, worst]),
         )
-    for body in scene.compared:
-        heading = f"Errors of approximations of the {body} matrix"
-        folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
-        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "displacements"), folded])
-    yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
-    yield Section("Cost: expected / actual", [_cost_table(model_plans, costs), _cost_text(results, costs)])
-    yield Section("The scene", [Verbatim(scene.text)])
+        yield Folded(heading, [APPROXIMATIONS, displacements, entries])
+    yield Folded("Cost: expected / actual", [_cost_table(output.plans, costs), _cost_text(results, costs)])
+    yield Folded("The scene", [Verbatim(scene.text)])
 
 
 def _accuracy_table(results: MatrixResults) -> Table:
@@ -212,32 +215,79 @@ def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
             error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
             for error, weight, vanishes in zip(*values, strict=True)
         ]
-        rows.append(Row(SYMBOLS[variant], cells))
+        rows.append(Row(row_name(variant), cells))
     return Table("variant", COMPONENTS, rows)
 
 
-def _maps_text(scene: Scene) -> str:
+def _chart_text(scene: Scene, strip: int) -> str:
+    grid, body = scene.grid, body_name(main_body(scene.compared))
     return (
-        f"Per unit total load; × E L makes them dimensionless (E = {scene.reference_E:g} MPa, L = "
-        f"{scene.reference_length:g} mm). Cross: the loaded element. Colours: logarithmic, three decades of "
-        "each sign."
+        f"Displacements {body} per total load of 1 kN on an element of strip {strip} (cross, s = "
+        f"{grid.strips[strip]:.3g} mm); at x < 0, xs, sx, xn and nx change sign. The first map is the matrix "
+        "of the file. Approximations are ICs of half-spaces: they are compared with C after the discount of "
+        f"[BVSV], with the band of its estimate. {COMPONENT_NAMES}"
     )
 
 
-def summary(results: MatrixResults, file: Path) -> str:
-    """Return a computed paragraph: the file's content and accuracy, the best and the worst approximation."""
-    scene, grid = results.scene, results.scene.grid
-    body = scene.compared[0]
-    largest_estimate = max(shares.total for shares in results.errors.values())
-    deviations = results.deviations[body]
-    nn = {variant: deviations[variant].displacement_error[N, N] for variant in deviations if variant != "C"}
+def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table:
+    """Return how good each matrix is: estimate, reciprocity, positive work, and columns solved again."""
+    rows = []
+    for body in combined_first(results.scene.compared):
+        shares, defect = results.errors[body], results.reciprocity.get(body)
+        eigenvalue = results.eigenvalues.get(f"{body}, discounted", np.nan)
+        cells: list[Cell | str] = [
+            f"{100 * shares.total:.2g} ({shares.component})",
+            f"{100 * defect.worst:.2g} ({defect.component})" if defect else "–",
+            Cell(eigenvalue, ".2f"),
+        ]
+        if checks:
+            cells.append(Cell(max((c.closest for c in checks if c.body == body), default=np.nan), ".2f"))
+        rows.append(Row(body, cells))
+    heads = [
+        *numbers("estimated error", "reciprocity defect", unit="%"),
+        *numbers("smallest eigenvalue", unit="1"),
+        *(numbers("solid engine: difference / estimates", unit="1") if checks else []),
+    ]
+    return Table("body", heads, rows)
+
+
+def summary(output: MatrixOutput) -> str:
+    """Return how good the matrices are, what they cost, and the closest approximation, in three sentences."""
+    results, grid = output.results, output.results.scene.grid
+    worst_body, worst = max(results.errors.items(), key=lambda item: item[1].total)
+    costs = models_of(results.matrices)
+    size = f"{output.file.name} ({output.file.stat().st_size / 1e6:.1f} MB)"
+    return (
+        f"{size} has C between {grid.n_s} strips at {grid.n_x} lags, known to {percent(worst.total)} (worst: "
+        f"{worst.component} {body_name(worst_body)}){_check_text(output.checks)}. Its models took "
+        f"{seconds_of(costs):.0f} s and {max(cost.peak_memory for cost in costs.values()):.0f} MB. "
+        f"{_approximations_text(results)}"
+    )
+
+
+def _check_text(checks: Sequence[ColumnCheck]) -> str:
+    """Return how far columns of the solid engine are off, as a part of a sentence."""
+    if not checks:
+        return ""
+    closest = max(check.closest for check in checks)
+    within = "within" if closest <= 1 else "beyond"
+    return f"; columns solved again in 3D differ {within} both estimates ({closest:.2f} of their sum at most)"
+
+
+def _approximations_text(results: MatrixResults) -> str:
+    """Return the closest approximation, and the one furthest off, in displacements by pressures."""
+    body = main_body(results.scene.compared)
+    nn = {
+        symbol_of(variant): deviation.displacement_error[N, N]
+        for variant, deviation in results.deviations[body].items()
+        if variant != "C"
+    }
+    if not nn:
+        return ""
     best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
     return (
-        f"{file.name} ({file.stat().st_size / 1e6:.1f} MB): displacements at {grid.n_s} strips and "
-        f"{grid.n_x} lags under unit tractions on {grid.n_s} strips, nine components, of "
-        f"{', '.join(scene.compared)}, with an estimated error of {largest_estimate:.2%}. Of the "
-        f"approximations of the {body} matrix {SYMBOLS[best]} is best for pressures (displacements off by at "
-        f"most {nn[best]:.1%} of the largest) and {SYMBOLS[worst]} worst ({nn[worst]:.1%})."
+        f"Of the approximations {body_name(body)}, {best} is closest in displacements by pressures: at most "
+        f"{percent(nn[best])} of the largest off ({worst}: {percent(nn[worst])})."
     )
 
 

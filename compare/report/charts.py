@@ -26,7 +26,8 @@ MARKS = 24  # about how many marks a curve without a line has
 class Curve:
     """A curve y over x, (n,), and the half-height of its band, such as an estimated error.
 
-    Half-heights below and above may differ, (2, n).
+    Half-heights below and above may differ, (2, n). With `bars` each point has a bar instead of a band.
+    `names` are written beside the points, `notes` are read where one points at them.
 
     Curves with the same label are shown and hidden together; without one a curve is not in the legend.
     Markers are drawn on curves of few points only.
@@ -37,6 +38,9 @@ class Curve:
     y: ArrayLike
     look: Look = PLAIN
     band: ArrayLike | None = None
+    bars: bool = False
+    names: Sequence[str] = ()
+    notes: Sequence[str] = ()
 
     @property
     def points(self) -> tuple[Array, Array]:
@@ -48,6 +52,11 @@ class Curve:
         """Ordinates of the lower and the upper edge of the band, NaN where it is not known."""
         below, above = np.broadcast_to(np.asarray(self.band, dtype=float), (2, np.size(self.y)))
         return self.points[1] - below, self.points[1] + above
+
+    @property
+    def sides(self) -> list[str]:
+        """Where each name stands: above or below its point, in turn."""
+        return ["top" if turn % 2 else "bottom" for turn in np.cumsum([bool(name) for name in self.names])]
 
     @property
     def drawn_look(self) -> Look:

@@ -72,6 +72,8 @@ def _panel(panel: Panel) -> dict[str, Any]:
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
         layout["annotations"] = [_remark("0 by symmetry")]
+    if any(curve.notes for curve in panel.curves):
+        layout["hovermode"] = "closest"
     return {"title": panel.title, "traces": traces, "layout": layout}
 
 
@@ -96,7 +98,7 @@ def _curve(curve: Curve) -> Iterator[Trace]:
     """Yield the band of a curve, and the curve."""
     x, y = curve.points
     group = {"legendgroup": curve.label, "showlegend": False}
-    if curve.band is not None:
+    if curve.band is not None and not curve.bars:
         low, high = curve.band_edges
         known = np.isfinite(low) & np.isfinite(high)
         at, low, high = x[known], low[known], high[known]
@@ -116,13 +118,34 @@ def _curve(curve: Curve) -> Iterator[Trace]:
         "x": _numbers(x),
         "y": _numbers(y),
         "type": "scatter",
-        "mode": "+".join([*(["lines"] if look.dash else []), *(["markers"] if look.marker else [])]),
+        "mode": "+".join(
+            part
+            for part, drawn in {"lines": look.dash, "markers": look.marker, "text": curve.names}.items()
+            if drawn
+        ),
         "name": curve.label,
         "line": {"color": look.colour, "width": look.width, "dash": look.dash or "solid"},
-        "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 6},
+        "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 9 if curve.notes else 6},
         "hovertemplate": "%{y:.4g}" if curve.label else "%{y:.4g}<extra></extra>",
+        **_of_points(curve),
         **group,
     }
+
+
+def _of_points(curve: Curve) -> Trace:
+    """Return the part of a trace for what single points have: bars, names and notes."""
+    part: Trace = {}
+    if curve.bars:
+        y, (low, high) = curve.points[1], curve.band_edges
+        bars = {"array": _numbers(high - y), "arrayminus": _numbers(y - low)}
+        part["error_y"] = {"type": "data", "symmetric": False, "thickness": 1, "width": 3, **bars}
+    if curve.names:
+        places = [f"{side} right" for side in curve.sides]
+        part |= {"text": list(curve.names), "textposition": places, "textfont": {"size": 11}}
+        part["cliponaxis"] = False
+    if curve.notes:
+        part |= {"customdata": list(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
+    return part
 
 
 def _map(drawn: Map) -> dict[str, Any]:

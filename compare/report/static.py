@@ -21,7 +21,7 @@ from geometries.arrays import Array
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
 CHOSEN_COLUMNS = 3  # of cells that were chosen
-MOST_ENTRIES = 8  # of a legend in a row
+MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
 NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
 DASHES: dict[str, Any] = {
@@ -173,8 +173,14 @@ def _scale(axes: Axes, cell: Panel | Map) -> None:
 def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     x, y = curve.points
     style = style_of(curve.drawn_look)
-    if curve.band is not None:
+    if curve.band is not None and curve.bars:
+        low, high = curve.band_edges
+        axes.errorbar(x, y, (y - low, high - y), fmt="none", ecolor=style["color"], elinewidth=0.8, capsize=2)
+    elif curve.band is not None:
         axes.fill_between(x, *curve.band_edges, color=style["color"], alpha=0.2, linewidth=0)
+    for name, side, point in zip(curve.names, curve.sides, zip(x, y, strict=True), strict=False):
+        beside = (3, 3 if side == "top" else -8)
+        axes.annotate(name, point, beside, textcoords="offset points", fontsize=7)
     return axes.plot(x, y, label=curve.label, **style)
 
 
@@ -234,4 +240,5 @@ def _add_legend(figure: Figure, chart: Chart) -> None:
         for label, look in chart.legend.items()
     ]
     if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(MOST_ENTRIES, len(handles)))
+        columns = min(MOST_ENTRIES, len(handles), round(ENTRIES_PER_INCH * figure.get_figwidth()))
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns)

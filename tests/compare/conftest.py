@@ -108,8 +108,13 @@ def browser():
 
 
 def widest(browser, path, width):
-    """The width of a page in a window of some width, and of the widest table, all details shown [px]."""
-    tab = browser.new_page(viewport={"width": width, "height": 900})
+    """The width of a page in a window of some width, and of the widest table, all details shown [px].
+
+    The browser must not report an error.
+    """
+    tab, said = browser.new_page(viewport={"width": width, "height": 900}), []
+    tab.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+    tab.on("pageerror", lambda error: said.append(str(error)))
     tab.goto(path.as_uri())
     tab.wait_for_selector("html[data-explore=ready]")
     tab.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
@@ -117,6 +122,7 @@ def widest(browser, path, width):
     page = tab.evaluate("document.documentElement.scrollWidth")
     table = tab.evaluate("Math.max(...[...document.querySelectorAll('table')].map(one => one.scrollWidth))")
     tab.close()
+    assert not said
     return page, table
 
 

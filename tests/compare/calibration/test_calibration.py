@@ -1,5 +1,7 @@
 """`femic calibrate`, `calibrate-map`: what is fitted to what, files, scenes with the fit, messages."""
 
+import json
+import re
 import tomllib
 from dataclasses import replace
 
@@ -10,8 +12,11 @@ import xarray as xr
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.calibration.compute import calibrate, target_from, with_properties
-from compare.calibration.figures import REFITTED, WITHOUT, curve, overlaid, translation
+from compare.calibration.figures import REFITTED, WITHOUT, curve, fits, other_c, translation
+from compare.calibration.page import Reported, answer_table, summary
 from compare.ics.compute import compute, reference_of
+from compare.report.errors import percent
+from compare.report.interactive import as_json, plotly_js
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
@@ -19,7 +24,7 @@ from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
-from tests.compare.conftest import scene_text
+from tests.compare.conftest import scene_text, widest
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
 HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION
@@ -105,8 +110,10 @@ def test_written_scene_reproduces_fitted_b_hat_prime(made, calibrated):
 
 def test_report_shows_fit_and_is_self_contained(made):
     _, out = made
-    html = (out / "calibration.html").read_text(encoding="utf-8")
-    assert html.count("data:image/png") == len(list((out / "figures").glob("*.png"))) == 6
+    html = (out / "calibration.html").read_text(encoding="utf-8").replace(plotly_js(), "")
+    pictures = {path.name for path in (out / "figures").iterdir()}
+    assert {"calibration_fits.svg", "calibration_other_c.svg"} < pictures
+    assert html.count("data:image/svg+xml") == len(pictures)
     assert "://" not in html
     assert "mismatch_k.far" in html
     assert "[effective.combined]" in html
@@ -164,11 +171,93 @@ def test_translation_is_least_squares_solution(calibrated):
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
 
 
-def test_c_is_drawn_behind_all_other_curves(calibrated):
-    figure = overlaid([calibrated], "xn")
-    for axes in figure.axes:
-        assert [line.get_label() for line in axes.get_lines()] == ["C", "A", "B", "B̂", "B̂′"]
-    assert figure.legends[1].get_texts()[0].get_text() == "C"
+def test_summary_says_what_was_fitted_what_it_improves_and_what_not(calibrated):
+    one = Reported.of(calibrated)
+    text = summary([one])
+    assert len(re.findall(r"\.(?: |$)", text)) == 3
+    transition = calibrated.fits["combined"].effective.mismatch_k
+    half_space = calibrated.targets["combined"].solid.constants.mismatch_k
+    assert text.startswith(
+        f"K of both bodies together goes from {half_space:.3g} at the load to {transition.far:.3g} at "
+    )
+    errors = one.errors.error.sel(body="combined", j="n")
+    before, after = (errors.sel(variant=name) for name in ("Bhat", "Bhat_prime"))
+    xn = (percent(error.sel(i="x").item()) for error in (before, after))
+    assert "the largest error on the lines goes from {} to {} in xn.".format(*xn) in text
+    for i in "ns":
+        texts = [percent(error.sel(i=i).item()) for error in (before, after)]
+        grows = bool(after.sel(i=i) > before.sel(i=i)) and texts[0] != texts[1]
+        assert (f"{i}n ({' to '.join(texts)})" in text) == grows
+    two = summary([one, replace(one, calibrated=renamed(calibrated))])
+    assert len(re.findall(r"\.(?: |$)", two)) == 3
+    assert "in xn in mine and from " in two
+    assert "in xn in other. It grows" in two
+
+
+def renamed(calibrated):
+    return replace(calibrated, scene=replace(calibrated.scene, name="other"))
+
+
+def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated):
+    one, body_fit = Reported.of(calibrated), calibrated.fits["combined"]
+    answer = answer_table([one])
+    (row,) = answer.rows
+    assert row.name == "combined, K [-]"
+    assert [head.title for head in answer.heads[3:]] == [f"{c}: B̂ → B̂′ [%]" for c in ("xn", "nn", "sn")]
+    far, r_inf, residual, *changes = (cell.text for cell in row.filled)
+    values = {parameter.name: parameter for parameter in body_fit.parameters}
+    for text, name in ((far, "far"), (r_inf, "r_inf")):
+        parameter = values[f"mismatch_k.{name}"]
+        if parameter.deviation is None:
+            assert text == f"{parameter.value:.5g} (fixed)"
+        else:
+            assert float(text.split()[0]) == pytest.approx(parameter.value, abs=parameter.deviation)
+    assert float(residual) == pytest.approx(100 * np.max(body_fit.rms), rel=0.05)
+    for i, text in zip("xns", changes, strict=True):
+        at = one.errors.error.sel(body="combined", i=i, j="n")
+        shown = [float(error) for error in text.removesuffix(" †").split(" → ")]
+        expected = [100 * at.sel(variant=name).item() for name in ("Bhat", "Bhat_prime")]
+        assert shown == pytest.approx(expected, rel=6e-3)
+    two = answer_table([one, replace(one, calibrated=renamed(calibrated))])
+    assert [row.name for row in two.rows] == ["mine, combined, K [-]", "other, combined, K [-]"]
+
+
+def test_chart_has_the_fit_the_k_of_points_and_what_is_left_of_c(calibrated):
+    """With its K, a point has its C; what is left at the points is the fitted minus the given ICs."""
+    target, fitted = calibrated.targets["combined"], calibrated.fits["combined"].effective
+    property_panel, residual = json.loads(as_json(fits([calibrated])))["steps"][0]
+    drawn = {trace["name"]: trace for trace in property_panel["traces"]}
+    of_fit, half_space = drawn["fit, mine"], target.solid.constants.mismatch_k
+    expected = fitted.mismatch_k.at(np.array(of_fit["x"]), half_space)
+    np.testing.assert_allclose(of_fit["y"], expected, rtol=1e-4, atol=1e-6)
+    marks = drawn["K at s = 1.6 mm"]
+    for r, k in list(zip(marks["x"], marks["y"], strict=True))[::5]:
+        point = int(np.argmin(np.abs(target.r - r) + 1e3 * (target.s != 1.6)))
+        with_k = EffectiveProperties(mismatch_k=Transition(k, 1e-3, 1.0, 1.0))
+        got = target.bhat_prime(with_k)[0, point]
+        assert got == pytest.approx(target.ics[0, point], rel=1e-3, abs=1e-4 * target.scales.item())
+    lines = [trace for trace in residual["traces"] if trace.get("name") == "B̂′"]
+    left = 100 * (target.bhat_prime(fitted) - target.ics)[0] / target.scales.item()
+    np.testing.assert_allclose(np.concatenate([line["y"] for line in lines]), left, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(np.concatenate([line["x"] for line in lines]), target.r, rtol=1e-5)
+
+
+def test_chart_of_other_c_has_c_beside_it(calibrated):
+    panels = other_c([calibrated]).cells
+    labels = [[curve.label for curve in panel.curves] for panel in panels]
+    lines = calibrated.scene.lines
+    assert labels == [[WITHOUT, "B̂′", "C"]] * len(lines) + [[REFITTED, "B", "B̂", "B̂′", "C"]] * len(lines)
+    c = 1e6 * curve(calibrated, "C", "xn", calibrated.results.lines[lines[0].name])
+    drawn = panels[0].curves[2].y
+    np.testing.assert_allclose(drawn, c[-len(drawn) :])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 800, 400])
+def test_page_is_not_wider_than_the_window(made, browser, width):
+    page, table = widest(browser, made[1] / "calibration.html", width)
+    assert page <= width
+    assert table <= (770 if width == 800 else 1150)
 
 
 def test_refitted_translation_and_removed_curvature_have_right_sign(calibrated):
@@ -266,7 +355,8 @@ def test_report_of_few_variants_and_properties_of_each_body_is_written(made, tmp
     scene = load_scene(str(tmp_path / "o" / "other" / "other_calibrated.toml"))
     assert scene.variants == ("Bhat", "Bhat_prime")
     assert set(scene.effective) == {"lower", "upper"}
-    assert (tmp_path / "o" / "figures" / "effective_upper.png").is_file()
+    html = (tmp_path / "o" / "calibration.html").read_text(encoding="utf-8")
+    assert all(f"{body}, {name}" in html for body in ("lower", "upper") for name in ("G [MPa]", "ν [-]"))
 
 
 TABLE = tomllib.loads(scene_text(engine=HARMONIC))

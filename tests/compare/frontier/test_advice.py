@@ -9,7 +9,8 @@ import xarray as xr
 from compare.frontier import advice as advising
 from compare.frontier import compute as frontier_compute
 from compare.frontier.advice import Question, advise, frontier_for, sentence
-from compare.frontier.page import evidence, figure
+from compare.frontier.figures import chart
+from compare.frontier.page import evidence
 from compare.frontier.ways import Way
 from compare.ics.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
 from compare.ics.dataset import errors
@@ -98,7 +99,7 @@ def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     table = evidence(dataset, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
-    assert "vanishes" in figure(dataset, "combined").axes[0].get_title()
+    assert chart(dataset).cells[0].title == "combined: vanishes, share of 0.05 C_nn"
 
 
 def test_advice_computes_tighter_c_before_small_component_counts_as_zero(monkeypatch):

@@ -1,6 +1,7 @@
 """`femic frontier` and `femic advise`: the front, the budget, and that advice keeps what it promises."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,10 +14,18 @@ from compare.frontier import compute as frontier
 from compare.frontier import page as frontier_report
 from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
 from compare.frontier.choice import choose, question_of
-from compare.frontier.compute import FrontierRequest, compute_frontier, error_bounds, front
+from compare.frontier.compute import (
+    FrontierRequest,
+    compute_frontier,
+    error_bounds,
+    front,
+    resolved_errors,
+)
+from compare.frontier.figures import ALL, FLOOR_LABEL, chart, time_text
 from compare.frontier.ways import Way, engine_ways
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
+from compare.report.interactive import as_json, plotly_js
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.engines import ENGINES
@@ -24,7 +33,7 @@ from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
-from tests.compare.conftest import scene_text
+from tests.compare.conftest import scene_text, widest
 
 HARMONIC = "[engine]\ncheck = true\n"
 COMPONENTS = ("nn", "xn", "sn")
@@ -217,12 +226,95 @@ def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypa
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
     assert exit_code(["frontier", str(path), *place]) == DONE
-    html = (out / "frontier.html").read_text(encoding="utf-8")
-    assert html.count("data:image/png") == 2
+    html = (out / "frontier.html").read_text(encoding="utf-8").replace(plotly_js(), "")
     assert "://" not in html
+    assert [picture.name for picture in (out / "figures").iterdir()] == ["frontier_ways.svg"]
     with xr.open_dataset(out / "frontier.nc", engine="h5netcdf") as kept:
         assert kept.sizes == {"way": 7, "body": 2, "component": 3}
     capsys.readouterr()
+
+
+def test_summary_names_the_closest_approximation_and_the_fastest_c(made):
+    *_, dataset = made
+    text = frontier_report.summary(dataset)
+    assert len(re.findall(r"\.(?: |$)", text)) == 3
+    errors = dataset.error.sel(body="combined")
+    worst = errors.max("component")
+    closest = worst.where(dataset.kind == "approximation").idxmin("way").item()
+    component = errors.sel(way=closest).idxmax("component").item()
+    label = dataset.label.sel(way=closest).item()
+    off = f"{100 * worst.sel(way=closest).item():.1f} % ({component})"
+    assert f"{label} is closest: {off} off at worst" in text
+    seconds = dataset.seconds.sel(body="combined").where(dataset.kind == "harmonic")
+    assert f"The fastest C, {seconds.idxmin('way').item()}, is " in text
+    assert f"in {time_text(seconds.min().item())}. Errors are shares of the component" in text
+
+
+def test_answer_has_time_and_errors_of_the_ways_on_the_front(made):
+    *_, dataset = made
+    answer = frontier_report.answer_table(dataset)
+    assert [column.title for column in answer.heads] == ["time", "error in nn [%]", "worst error [%]", "of"]
+    errors = resolved_errors(dataset, "combined")
+    seconds = dataset.seconds.sel(body="combined")
+    fronts = [
+        front(seconds.values, of.values) for of in (errors.sel(component="nn"), errors.max("component"))
+    ]
+    expected = dataset.label.values[np.logical_or(*fronts)]
+    assert [row.name for row in answer.rows] == list(expected)
+    for row in answer.rows:
+        at = errors.isel(way=int(np.flatnonzero(dataset.label.values == row.name)[0]))
+        time, nn, worst, of = (cell.text for cell in row.filled)
+        assert time == time_text(seconds.sel(way=at.way).item())
+        assert of == at.idxmax("component").item()
+        for text, error in ((nn, at.sel(component="nn")), (worst, at.max())):
+            if not text.startswith("≤"):
+                value, estimate = map(float, text.split(" ± "))
+                assert abs(value - 100 * error.item()) <= 0.06 * estimate
+
+
+def test_points_of_the_chart_are_errors_and_seconds(made):
+    *_, dataset = made
+    content = json.loads(as_json(chart(dataset)))
+    assert content["labels"] == [ALL, *COMPONENTS]
+    assert content["labels"][content["start"]] == ALL
+    body, component = "lower", "sn"
+    (cell,) = (
+        cell
+        for cell in content["steps"][content["labels"].index(component)]
+        if cell["title"].split(":")[0] == body
+    )
+    drawn = {trace["name"]: trace for trace in cell["traces"]}
+    errors = 100 * resolved_errors(dataset, body).sel(component=component)
+    bounds = 100 * error_bounds(dataset, body).sel(component=component)
+    seconds = dataset.seconds.sel(body=body)
+    for label, ways in (("B̂", ["Bhat"]), ("C, harmonic", ["harmonic 0.1", "harmonic 0.01"])):
+        np.testing.assert_allclose(drawn[label]["x"], seconds.sel(way=ways), rtol=1e-5)
+        np.testing.assert_allclose(drawn[label]["y"], errors.sel(way=ways), rtol=1e-5)
+        top = np.add(drawn[label]["y"], drawn[label]["error_y"]["array"])
+        np.testing.assert_allclose(top, bounds.sel(way=ways), rtol=1e-4)
+    floor = dataset.estimate.sel(body=body, component=component, way=dataset.attrs["best"]).item()
+    assert drawn[FLOOR_LABEL]["y"] == pytest.approx([100 * floor] * 2, rel=1e-5)
+    assert f"of {component} in {time_text(seconds.sel(way='Bhat').item())}" in drawn["B̂"]["customdata"][0]
+
+
+def test_front_of_the_chart_has_the_ways_that_are_not_dominated(made):
+    *_, dataset = made
+    content = json.loads(as_json(chart(dataset)))
+    drawn = {trace["name"]: trace for trace in content["steps"][0][0]["traces"]}
+    worst = resolved_errors(dataset, "combined").max("component").values
+    seconds = dataset.seconds.sel(body="combined").values
+    chosen = np.flatnonzero(front(seconds, worst))
+    order = chosen[np.argsort(seconds[chosen])]
+    np.testing.assert_allclose(drawn["front"]["x"], seconds[order], rtol=1e-5)
+    np.testing.assert_allclose(drawn["front"]["y"], 100 * worst[order], rtol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 800, 400])
+def test_page_is_not_wider_than_the_window(made, tmp_path, browser, width):
+    page, table = widest(browser, frontier_report.write_frontier(made[-1], tmp_path), width)
+    assert page <= width
+    assert table <= 770
 
 
 def test_advice_from_the_command_line(made, tmp_path, capsys):

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -14,8 +15,11 @@ from compare.export.export import SUFFIXES
 from compare.ics.compute import jobs
 from compare.matrix import compute as matrix
 from compare.matrix import page
-from compare.matrix.check import check_columns, checked_strips
+from compare.matrix.check import ColumnCheck, check_columns, checked_strips
 from compare.matrix.compute import compute_matrix, file_size, matrix_jobs, matrix_plans
+from compare.matrix.figures import PER_KILONEWTON, chart, response
+from compare.report.interactive import as_json, plotly_js
+from compare.report.looks import symbol_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
@@ -28,8 +32,8 @@ from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
 from geometries.errors import Failure
-from geometries.patches import DIRECTIONS
-from tests.compare.conftest import COARSE_ENGINE, scene_text
+from geometries.patches import COMPONENTS, DIRECTIONS
+from tests.compare.conftest import COARSE_ENGINE, scene_text, widest
 
 GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
 HARMONIC = "[engine]\ntolerance = 0.1\n"
@@ -71,10 +75,102 @@ def test_file_contains_ics_estimates_and_attributes(made):
 
 def test_report_shows_maps_and_is_self_contained(made):
     _, out = made
-    html = (out / "matrix.html").read_text(encoding="utf-8")
-    assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
+    html = (out / "matrix.html").read_text(encoding="utf-8").replace(plotly_js(), "")
+    pictures = {path.name for path in (out / "figures").iterdir()}
+    assert pictures == {f"matrix_response_{component}.svg" for component in COMPONENTS}
+    assert html.count("data:image/svg+xml") == len(pictures)
     assert "://" not in html
     assert "expected / actual" in html
+
+
+@pytest.fixture(scope="module")
+def output(made, tmp_path_factory):
+    """The same as it is reported, with checks that nobody has computed."""
+    path, out = made
+    scene, file = load_scene(str(path)), tmp_path_factory.mktemp("again") / "matrix.nc"
+    results = compute_matrix(scene, file, RunOptions(store=Store(out / "store")))
+    checks = [ColumnCheck("lower", strip, 0.002, "xn", 0.005, 0.3 + strip / 10, 9.0) for strip in (0, 1)]
+    return page.MatrixOutput(results, file, matrix_plans(scene, 1), checks, 2)
+
+
+def test_summary_says_how_good_the_matrix_is_and_what_it_cost(output):
+    text = page.summary(output)
+    assert len(re.findall(r"\.(?: |$)", text)) == 3
+    shares = max(output.results.errors.values(), key=lambda one: one.total)
+    assert f"known to {100 * shares.total:.2f} % (worst: {shares.component} " in text
+    assert "differ within both estimates (0.40 of their sum at most)" in text
+    off = {
+        name: deviation.displacement_error[2, 2]
+        for name, deviation in output.results.deviations["combined"].items()
+    }
+    del off["C"]
+    best = min(off, key=off.get)
+    assert f", {symbol_of(best)} is closest" in text
+    assert f"at most {100 * off[best]:.2f} % of the largest off" in text
+    assert "beyond" in page.summary(replace(output, checks=[replace(output.checks[0], closest=1.2)]))
+    assert "3D" not in page.summary(replace(output, checks=[]))
+
+
+def test_answer_has_the_numbers_of_each_matrix(output):
+    results = output.results
+    answer = page.answer_table(results, output.checks)
+    assert [row.name for row in answer.rows] == ["combined", "lower", "upper"]
+    for row in answer.rows:
+        estimate, defect, eigenvalue, check = (cell.text for cell in row.filled)
+        shares = results.errors[row.name]
+        assert estimate == f"{100 * shares.total:.2g} ({shares.component})"
+        if row.name == "combined":
+            assert defect == "–"
+        else:
+            assert float(defect.split()[0]) == pytest.approx(
+                100 * results.reciprocity[row.name].worst, rel=0.05
+            )
+        assert float(eigenvalue) == pytest.approx(results.eigenvalues[f"{row.name}, discounted"], abs=0.005)
+        assert check == ("0.40" if row.name == "lower" else "–")
+    assert len(page.answer_table(results, []).heads) == 3
+
+
+def test_curves_and_maps_are_the_matrix_of_the_file(output):
+    content = json.loads(as_json(chart(response(output.results, output.strip))))
+    assert content["labels"] == list(COMPONENTS)
+    with xr.open_dataset(output.file, engine="h5netcdf") as file:
+        per_load = PER_KILONEWTON * file.isel(loaded=output.strip) / (file.attrs["dx"] * file.attrs["ds"])
+        for component in ("nn", "sn"):
+            ic = per_load.ic.sel(body="combined", i=component[0], j=component[1])
+            cells = content["steps"][content["labels"].index(component)]
+            shown = next(cell for cell in cells if cell["title"] == "C")["traces"][0]
+            np.testing.assert_allclose(shown["customdata"], ic.T, rtol=1e-5, atol=1e-9 * float(ic.max()))
+            np.testing.assert_allclose(shown["x"], file.lag, rtol=1e-5)
+            np.testing.assert_allclose(shown["y"], file.observed, rtol=1e-5)
+
+
+@pytest.mark.parametrize("component", ["nn", "xn", "sn"])
+def test_differences_are_those_of_curves_from_c_after_the_discount_of_the_source(output, component):
+    """By another route: the ICs of the scene's bodies, and columns of both bodies."""
+    results, strip = output.results, output.strip
+    i, j = ("xsn".index(name) for name in component)
+    c = sum(results.matrices[body].column(strip, "source").ic[i, j] for body in ("lower", "upper"))
+    grid, pair = results.scene.grid, results.scene.pair
+    a = pair.approximate("A", grid.patch(strip), (grid.lags[:, None], grid.strips))[i, j] / grid.area
+    content = json.loads(as_json(chart(response(results, strip))))
+    cells = content["steps"][content["labels"].index(component)]
+    for number, at in ((0, np.s_[0, :]), (2, np.s_[:, strip])):
+        curves, differences = (
+            {trace["name"]: trace["y"] for trace in cells[number + k]["traces"] if "name" in trace}
+            for k in (0, 1)
+        )
+        tolerance = {"rtol": 2e-5, "atol": 1e-8 * np.max(np.abs(PER_KILONEWTON * c))}
+        np.testing.assert_allclose(curves["C"], PER_KILONEWTON * c[at], **tolerance)
+        np.testing.assert_allclose(differences["A"], PER_KILONEWTON * (a - c)[at], **tolerance)
+        assert not np.any(differences["C"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 800, 400])
+def test_page_is_not_wider_than_the_window(made, browser, width):
+    page_width, table = widest(browser, made[1] / "matrix.html", width)
+    assert page_width <= width
+    assert table <= (770 if width == 800 else 1150)
 
 
 def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
@@ -111,10 +207,11 @@ def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
 
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
     path, out = made
-    before = (out / "figures" / "matrix_combined_C.png").read_bytes()
+    before = (out / "matrix.html").read_text(encoding="utf-8")
     monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
-    assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
+    after = (out / "matrix.html").read_text(encoding="utf-8")
+    assert ["on an element of strip 0" in text for text in (before, after)] == [False, True]
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
 
 

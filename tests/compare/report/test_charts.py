@@ -306,3 +306,21 @@ def test_cells_to_choose_from_are_all_on_the_page_and_the_first_is_on_paper():
     ((name, figure),) = static.pictures(chart).items()
     assert name == "rail"
     assert [axes.get_title() for axes in figure.axes if axes.get_title()] == ["1 kN, C", "2 kN, C"]
+
+
+def test_points_have_bars_names_and_notes():
+    """On the page and on paper; a band of bars is no area."""
+    bars = np.array([0.1 * np.ones(2), 0.3 * np.ones(2)])
+    points = Curve("C", X[:2], X[:2], LOOKS["C"], bars, bars=True, names=("a", "b"), notes=("one", "two"))
+    chart = chart_of("one", [Panel("", "", "", [points])])
+    (trace,) = traces(chart, 0)
+    np.testing.assert_allclose([trace["error_y"][key] for key in ("arrayminus", "array")], bars)
+    assert (trace["text"], trace["customdata"]) == (["a", "b"], ["one", "two"])
+    assert "text" in trace["mode"]
+    assert "%{customdata}" in trace["hovertemplate"]
+    layout = json.loads(interactive.as_json(chart))["steps"][0][0]["layout"]
+    assert layout["hovermode"] == "closest"
+    (axes,) = static.picture(chart).axes
+    assert [text.get_text() for text in axes.texts] == ["a", "b"]
+    heights = [np.ptp(line[:, 1]) for line in axes.collections[0].get_segments()]
+    np.testing.assert_allclose(heights, 0.4)
