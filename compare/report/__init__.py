@@ -1,4 +1,4 @@
-"""The page system of all reports: pages as data, cells, panels of curves, 3D views, styles of variants.
+"""The page system of all reports: pages, tables and charts as data, 3D views, looks of ICs.
 
 It knows no question: it imports no other folder of `compare`.
 """

@@ -159,11 +159,11 @@ def _map(drawn: Map) -> dict[str, Any]:
     elif drawn.scale in ("logarithmic", "positive"):
         is_positive = drawn.scale == "positive"
         shown |= _positive(values, low, high) if is_positive else _logarithmic(values, high, drawn.decades)
-        shown["colorbar"] |= {"title": {"text": drawn.unit, "side": "right"}}
+        shown["colorbar"] |= {"title": {"text": drawn.unit, "side": "top"}}
         shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {drawn.unit}<extra></extra>"
     else:
         shown |= {"z": _numbers(values), "zmin": low, "zmax": high}
-        shown["colorbar"] = {"title": {"text": drawn.unit, "side": "right"}, "thickness": 12}
+        shown["colorbar"] = {"title": {"text": drawn.unit, "side": "top"}, "thickness": 12}
         shown["hovertemplate"] = f"{place}%{{z:.4g}} {drawn.unit}<extra></extra>"
     if not drawn.classes:
         shown["colorscale"] = COLOURS[drawn.scale]
@@ -242,7 +242,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
         axis: _numbers(np.where(np.isnan(surface.values), np.nan, points))
         for axis, points in zip("xyz", surface.part, strict=True)
     }
-    bar = {"title": {"text": surface.unit, "side": "right"}, "thickness": 14}
+    bar = {"title": {"text": surface.unit, "side": "top"}, "thickness": 14}
     pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
     pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
     traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]

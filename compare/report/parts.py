@@ -68,21 +68,6 @@ class Section:
     anchor: str = ""
 
 
-@dataclass(frozen=True)
-class Part:
-    """A section of one figure: a heading, a paragraph about the figure, and the figure by name."""
-
-    heading: str
-    text: str
-    name: str
-    figure: Figure
-
-    @property
-    def section(self) -> Section:
-        """The same as a section."""
-        return Section(self.heading, [self.text, Picture(self.name, self.figure)])
-
-
 INDICES = re.compile("\\b([ABCJfr][\u0302\u0304]?′?)_(∞|[a-zφ]{1,2}\\b)")  # of a symbol: C_nn, B̂′_xn, r_∞
 Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
@@ -96,15 +81,8 @@ class Page:
 
     title: str
     summary: str
-    sections: Iterable[Section | Part | Folded]
+    sections: Iterable[Section | Folded]
     answer: Table | None = None
-
-
-def final_sections(
-    tables: Sequence[Table], below: str, cost: str, scene: str, heading: str = "The scene"
-) -> list[Section]:
-    """Return the end of a page: tables, a note on their small numbers, cost, and the scene."""
-    return [Section("Numbers", [below, *tables, cost]), Section(heading, [Verbatim(scene)])]
 
 
 def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | None = None) -> Path:
@@ -126,7 +104,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
     environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
     environment.filters["typeset"] = _typeset
-    sections = [one.section if isinstance(one, Part) else one for one in page.sections]
+    sections = list(page.sections)
     plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
     text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
     return write_text(text, path)

@@ -15,11 +15,9 @@ from compare.report.parts import (
     Items,
     Note,
     Page,
-    Part,
     Picture,
     Section,
     Verbatim,
-    final_sections,
     write_page,
     write_results,
 )
@@ -146,8 +144,8 @@ def test_texts_are_escaped_and_indices_of_ics_are_subscripts(tmp_path):
 
 
 def test_figures_are_embedded_and_written_beside_the_page(tmp_path):
-    parts = [Part("one", "text", "first", Figure()), Section("two", [Picture("second", Figure())])]
-    path = write_results(Page("t", "s", parts), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
+    sections = [Section(name, [Picture(name, Figure())]) for name in ("first", "second")]
+    path = write_results(Page("t", "s", sections), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
     assert path == tmp_path / "new" / "mine.html"
     assert xr.open_dataset(tmp_path / "new" / "mine.nc").a == 1
     assert {one.name for one in (tmp_path / "new" / "figures").iterdir()} == {
@@ -165,18 +163,15 @@ def test_existing_picture_is_embedded(tmp_path):
     assert not list((tmp_path / "figures").iterdir())
 
 
-def test_sections_may_be_made_one_by_one_and_end_with_numbers_and_the_scene(tmp_path):
+def test_sections_may_be_made_one_by_one(tmp_path):
     made = []
 
     def sections():
         for name in ("a", "b"):
             made.append(name)
-            yield Part(name, "", name, Figure())
-        yield from final_sections([Table("t", ["h"], [Row("r", ["c"])])], "below", "cost", "the scene's text")
+            yield Section(name, [Picture(name, Figure())])
 
     page = Page("a page", "s", sections())
     assert not made
     html = write_page(page, tmp_path / "page.html").read_text(encoding="utf-8")
-    ends = ">a<", ">b<", ">Numbers<", ">below<", ">t<", ">cost<", ">The scene<", "<pre>the scene&#39;s text"
-    places = [html.index(word) for word in ends]
-    assert places == sorted(places)
+    assert html.index(">a<") < html.index(">b<")
