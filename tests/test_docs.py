@@ -211,6 +211,20 @@ def test_rolling_example_has_consistent_forces():
     assert force == pytest.approx(0.5 * 0.3 * 1e5, rel=1e-3)
 
 
+def test_distances_for_contact_are_those_of_the_surfaces_less_the_approach(tmp_path, monkeypatch):
+    """Geometry 2 touches at the crowns of both arcs: next to them the list has the approach alone."""
+    monkeypatch.chdir(tmp_path)
+    blocks, names = run_blocks("docs/how-to/contact-file.md")
+    assert blocks == 1
+    distances = np.loadtxt("distances.txt").reshape(32, 64)  # s, x
+    assert distances.min() == pytest.approx(-0.015, abs=1e-4)
+    np.testing.assert_allclose(distances, distances[:, ::-1], atol=1e-12)  # symmetric in x and in s
+    np.testing.assert_allclose(distances, distances[::-1], atol=1e-9)
+    x, s = 0.167, 0.158  # of the element nearest to the middle; wheel of radius 460, arcs of 10 and 10.1 mm
+    near = x**2 / (2 * names["pair"].upper.rolling_radius) + s**2 / 2 * (1 / 10 - 1 / 10.1) - 0.015
+    assert distances[16, 32] == pytest.approx(near, rel=2e-3)
+
+
 def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("README.md")
