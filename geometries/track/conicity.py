@@ -24,6 +24,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
 
+AT_END = 1e-9  # of the amplitude: shifts as near to an end as this are the end
 POINTS = 12  # of Gauss's rule between two shifts
 
 
@@ -110,8 +111,8 @@ def _ends(curve: Differences, centre: float, amplitude: float) -> tuple[float, f
     widest = (farthest - other_end(farthest)) / 2
     if amplitude > widest * (1 + 1e-12):
         raise Failure(
-            f"amplitude = {amplitude:g} mm: the motion about {centre:g} mm is {widest:g} mm at most, because "
-            f"the shifts, or differences that lead back, reach from {least:g} to {largest:g} mm; take more shifts"
+            f"amplitude = {amplitude:g} mm: the motion about {centre:g} mm is {widest:g} mm at most. The "
+            f"shifts, or the differences that lead back, go from {least:g} to {largest:g} mm; take more"
         )
     end = _root(lambda y: y - other_end(y) - 2 * amplitude, centre, farthest)
     return other_end(end), end
@@ -120,8 +121,9 @@ def _ends(curve: Differences, centre: float, amplitude: float) -> tuple[float, f
 def _time(curve: Differences, ends: tuple[float, float]) -> float:
     """The integral I of 1 / sqrt(S) between the ends: with y = middle + amplitude * sin(angle)."""
     middle, amplitude = sum(ends) / 2, (ends[1] - ends[0]) / 2
-    knots = curve.shifts[(curve.shifts > ends[0]) & (curve.shifts < ends[1])]
-    angles = np.concatenate([[-np.pi / 2], np.arcsin((knots - middle) / amplitude), [np.pi / 2]])
+    knots = (curve.shifts - middle) / amplitude
+    inner = np.arcsin(knots[np.abs(knots) < 1 - AT_END])
+    angles = np.concatenate([[-np.pi / 2], inner, [np.pi / 2]])
     angle, weights = on_panels(angles[:-1], angles[1:], POINTS)
     left = curve.integral(ends[1]) - curve.integral(middle + amplitude * np.sin(angle))
     return float(np.sum(weights * amplitude * np.cos(angle) / np.sqrt(left)))

@@ -12,7 +12,7 @@ from geometries.profiles.profile import Kind, Profile
 from geometries.track.curves import Curve, Moved, Samples, curve_through, sampled
 from geometries.track.graphs import Graph, graphs
 
-SAMPLE_SPACING = 0.02  # mm along a curve: deviations of a curve from its samples stay below 1e-8 mm
+SAMPLE_SPACING = 0.04  # mm along a curve: narrower minima of the gap may be missed
 STEEP = np.radians(85)  # a flange back is a face at least as steep as this
 FLANGE_PLATEAU = 1e-3  # rad below the largest inclination of a wheel that still count as its steepest part
 
@@ -44,7 +44,7 @@ class WheelsetDimensions:
 
     `nominal_radius` is that of both wheels or (left, right), on the tape circle, `tape_circle` [mm] from the
     flange back. `flange_back` is the y of the flange back in the axes of the profile, for both or (left,
-    right); None takes the end of a profile whose face is there steeper than 85 degrees.
+    right); None takes the least y of a profile, if its face is there at least 85 degrees steep.
     """
 
     flange_back_distance: float
@@ -157,7 +157,7 @@ def place_wheel(
     notes: tuple[str, ...] = ()
     if flange_back is None:
         flange_back = _flange_back(samples)
-        notes = (f"the flange back is the end of the profile, y = {flange_back:.4f} mm",)
+        notes = (f"the flange back is the least y of the profile, {flange_back:.4f} mm",)
     y = flange_back + wheelset.tape_circle
     above = np.flatnonzero(samples.points[0] > y)
     if not len(above) or above[0] == 0:
@@ -192,16 +192,16 @@ def _curve(section: Profile | Curve, kind: Kind, least_spacing: float) -> Curve:
 
 
 def _flange_back(samples: Samples) -> float:
-    """The y of the flange back from the first samples of a wheel; raises WrongInput if they are not steep."""
-    ty, tz = samples.tangents[:, 0]
+    """The least y of a wheel; raises WrongInput if its face is there less steep than 85 degrees."""
+    k = int(np.argmin(samples.points[0]))
+    ty, tz = samples.tangents[:, k]
     slope = float(np.arctan2(abs(tz), ty))
     if slope < STEEP:
         raise WrongInput(
-            f"flange_back = None: the wheel profile begins at y = {samples.points[0, 0]:g} mm with an "
-            f"inclination of {np.degrees(slope):.1f} degrees, so this is not the "
-            "flange back; give its y as flange_back"
+            f"flange_back = None: the wheel profile begins at y = {samples.points[0, k]:g} mm with an "
+            f"inclination of {np.degrees(slope):.1f} degrees, so this is not the flange back; give its y"
         )
-    return float(samples.points[0, 0])
+    return float(samples.points[0, k])
 
 
 def _extreme(curve: Curve, samples: Samples, axis: int, sign: int) -> tuple[float, float]:

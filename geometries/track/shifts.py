@@ -12,7 +12,7 @@ from geometries.track.layout import Layout
 from geometries.track.wheelset import SECOND_WITHIN, Position, SideName, Touch, settle
 
 MOVE = 0.2  # mm along rail or wheel: a touching point that moves more within JUMP_WIDTH jumps
-JUMP_WIDTH = 1e-7  # mm of shift
+JUMP_WIDTH = 1e-6  # mm of shift
 CONTINUOUS = 0.5  # mm: a move below this between neighbouring shifts is not looked into
 
 

@@ -4,19 +4,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
-from geometries.track.curves import Moved
+from geometries.track.curves import Moved, turned
 from geometries.track.graphs import STEEPEST
 from geometries.track.layout import Layout, Side
 from geometries.track.touching import Minimum, gap_minima, posed
 
 ROLL_STEP = 1e-3  # rad: the search of the roll goes outwards in such steps at most
-LEVER = 500.0  # mm: below the distance of the touching points, so that the first step passes the root
+ROLL_STEPS = 200
+HEIGHT_ROUNDING = 2e-12  # mm: left and right
 LARGEST_ROLL = 0.1  # rad
-ROLL_ROUNDING = 1e-15  # rad
+ROLL_ROUNDING = 1e-16  # rad
 SECOND_WITHIN = 0.1  # mm: default distance below which a second touching point is reported
 
 SideName = Literal["left", "right"]
@@ -127,30 +127,40 @@ def curves_in_place(layout: Layout, position: Position, side: SideName) -> tuple
 
 
 def _roll(layout: Layout, shift: float) -> float:
-    """The roll of least size at which both wheels touch at one height of the axle."""
+    """The roll of least size at which both wheels touch at one height of the axle.
 
-    def higher_left(roll: float) -> float:
-        return _resting_height(layout.left, shift, roll) - _resting_height(layout.right, -shift, -roll)
-
-    before, value = 0.0, higher_left(0.0)
-    step = np.copysign(min(ROLL_STEP, abs(value) / LEVER), value)
-    while abs(before) < LARGEST_ROLL and value != 0:
-        after = before + step
-        if higher_left(after) * step <= 0:
-            root = scipy.optimize.brentq(higher_left, before, after, xtol=ROLL_ROUNDING, rtol=1e-15)
-            return float(root)
-        before = after
-    if value == 0:
-        return 0.0
+    Newton's method from 0 on, in bounded steps outwards until the root is bracketed, and then kept in
+    between: on a flange the slope changes abruptly.
+    """
+    roll, low, high = 0.0, -np.inf, np.inf
+    first = excess = 0.0
+    for k in range(ROLL_STEPS):
+        left, right = _resting(layout.left, shift, roll), _resting(layout.right, -shift, -roll)
+        excess = left[0] - right[0]
+        first = excess if k == 0 else first
+        if abs(excess) <= HEIGHT_ROUNDING or high - low <= ROLL_ROUNDING:
+            return roll
+        low, high = (roll, high) if excess > 0 else (low, roll)
+        newton = roll + excess / lever if (lever := left[1] + right[1]) > 0 else np.nan
+        outwards = roll + np.copysign(ROLL_STEP, excess)
+        if np.isfinite(low) and np.isfinite(high):
+            roll = newton if low < newton < high else (low + high) / 2
+        else:
+            roll = newton if abs(newton - roll) < ROLL_STEP else outwards
+        if abs(roll) > LARGEST_ROLL:
+            break
     raise Failure(
-        f"shift = {shift:g} mm: no roll up to {LARGEST_ROLL:g} rad lets both wheels touch; without roll the "
-        f"left wheel rests {value:g} mm higher than the right one; take a smaller shift"
+        f"shift = {shift:g} mm: no roll up to {LARGEST_ROLL:g} rad lets both wheels touch: without roll the "
+        f"left wheel rests {first:g} mm higher than the right one, at {roll:g} rad {excess:g} mm; "
+        "take a smaller shift"
     )
 
 
-def _resting_height(side: Side, shift: float, roll: float) -> float:
-    """Height [mm] of the axle at which a wheel touches its rail."""
-    return -gap_minima(side, shift, roll)[0].gap
+def _resting(side: Side, shift: float, roll: float) -> tuple[float, float]:
+    """Height [mm] of the axle at which a wheel touches, and its fall per roll of its side [mm]."""
+    minimum = gap_minima(side, shift, roll)[0]
+    y, z = turned(side.wheel.position(minimum.t_wheel), roll)
+    return -minimum.gap, float(y + z * np.tan(minimum.angle))
 
 
 def _touches(side: Side, shift: float, roll: float, within: float) -> tuple[float, tuple[Touch, ...]]:
