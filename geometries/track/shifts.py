@@ -9,7 +9,7 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.track.layout import Layout
-from geometries.track.wheelset import SECOND_WITHIN, Position, SideName, Touch, settle
+from geometries.track.wheelset import SECOND_WITHIN, Position, RollRule, SideName, Touch, settle
 
 MOVE = 0.2  # mm along rail or wheel: a touching point that moves more within JUMP_WIDTH jumps
 JUMP_WIDTH = 1e-6  # mm of shift
@@ -30,7 +30,7 @@ class Jump:
     @property
     def shift(self) -> float:
         """Shift [mm] of the jump, within half of `JUMP_WIDTH`."""
-        return (self.before.shift + self.after.shift) / 2
+        return (self.before.given_shift + self.after.given_shift) / 2
 
     @property
     def touches(self) -> tuple[Touch, Touch]:
@@ -48,15 +48,19 @@ class Shifts:
     def rolling_radius_differences(self) -> tuple[Array, Array]:
         """Shifts and rolling-radius differences [mm], (n,) each, with both values on either side of jumps."""
         beside = [position for jump in self.jumps for position in (jump.before, jump.after)]
-        ordered = sorted([*self.positions, *beside], key=lambda position: position.shift)
+        ordered = sorted([*self.positions, *beside], key=lambda position: position.given_shift)
         return (
-            np.array([position.shift for position in ordered]),
+            np.array([position.given_shift for position in ordered]),
             np.array([position.rolling_radius_difference for position in ordered]),
         )
 
 
 def over_shifts(
-    layout: Layout, shifts: Sequence[float], *, roll: float | None = None, within: float = SECOND_WITHIN
+    layout: Layout,
+    shifts: Sequence[float],
+    *,
+    roll: float | RollRule = "about axle",
+    within: float = SECOND_WITHIN,
 ) -> Shifts:
     """The wheelset at growing shifts [mm]; `roll` and `within` are those of `settle`.
 
@@ -79,13 +83,13 @@ def over_shifts(
 
 
 def _jump(
-    layout: Layout, before: Position, after: Position, side: SideName, roll: float | None
+    layout: Layout, before: Position, after: Position, side: SideName, roll: float | RollRule
 ) -> Jump | None:
     """The jump between two positions by halving: always the half in which the point moves more."""
-    while after.shift - before.shift > JUMP_WIDTH:
+    while after.given_shift - before.given_shift > JUMP_WIDTH:
         if _move(before, after, side) < MOVE:
             return None
-        middle = settle(layout, (before.shift + after.shift) / 2, roll=roll)
+        middle = settle(layout, (before.given_shift + after.given_shift) / 2, roll=roll)
         first = _move(before, middle, side) > _move(middle, after, side)
         before, after = (before, middle) if first else (middle, after)
     return Jump(side, before, after) if _move(before, after, side) >= MOVE else None

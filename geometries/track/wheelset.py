@@ -1,7 +1,7 @@
 """The position of a wheelset: its roll and height follow from both wheels touching their rails."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -20,6 +20,7 @@ ROLL_ROUNDING = 1e-16  # rad
 SECOND_WITHIN = 0.1  # mm: default distance below which a second touching point is reported
 
 SideName = Literal["left", "right"]
+RollRule = Literal["about axle", "about rails"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +52,17 @@ class Touch:
 
 @dataclass(frozen=True, eq=False)
 class Position:
-    """A wheelset on a track: shift [mm] of the middle of the axle to the left, roll [rad], height [mm].
+    """A wheelset on a track: shift [mm] of the middle of the axle to the left, roll [rad], heights [mm].
 
-    Roll is positive where the left wheel is higher. Heights are those of the middle of the axle above the
-    rail tops at which the left and the right wheel touch: equal, unless the roll was given. `left` and
-    `right` are the touching points, the least gap first.
+    `shift_at_rails` is that of the point of the middle plane a nominal radius below the axle; `given_shift`
+    is the one of both that was given. Roll is positive where the left wheel is higher. Heights are those of
+    the middle of the axle above the rail tops at which the left and the right wheel touch: equal, unless the
+    roll was given. `left` and `right` are the touching points, the least gap first.
     """
 
     shift: float
+    shift_at_rails: float
+    given_shift: float
     roll: float
     heights: tuple[float, float]
     left: tuple[Touch, ...]
@@ -68,11 +72,6 @@ class Position:
     def height(self) -> float:
         """Mean of the two heights [mm]."""
         return sum(self.heights) / 2
-
-    @property
-    def shift_at_rails(self) -> float:
-        """Shift [mm] of the wheelset's middle plane at the height of the rail tops."""
-        return float(self.shift + self.height * np.tan(self.roll))
 
     @property
     def rolling_radius_difference(self) -> float:
@@ -89,25 +88,34 @@ def settle(
     layout: Layout,
     shift: float,
     *,
-    roll: float | None = None,
+    roll: float | RollRule = "about axle",
     yaw: float = 0.0,
     within: float = SECOND_WITHIN,
 ) -> Position:
     """The wheelset shifted by `shift` [mm] to the left, resting on both rails.
 
-    The roll follows from this; a given `roll` [rad] leaves each wheel to touch at a height of its own, as if
-    the axle could be cut. Touching points up to `within` [mm] of distance are reported. Raises Failure where
-    a wheel climbs its rail, and WrongInput for a yaw.
+    The roll follows from this. "about axle": the shift is that of the middle of the axle; "about rails": of
+    the point a nominal radius below it, which determines the position on a flange of any slope. A given roll
+    [rad] leaves each wheel to touch at a height of its own, as if the axle could be cut.
+
+    Touching points up to `within` [mm] of distance are reported. Raises Failure where a wheel climbs its
+    rail, and WrongInput for a yaw.
     """
+    if isinstance(roll, str) and roll not in get_args(RollRule):
+        raise WrongInput(f"roll = {roll!r}: must be one of {get_args(RollRule)} or a number [rad]")
     if yaw != 0:
         raise WrongInput(
             f"yaw = {yaw!r}: must be 0. With yaw the wheel touches ahead of the section through the axle or "
             "behind it, and only this section is searched"
         )
-    turn = _roll(layout, shift) if roll is None else roll
-    left = _touches(layout.left, shift, turn, within)
-    right = _touches(layout.right, -shift, -turn, within)
-    position = Position(shift, turn, (left[0], right[0]), left[1], right[1])
+    radius = sum(layout.nominal_radius) / 2
+    arm = radius if roll == "about rails" else 0.0
+    turn = _roll(layout, shift, arm) if isinstance(roll, str) else float(roll)
+    axle = float(shift - arm * np.sin(turn))
+    left = _touches(layout.left, axle, turn, within)
+    right = _touches(layout.right, -axle, -turn, within)
+    at_rails = float(axle + radius * np.sin(turn))
+    position = Position(axle, at_rails, shift, turn, (left[0], right[0]), left[1], right[1])
     _check_flange("left", layout.left, position)
     _check_flange("right", layout.right, position)
     return position
@@ -126,16 +134,17 @@ def curves_in_place(layout: Layout, position: Position, side: SideName) -> tuple
     return both.rail, posed(both, *position.pose(side))
 
 
-def _roll(layout: Layout, shift: float) -> float:
+def _roll(layout: Layout, shift: float, arm: float) -> float:
     """The roll of least size at which both wheels touch at one height of the axle.
 
-    Newton's method from 0 on, in bounded steps outwards until the root is bracketed, and then kept in
-    between: on a flange the slope changes abruptly.
+    The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. Newton's
+    method from 0 on, in bounded steps outwards until the root is bracketed, and then kept in between: on a
+    flange the slope changes abruptly.
     """
     roll, low, high = 0.0, -np.inf, np.inf
     first = excess = 0.0
     for k in range(ROLL_STEPS):
-        left, right = _resting(layout.left, shift, roll), _resting(layout.right, -shift, -roll)
+        left, right = _resting(layout.left, shift, roll, arm), _resting(layout.right, -shift, -roll, arm)
         excess = left[0] - right[0]
         first = excess if k == 0 else first
         if abs(excess) <= HEIGHT_ROUNDING or high - low <= ROLL_ROUNDING:
@@ -156,11 +165,11 @@ def _roll(layout: Layout, shift: float) -> float:
     )
 
 
-def _resting(side: Side, shift: float, roll: float) -> tuple[float, float]:
+def _resting(side: Side, shift: float, roll: float, arm: float) -> tuple[float, float]:
     """Height [mm] of the axle at which a wheel touches, and its fall per roll of its side [mm]."""
-    minimum = gap_minima(side, shift, roll)[0]
+    minimum = gap_minima(side, shift - arm * np.sin(roll), roll)[0]
     y, z = turned(side.wheel.position(minimum.t_wheel), roll)
-    return -minimum.gap, float(y + z * np.tan(minimum.angle))
+    return -minimum.gap, float(y + (z + arm * np.cos(roll)) * np.tan(minimum.angle))
 
 
 def _touches(side: Side, shift: float, roll: float, within: float) -> tuple[float, tuple[Touch, ...]]:
@@ -195,7 +204,7 @@ def _check_flange(name: str, side: Side, position: Position) -> None:
         return
     largest = float(np.arctan2(*side.wheel.tangent(side.steepest)[::-1]))
     raise Failure(
-        f"shift = {position.shift:g} mm: the {name} wheel climbs its rail. It touches "
+        f"shift = {position.given_shift:g} mm: the {name} wheel climbs its rail. It touches "
         f"{side.steepest - touch.s_wheel:.3f} mm beyond the steepest part of its flange "
         f"({np.degrees(largest):.2f} degrees), at a contact angle of {np.degrees(touch.angle):.2f} degrees, "
         f"with the axle at {position.height:.3f} mm and a roll of {1e3 * position.roll:.3f} mrad; "

@@ -1,8 +1,22 @@
 import numpy as np
 import pytest
-from track_sections import BACKS, Circles, Cone, brute_gaps, flanged, symmetric
+from track_sections import (
+    BACKS,
+    TRACK,
+    WHEELSET,
+    Circles,
+    Cone,
+    brute_gaps,
+    flanged,
+    rail_points,
+    symmetric,
+    wheel_points,
+)
 
 from geometries.errors import Failure, WrongInput
+from geometries.track.curves import Samples, curve_through
+from geometries.track.graphs import Graph, graphs
+from geometries.track.layout import lay_out
 from geometries.track.wheelset import curves_in_place, settle
 
 CONE, CIRCLES = Cone(), Circles()
@@ -83,13 +97,35 @@ def test_without_roll_cones_have_their_angle(shift):
     assert position.left[0].angle == pytest.approx(cone.gamma, abs=1e-12)
 
 
-def test_at_rail_height_the_shift_of_cones_is_that_of_their_angle():
-    """The shift of the middle plane at the height of the rails' centres gives exactly 2 tan(gamma)."""
-    cone = CONE
-    position = settle(cone.layout(), 5.0)
-    at_centres = position.shift_at_rails + cone.R_r * np.tan(position.roll)
-    along = at_centres * np.cos(position.roll)
-    assert position.rolling_radius_difference == pytest.approx(2 * np.tan(cone.gamma) * along, abs=1e-9)
+@pytest.mark.parametrize("shift", [-6.0, 5.0, 8.3])
+def test_shifts_at_the_rails_lead_to_the_position_of_the_shift_of_the_axle(shift):
+    layout = flanged()
+    at_rails = settle(layout, shift, roll="about rails")
+    at_axle = settle(layout, at_rails.shift)
+    assert at_rails.shift == pytest.approx(shift - 460 * np.sin(at_rails.roll), abs=1e-12)
+    assert at_axle.shift_at_rails == pytest.approx(shift, abs=1e-9)
+    assert at_rails.shift_at_rails == pytest.approx(at_rails.given_shift, abs=1e-12)
+    assert at_axle.roll == pytest.approx(at_rails.roll, abs=1e-11)
+    assert at_axle.left[0].angle == pytest.approx(at_rails.left[0].angle, abs=1e-9)
+
+
+def test_a_steep_flange_is_reached_by_shifts_at_the_rails():
+    """At 75 degrees heights fall with the shift of the axle: another position has the same with less roll."""
+    y, z = wheel_points()
+    steep = curve_through(np.stack([y, z - 24 * (1 - np.tanh((y + 44) / 11))]))
+    rail = curve_through(rail_points())
+    layout = lay_out((rail, rail), (steep, steep), TRACK, WHEELSET)
+    flange, farther = (settle(layout, shift, roll="about rails") for shift in (8.0, 8.5))
+    assert 75 < np.degrees(flange.left[0].angle) < np.degrees(farther.left[0].angle) < 77
+    assert farther.shift < flange.shift  # the axle goes back
+    tread = settle(layout, flange.shift)
+    assert tread.left[0].angle < 0.2
+    assert tread.roll < flange.roll
+
+
+def test_an_unknown_rule_of_roll_is_refused():
+    with pytest.raises(WrongInput, match="about axle"):
+        settle(symmetric(), 0.0, roll="about bogie")
 
 
 # --- any sections ----------------------------------------------------------------------------------
@@ -113,7 +149,7 @@ def test_brute_force_finds_the_same_roll():
     position = settle(layout, shift)
 
     def higher_left(roll):
-        trial = type(position)(shift, roll, (0.0, 0.0), (), ())
+        trial = type(position)(shift, 0.0, 0.0, roll, (0.0, 0.0), (), ())
         left, right = (np.min(brute_gaps(layout, trial, side)[1]) for side in ("left", "right"))
         return right - left
 
@@ -233,3 +269,48 @@ def test_yaw_is_refused_with_the_reason():
 def test_a_wheel_beside_its_rail_is_refused():
     with pytest.raises(Failure, match=r"not above the rail|least at y"):
         settle(symmetric(), 150.0)
+
+
+# --- the search ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [41, 81, 161])
+def test_heights_between_samples_have_an_error_of_fourth_order(n):
+    """Cubic Hermite interpolation of cosh: h^4 / 384 * max cosh, and nearly that in the middle."""
+    y = np.linspace(-1, 2, n)
+    graph = Graph(y, y, np.cosh(y), np.sinh(y))
+    middle = (y[1:] + y[:-1]) / 2
+    errors = graph.heights(middle) - np.cosh(middle)
+    np.testing.assert_allclose(-errors, (3 / (n - 1)) ** 4 / 384 * np.cosh(middle), rtol=2e-3, atol=1e-14)
+    np.testing.assert_allclose(graph.heights(y), np.cosh(y), rtol=1e-15)
+
+
+def test_parts_of_a_curve_that_turn_back_or_are_steep_are_no_graphs():
+    t = np.linspace(0, 1.9 * np.pi, 400)  # over the top, back below, and up again
+    circle = Samples(t, np.stack([-np.cos(t), np.sin(t)]), np.stack([np.sin(t), np.cos(t)]))
+    (top,) = graphs(circle)
+    assert np.all(np.diff(top.y) > 0)
+    assert top.t[0] == pytest.approx(np.radians(5), abs=0.02)
+    assert top.t[-1] == pytest.approx(np.radians(175), abs=0.02)
+
+
+class Kinked:
+    """A rail with an edge at the top, against the protocol."""
+
+    limits = (-40.0, 40.0)
+
+    def position(self, t):
+        return np.array([0.8 * np.asarray(t), -0.6 * np.abs(t)])
+
+    def tangent(self, t):
+        return np.array([0.8 + 0 * np.asarray(t), -0.6 * np.sign(t)])
+
+    def curvature(self, t):
+        return 0 * np.asarray(t)
+
+
+def test_an_edge_is_refused_not_taken_for_a_touching_point():
+    wheel = curve_through(wheel_points())
+    layout = lay_out((Kinked(), Kinked()), (wheel, wheel), TRACK, WHEELSET)
+    with pytest.raises(Failure, match="kinks: smooth the profiles"):
+        settle(layout, 0.0)
