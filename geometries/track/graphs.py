@@ -7,7 +7,7 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.track.curves import Samples
 
-STEEPEST = np.radians(85)  # steeper parts are no part of a graph
+STEEPEST = np.radians(85)  # steeper parts are no part of a graph, and may be a flange back
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,9 @@ from geometries.arrays import Mask
 from geometries.errors import WrongInput
 from geometries.profiles.profile import Kind, Profile
 from geometries.track.curves import Curve, Moved, Samples, curve_through, sampled
-from geometries.track.graphs import Graph, graphs
+from geometries.track.graphs import STEEPEST, Graph, graphs
 
 SAMPLE_SPACING = 0.04  # mm along a curve: narrower minima of the gap may be missed
-STEEP = np.radians(85)  # a flange back is a face at least as steep as this
 FLANGE_PLATEAU = 1e-3  # rad below the largest inclination of a wheel that still count as its steepest part
 
 
@@ -196,7 +195,7 @@ def _flange_back(samples: Samples) -> float:
     k = int(np.argmin(samples.points[0]))
     ty, tz = samples.tangents[:, k]
     slope = float(np.arctan2(abs(tz), ty))
-    if slope < STEEP:
+    if slope < STEEPEST:
         raise WrongInput(
             f"flange_back = None: the wheel profile begins at y = {samples.points[0, k]:g} mm with an "
             f"inclination of {np.degrees(slope):.1f} degrees, so this is not the flange back; give its y"

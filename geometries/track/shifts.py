@@ -1,10 +1,10 @@
 """A wheelset at many shifts: curves of its radii and angles, and the jumps of its touching points."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -57,7 +57,7 @@ class Shifts:
 
 def over_shifts(
     layout: Layout,
-    shifts: Sequence[float],
+    shifts: ArrayLike,
     *,
     roll: float | RollRule = "about axle",
     within: float = SECOND_WITHIN,
@@ -68,8 +68,9 @@ def over_shifts(
     is halved until the move is small or the interval is: the move is then a jump. One jump a side is sought
     in an interval.
     """
-    if len(shifts) == 0 or not np.all(np.diff(shifts) > 0):
-        raise WrongInput(f"shifts = {list(shifts)}: must be at least one, and grow")
+    shifts = np.asarray(shifts, dtype=float)
+    if shifts.ndim != 1 or len(shifts) == 0 or not np.all(np.diff(shifts) > 0):
+        raise WrongInput(f"shifts = {shifts}: must be numbers (n,), at least one, and grow")
     positions = tuple(settle(layout, float(shift), roll=roll, within=within) for shift in shifts)
     sides: tuple[SideName, SideName] = ("left", "right")
     found = [

@@ -101,6 +101,8 @@ def settle(
     Touching points up to `within` [mm] of distance are reported. Raises Failure where a wheel climbs its
     rail, and WrongInput for a yaw.
     """
+    if not np.isfinite(shift):
+        raise WrongInput(f"shift = {shift!r}: must be a number [mm]")
     if isinstance(roll, str) and roll not in get_args(RollRule):
         raise WrongInput(f"roll = {roll!r}: must be one of {get_args(RollRule)} or a number [rad]")
     if yaw != 0:
@@ -148,7 +150,7 @@ def _roll(layout: Layout, shift: float, arm: float) -> float:
         excess = left[0] - right[0]
         first = excess if k == 0 else first
         if abs(excess) <= HEIGHT_ROUNDING or high - low <= ROLL_ROUNDING:
-            return roll
+            return float(roll)
         low, high = (roll, high) if excess > 0 else (low, roll)
         newton = roll + excess / lever if (lever := left[1] + right[1]) > 0 else np.nan
         outwards = roll + np.copysign(ROLL_STEP, excess)

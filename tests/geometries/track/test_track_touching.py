@@ -123,7 +123,9 @@ def test_a_steep_flange_is_reached_by_shifts_at_the_rails():
     assert tread.roll < flange.roll
 
 
-def test_an_unknown_rule_of_roll_is_refused():
+def test_an_unknown_rule_of_roll_and_an_infinite_shift_are_refused():
+    with pytest.raises(WrongInput, match="shift"):
+        settle(symmetric(), np.nan)
     with pytest.raises(WrongInput, match="about axle"):
         settle(symmetric(), 0.0, roll="about bogie")
 
@@ -295,22 +297,37 @@ def test_parts_of_a_curve_that_turn_back_or_are_steep_are_no_graphs():
 
 
 class Kinked:
-    """A rail with an edge at the top, against the protocol."""
+    """A rail with an edge at the top and a smooth bump 1 mm below it, against the protocol."""
 
-    limits = (-40.0, 40.0)
+    limits = (-24.0, 40.0)
+
+    def slope(self, t):
+        return -0.6 * np.sign(t) - 2 * (t - 25) / 9 * 15 * np.exp(-(((t - 25) / 3) ** 2))
 
     def position(self, t):
-        return np.array([0.8 * np.asarray(t), -0.6 * np.abs(t)])
+        t = np.asarray(t)
+        return np.array([t, -0.6 * np.abs(t) + 15 * np.exp(-(((t - 25) / 3) ** 2))])
 
     def tangent(self, t):
-        return np.array([0.8 + 0 * np.asarray(t), -0.6 * np.sign(t)])
+        slope = self.slope(np.asarray(t))
+        return np.array([1 + 0 * slope, slope]) / np.sqrt(1 + slope**2)
 
     def curvature(self, t):
-        return 0 * np.asarray(t)
+        return 0.1 + 0 * np.asarray(t)
 
 
-def test_an_edge_is_refused_not_taken_for_a_touching_point():
-    wheel = curve_through(wheel_points())
+@pytest.mark.parametrize("within", [0.0, 50.0])
+def test_an_edge_is_refused_even_if_a_smooth_point_is_near(within):
+    wheel = curve_through(wheel_points(cone=0.0, hollow=0.0))
     layout = lay_out((Kinked(), Kinked()), (wheel, wheel), TRACK, WHEELSET)
     with pytest.raises(Failure, match="kinks: smooth the profiles"):
+        settle(layout, 0.0, roll=0.0, within=within)
+
+
+def test_a_profile_that_ends_before_it_touches_is_refused():
+    """A rail cut off on the gauge side of its touching point."""
+    rail = curve_through(rail_points()[:, :170])
+    wheel = curve_through(wheel_points())
+    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+    with pytest.raises(Failure, match=r"least at y = .* where a profile ends"):
         settle(layout, 0.0)
