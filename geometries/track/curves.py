@@ -141,7 +141,7 @@ def _from_first(lengths: Array) -> Array:
 
 
 def _thinned(points: Array, least_spacing: float) -> Array:
-    """Points (2, n) without those nearer than `least_spacing` to the one kept before; the last one stays."""
+    """Points (2, n) without those nearer than `least_spacing` to the one before them; the last one stays."""
     if points.ndim != 2 or len(points) != 2 or not np.all(np.isfinite(points)):
         raise WrongInput(f"points of shape {points.shape}: must be (2, n) finite numbers, rows y and z [mm]")
     kept = [0]

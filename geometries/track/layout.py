@@ -77,7 +77,7 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class PlacedWheel:
-    """A wheel in its place, the arc length of its tape circle [mm], and what its shape told."""
+    """A wheel in its place, the arc length of its tape circle [mm], and notes."""
 
     curve: Moved
     t_tape: float

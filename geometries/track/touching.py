@@ -71,7 +71,7 @@ def gap_minima(side: Side, shift: float, roll: float, within: float = SAMPLED_ER
 
 
 def refined(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
-    """The minimum of the vertical gap between two arc lengths of the rail: Newton's method, kept in between.
+    """The minimum of the vertical gap between two arc lengths of the rail: Newton's method, confined to them.
 
     The gap is stationary where the tangents are parallel at equal y. None if it is least at an end.
     """

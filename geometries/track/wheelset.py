@@ -140,7 +140,7 @@ def _roll(layout: Layout, shift: float, arm: float) -> float:
     """The roll of least size at which both wheels touch at one height of the axle.
 
     The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. Newton's
-    method from 0 on, in bounded steps outwards until the root is bracketed, and then kept in between: on a
+    method from 0 on, in bounded steps outwards until the root is bracketed, and then confined to it: on a
     flange the slope changes abruptly.
     """
     roll, low, high = 0.0, -np.inf, np.inf
