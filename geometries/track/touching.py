@@ -61,7 +61,7 @@ def gap_minima(side: Side, shift: float, roll: float, within: float = SAMPLED_ER
     if end is None or end[2] < least:
         raise Failure(_no_touch(side, wheel, end))
     candidates = [(bracket, t_wheel) for bracket, t_wheel, gap in brackets if gap <= least + margin]
-    minima = _without_repeats(_refined_or_wider(side.rail, wheel, *candidate) for candidate in candidates)
+    minima = _without_repeats(refined_near(side.rail, wheel, *candidate) for candidate in candidates)
     if not minima or minima[0].gap > least + HERMITE_ERROR:
         raise Failure(
             f"touching points near arc lengths {[bracket for bracket, _ in candidates]} mm of the rail: not "
@@ -93,9 +93,7 @@ def refined(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: fl
     return Minimum(float(t), float(t_wheel), gap, float(np.arctan2(rail_tangent[1], rail_tangent[0])))
 
 
-def _refined_or_wider(
-    rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: float
-) -> Minimum | None:
+def refined_near(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
     """The minimum in a bracket or, if the samples were too level to bracket it, near it."""
     minimum = refined(rail, wheel, bracket, t_wheel)
     if minimum is not None:

@@ -89,6 +89,10 @@ def test_what_does_not_return_or_not_reach_is_refused():
         equivalent_conicity(Y, -Y, 3.0)
     with pytest.raises(Failure, match=r"amplitude = 9.5 mm: .* 9 mm at most"):
         equivalent_conicity(Y, Y, 9.5)
+    for unequal in (Y[Y > -3.01], Y[Y < 3.01]):
+        with pytest.raises(Failure, match=r"amplitude = 4 mm: .* 3 mm at most"):
+            equivalent_conicity(unequal, unequal, 4.0)
+        assert equivalent_conicity(unequal, unequal, 3.0).value == pytest.approx(0.5, rel=1e-10)
     with pytest.raises(Failure, match="lead back"):  # beyond 5 mm the wheelset runs off
         equivalent_conicity(Y, Y * (1 - (Y / 5) ** 2), 5.5)
     assert equivalent_conicity(Y, Y * (1 - (Y / 5) ** 2), 4.8).value > 0

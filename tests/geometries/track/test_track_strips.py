@@ -1,9 +1,21 @@
 import numpy as np
 import pytest
-from track_sections import Circles, brute_gaps, flanged, symmetric
+from track_sections import (
+    TRACK,
+    WHEELSET,
+    Circles,
+    brute_gaps,
+    flanged,
+    rail_points,
+    symmetric,
+    wheel_points,
+)
 
 from geometries.errors import Failure, WrongInput
+from geometries.track.curves import curve_through
+from geometries.track.layout import lay_out
 from geometries.track.strips import distances, strips
+from geometries.track.touching import wheel_graphs
 from geometries.track.wheelset import curves_in_place, settle
 
 CIRCLES = Circles()
@@ -19,7 +31,7 @@ def lens(R_r, R_w, apart):
     return half, x, inner - outer
 
 
-@pytest.mark.parametrize("approach", [1e-6, 0.01, 0.2])
+@pytest.mark.parametrize("approach", [1e-8, 1e-6, 0.01, 0.2])
 @pytest.mark.parametrize("shift", [0.0, 3.0])
 def test_two_circles_overlap_in_a_lens(approach, shift):
     """The centres of the circles, R_w - R_r apart along the common normal, come together by the approach."""
@@ -118,6 +130,26 @@ def test_strips_of_tread_and_flange_are_one_or_two_and_merge():
     assert merged.merged
     assert len(merged.touches) == 2
     assert rail.position(merged.s_rail[0])[0] == pytest.approx(merged.y[0])
+
+
+def test_of_two_surfaces_of_a_wheel_above_each_other_the_lower_one_counts():
+    """A rim that folds back over the tread: its upper surface is no part of the gap."""
+    y, z = wheel_points()
+    fold = np.array([[60, 8], [59, 14], [50, 17], [30, 18], [10, 18], [0, 20], [2, 24], [20, 26], [60, 27]]).T
+    layouts = [
+        lay_out((rail,) * 2, (curve_through(points),) * 2, TRACK, WHEELSET)
+        for rail in [curve_through(rail_points())]
+        for points in (np.stack([y, z]), np.concatenate([np.stack([y, z]), fold], axis=1))
+    ]
+    plain, folded = (settle(layout, 2.0) for layout in layouts)
+    assert len(wheel_graphs(layouts[1].left, 0.0, 0.0)) == 2
+    assert folded.height == pytest.approx(plain.height, abs=1e-9)
+    (one,), (other,) = (
+        strips(layout, position, "left", 0.1)
+        for layout, position in zip(layouts, (plain, folded), strict=True)
+    )
+    np.testing.assert_allclose(one.s_rail, other.s_rail, rtol=0, atol=1e-7)
+    assert one.area == pytest.approx(other.area, rel=1e-8)
 
 
 def test_what_cannot_be_a_strip_is_refused():

@@ -17,6 +17,7 @@ from geometries.errors import Failure, WrongInput
 from geometries.track.curves import Samples, curve_through
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import lay_out
+from geometries.track.touching import refined, refined_near
 from geometries.track.wheelset import curves_in_place, settle
 
 CONE, CIRCLES = Cone(), Circles()
@@ -331,3 +332,16 @@ def test_a_profile_that_ends_before_it_touches_is_refused():
     layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
     with pytest.raises(Failure, match=r"least at y = .* where a profile ends"):
         settle(layout, 0.0)
+
+
+def test_a_bracket_beside_its_minimum_is_widened():
+    """Samples that are level to their rounding may point a step too far."""
+    layout = symmetric()
+    position = settle(layout, 1.0)
+    rail, wheel = curves_in_place(layout, position, "left")
+    touch = position.left[0]
+    bracket = touch.s_rail + 0.01, touch.s_rail + 0.09
+    assert refined(rail, wheel, bracket, touch.s_wheel) is None
+    assert refined_near(rail, wheel, bracket, touch.s_wheel).t_rail == pytest.approx(touch.s_rail, abs=1e-8)
+    far = touch.s_rail + 5, touch.s_rail + 5.08
+    assert refined_near(rail, wheel, far, touch.s_wheel + 5) is None
