@@ -135,7 +135,9 @@ def test_strips_of_tread_and_flange_are_one_or_two_and_merge():
 def test_of_two_surfaces_of_a_wheel_above_each_other_the_lower_one_counts():
     """A rim that folds back over the tread: its upper surface is no part of the gap."""
     y, z = wheel_points()
-    fold = np.array([[60, 8], [59, 14], [50, 17], [30, 18], [10, 18], [0, 20], [2, 24], [20, 26], [60, 27]]).T
+    fold = np.array(
+        [[60, 8], [59, 14], [50, 17], [30, 18], [-10, 18], [-20, 20], [-18, 24], [20, 26], [60, 27]]
+    ).T
     layouts = [
         lay_out((rail,) * 2, (curve_through(points),) * 2, TRACK, WHEELSET)
         for rail in [curve_through(rail_points())]
