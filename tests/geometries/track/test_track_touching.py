@@ -1,0 +1,347 @@
+import numpy as np
+import pytest
+from track_sections import (
+    BACKS,
+    TRACK,
+    WHEELSET,
+    Circles,
+    Cone,
+    brute_gaps,
+    flanged,
+    rail_points,
+    symmetric,
+    wheel_points,
+)
+
+from geometries.errors import Failure, WrongInput
+from geometries.track.curves import Samples, curve_through
+from geometries.track.graphs import Graph, graphs
+from geometries.track.layout import lay_out
+from geometries.track.touching import refined, refined_near
+from geometries.track.wheelset import curves_in_place, settle
+
+CONE, CIRCLES = Cone(), Circles()
+SHIFTS = (-9.1, -1.7, 0.0, 0.9, 5.2, 8.6)  # the outer ones on a flange
+
+
+# --- closed forms ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shift", [-6.0, 0.0, 2.5, 7.0])
+def test_cones_on_arcs_have_their_closed_form(shift):
+    """The normals of both cones meet the centres of the rails: m sin(roll) = tan(gamma) * shift."""
+    cone = CONE
+    position = settle(cone.layout(), shift)
+    t, m = np.tan(cone.gamma), cone.m
+    along = shift * np.cos(position.roll) + (position.height + cone.R_r) * np.sin(position.roll)
+    assert m * np.sin(position.roll) == pytest.approx(t * along, abs=1e-10)
+    assert position.rolling_radius_difference == pytest.approx(2 * t * along, abs=1e-9)
+    assert position.rolling_radius_difference == pytest.approx(2 * m * np.sin(position.roll), abs=1e-9)
+    assert position.left[0].angle == pytest.approx(cone.gamma + position.roll, abs=1e-12)
+    assert position.right[0].angle == pytest.approx(cone.gamma - position.roll, abs=1e-12)
+    point = [m - cone.R_r * np.sin(position.left[0].angle), cone.R_r * (np.cos(position.left[0].angle) - 1)]
+    np.testing.assert_allclose(position.left[0].point, point, rtol=0, atol=1e-9)
+
+
+def test_height_of_centred_cones():
+    """The radius at half-distance b is r_0 - tan(gamma) (b - tape circle), above the touching point."""
+    cone = CONE
+    b, z = cone.m - cone.R_r * np.sin(cone.gamma), cone.R_r * (np.cos(cone.gamma) - 1)
+    radius = cone.r_0 - np.tan(cone.gamma) * (b - BACKS / 2 - 70)
+    position = settle(cone.layout(), 0.0)
+    assert position.roll == pytest.approx(0, abs=1e-14)
+    assert position.left[0].radius == pytest.approx(radius, abs=1e-10)
+    assert position.height == pytest.approx(radius + z, abs=1e-10)
+
+
+@pytest.mark.parametrize("shift", [-5.0, -1.3, 0.0, 2.0, 6.4])
+@pytest.mark.parametrize("circles", [CIRCLES, Circles(R_w=330.0, R_r=290.0, gamma=0.025, r_0=420.0)])
+def test_arcs_on_arcs_agree_with_the_linkage_of_their_centres(circles, shift):
+    roll, height, left, right = circles.linkage(shift)
+    position = settle(circles.layout(), shift)
+    # fsolve ends at 1e-12 of the height
+    assert position.roll == pytest.approx(roll, abs=1e-12)
+    assert position.height == pytest.approx(height, abs=1e-10)
+    assert position.left[0].angle == pytest.approx(left, abs=1e-11)
+    assert position.right[0].angle == pytest.approx(right, abs=1e-11)
+    for touch, angle, turn in ((position.left[0], left, roll), (position.right[0], right, -roll)):
+        radius = circles.r_0 + circles.R_w * (np.cos(circles.gamma) - np.cos(angle - turn))
+        assert touch.radius == pytest.approx(radius, abs=1e-9)
+        assert touch.s_rail == pytest.approx(-circles.R_r * angle, abs=1e-8)
+        assert touch.s_wheel == pytest.approx(-circles.R_w * (angle - turn), abs=1e-8)
+        assert touch.curvature_rail == pytest.approx(1 / circles.R_r, rel=1e-12)
+        assert touch.curvature_wheel == pytest.approx(1 / circles.R_w, rel=1e-12)
+
+
+def test_derivatives_of_arcs_on_arcs():
+    """Roll, angles and rolling-radius difference per shift, to first order (docs/theory/wheel-on-rail.md)."""
+    c = CIRCLES
+    t, s = np.tan(c.gamma), np.sin(c.gamma)
+    h = 1e-2
+    plus, minus = (settle(c.layout(), shift) for shift in (h, -h))
+    roll = t / (c.b - c.r_0 * t)
+    conicity = c.R_w * t / (c.R_w - c.R_r) * (c.b + c.R_r * s) / (c.b - c.r_0 * t)
+    angle = (np.cos(c.gamma) + roll * (c.b * s + c.r_0 * np.cos(c.gamma) + c.R_w)) / (c.R_w - c.R_r)
+    # third derivatives are of the order 1 / R_w^2: h^2 / R_w^2 = 4e-10; 1e-10 mm / h
+    assert (plus.roll - minus.roll) / (2 * h) == pytest.approx(roll, rel=1e-7)
+    assert (plus.left[0].angle - minus.left[0].angle) / (2 * h) == pytest.approx(angle, rel=1e-7)
+    differences = plus.rolling_radius_difference - minus.rolling_radius_difference
+    assert differences / (4 * h) == pytest.approx(conicity, rel=1e-7)
+
+
+@pytest.mark.parametrize("shift", [-3.0, 4.5])
+def test_without_roll_cones_have_their_angle(shift):
+    cone = CONE
+    position = settle(cone.layout(), shift, roll=0.0)
+    assert position.rolling_radius_difference == pytest.approx(2 * np.tan(cone.gamma) * shift, abs=1e-9)
+    assert np.subtract(*position.heights) == pytest.approx(2 * np.tan(cone.gamma) * shift, abs=1e-9)
+    assert position.left[0].angle == pytest.approx(cone.gamma, abs=1e-12)
+
+
+@pytest.mark.parametrize("shift", [-6.0, 5.0, 8.3])
+def test_shifts_at_the_rails_lead_to_the_position_of_the_shift_of_the_axle(shift):
+    layout = flanged()
+    at_rails = settle(layout, shift, roll="about rails")
+    at_axle = settle(layout, at_rails.shift)
+    assert at_rails.shift == pytest.approx(shift - 460 * np.sin(at_rails.roll), abs=1e-12)
+    assert at_axle.shift_at_rails == pytest.approx(shift, abs=1e-9)
+    assert at_rails.shift_at_rails == pytest.approx(at_rails.given_shift, abs=1e-12)
+    assert at_axle.roll == pytest.approx(at_rails.roll, abs=1e-11)
+    assert at_axle.left[0].angle == pytest.approx(at_rails.left[0].angle, abs=1e-9)
+
+
+def test_a_steep_flange_is_reached_by_shifts_at_the_rails():
+    """At 75 degrees heights fall with the shift of the axle: another position has the same with less roll."""
+    y, z = wheel_points()
+    steep = curve_through(np.stack([y, z - 24 * (1 - np.tanh((y + 44) / 11))]))
+    rail = curve_through(rail_points())
+    layout = lay_out((rail, rail), (steep, steep), TRACK, WHEELSET)
+    flange, farther = (settle(layout, shift, roll="about rails") for shift in (8.0, 8.5))
+    assert 75 < np.degrees(flange.left[0].angle) < np.degrees(farther.left[0].angle) < 77
+    assert farther.shift < flange.shift  # the axle goes back
+    tread = settle(layout, flange.shift)
+    assert tread.left[0].angle < 0.2
+    assert tread.roll < flange.roll
+
+
+def test_an_unknown_rule_of_roll_and_an_infinite_shift_are_refused():
+    with pytest.raises(WrongInput, match="shift"):
+        settle(symmetric(), np.nan)
+    with pytest.raises(WrongInput, match="about axle"):
+        settle(symmetric(), 0.0, roll="about bogie")
+
+
+# --- any sections ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_brute_force_finds_the_same_points(shift):
+    """On polygons of 30001 points: gaps of 4 um^2 / 8 R, so 1e-7 mm where R is 20 mm; points to 0.02 mm."""
+    layout = flanged()
+    position = settle(layout, shift)
+    for side, touches in (("left", position.left), ("right", position.right)):
+        t, gaps = brute_gaps(layout, position, side)
+        assert np.min(gaps) == pytest.approx(0, abs=2e-7)
+        assert t[np.argmin(gaps)] == pytest.approx(touches[0].s_rail, abs=0.02)
+
+
+def test_brute_force_finds_the_same_roll():
+    """Bisection of the roll on polygons: the heights at which both sides touch."""
+    layout = flanged()
+    shift, low, high = 2.3, -5e-3, 5e-3
+    position = settle(layout, shift)
+
+    def higher_left(roll):
+        trial = type(position)(shift, 0.0, 0.0, roll, (0.0, 0.0), (), ())
+        left, right = (np.min(brute_gaps(layout, trial, side)[1]) for side in ("left", "right"))
+        return right - left
+
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if higher_left(middle) > 0 else (low, middle)
+    assert position.roll == pytest.approx(low, abs=1e-9)  # 1e-7 mm of 1500 mm
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_touching_points_have_one_place_and_one_normal(shift):
+    layout = flanged()
+    position = settle(layout, shift, within=0.5)
+    for side, touches in (("left", position.left), ("right", position.right)):
+        rail, wheel = curves_in_place(layout, position, side)
+        for touch in touches:
+            apart = wheel.position(touch.s_wheel) - rail.position(touch.s_rail)
+            np.testing.assert_allclose(apart, [0, touch.gap], rtol=0, atol=1e-9)
+            normals = rail.tangent(touch.s_rail), wheel.tangent(touch.s_wheel)
+            assert np.linalg.det(normals) == pytest.approx(0, abs=1e-8)
+        assert touches[0].gap == pytest.approx(0, abs=1e-9)
+        np.testing.assert_allclose(touches[0].on_rail, rail.curve.position(touches[0].s_rail), rtol=0)
+        np.testing.assert_allclose(touches[0].on_wheel, wheel.curve.position(touches[0].s_wheel), rtol=0)
+        assert touches[0].radius == pytest.approx(
+            -float((layout.left if side == "left" else layout.right).wheel.position(touches[0].s_wheel)[1])
+        )
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_nowhere_do_wheel_and_rail_overlap(shift):
+    """Gaps at points of the rail against the curve of the wheel itself, not its polygon."""
+    layout = flanged()
+    position = settle(layout, shift)
+    for side in ("left", "right"):
+        rail, wheel = curves_in_place(layout, position, side)
+        touch = (position.left if side == "left" else position.right)[0]
+        t = touch.s_rail + np.linspace(-6, 6, 2001) ** 3 / 36  # dense at the touching point
+        y, z = rail.position(t)
+        t_wheel = np.interp(y, wheel.position(grid := np.linspace(*wheel.limits, 20001))[0], grid)
+        for _ in range(20):
+            t_wheel -= (wheel.position(t_wheel)[0] - y) / wheel.tangent(t_wheel)[0]
+        assert np.min(wheel.position(t_wheel)[1] - z) >= -1e-9
+
+
+@pytest.mark.parametrize("shift", [0.7, 4.9, 8.3])
+def test_mirrored_shift_swaps_the_sides(shift):
+    layout = symmetric()
+    one, other = settle(layout, shift), settle(layout, -shift)
+    assert one.rolling_radius_difference == pytest.approx(-other.rolling_radius_difference, abs=1e-9)
+    assert one.roll == pytest.approx(-other.roll, abs=1e-13)
+    assert one.height == pytest.approx(other.height, abs=1e-10)
+    assert one.left[0].angle == pytest.approx(other.right[0].angle, abs=1e-11)
+    assert one.right[0].s_rail == pytest.approx(other.left[0].s_rail, abs=1e-8)
+
+
+def test_swapped_sections_mirror_the_curves():
+    """Left and right profiles exchanged: the positions of the other shift."""
+    one = settle(flanged((0.0, 0.02), (0.05, 0.04)), 1.9)
+    other = settle(flanged((0.02, 0.0), (0.04, 0.05)), -1.9)
+    assert one.roll == pytest.approx(-other.roll, abs=1e-13)
+    assert one.left[0].radius == pytest.approx(other.right[0].radius, abs=1e-9)
+
+
+@pytest.mark.parametrize("shift", [-3.3, 8.9])
+def test_origins_of_the_profiles_do_not_matter(shift):
+    one = settle(flanged(), shift)
+    other = settle(flanged(offset=(31.7, -8.1, -12.9, 5.3)), shift)
+    assert one.roll == pytest.approx(other.roll, abs=1e-12)
+    assert one.height == pytest.approx(other.height, abs=1e-9)
+    for side in ("left", "right"):
+        (a, *_), (b, *_) = getattr(one, side), getattr(other, side)
+        assert a.radius == pytest.approx(b.radius, abs=1e-8)
+        assert a.angle == pytest.approx(b.angle, abs=1e-9)
+        np.testing.assert_allclose(b.on_rail - a.on_rail, [31.7, -8.1], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(b.on_wheel - a.on_wheel, [-12.9, 5.3], rtol=0, atol=1e-8)
+
+
+# --- flange ----------------------------------------------------------------------------------------
+
+
+def test_a_wheelset_is_lifted_onto_its_flange_and_then_climbs():
+    layout = symmetric()
+    positions = [settle(layout, shift) for shift in (0.0, 7.0, 8.0, 9.0, 9.5)]
+    angles = np.degrees([position.left[0].angle for position in positions])
+    assert np.all(np.diff(angles) > 0)
+    assert angles[1] < 4
+    assert angles[2] > 50  # on the flange
+    # rolling without end, the wheelset rises by tan(angle) per shift of the flange over the rail
+    first, last = positions[2].left[0], positions[4].left[0]
+    risen = positions[4].heights[0] - positions[2].heights[0]
+    assert risen > np.tan(first.angle) * 1.5 > 1
+    assert last.s_wheel < first.s_wheel  # from the root of the flange towards its tip
+    for shift, name in ((10.0, "left"), (-10.0, "right")):
+        message = rf"shift = {shift:g} mm: the {name} wheel climbs its rail.* angle of 59\.\d+ degrees"
+        with pytest.raises(Failure, match=message):
+            settle(layout, shift)
+
+
+def test_flange_and_tread_are_both_reported():
+    """The second one within a distance, that of the parallel tangents, and not below it."""
+    layout = symmetric()
+    tread, flange = settle(layout, 7.5, within=0.5).left
+    assert tread.angle < 0.1
+    assert flange.angle > 0.9
+    assert flange.distance == pytest.approx(flange.gap * np.cos(flange.angle), rel=1e-12)
+    at, below = (1 + 1e-9) * flange.distance, (1 - 1e-9) * flange.distance
+    assert len(settle(layout, 7.5, within=at).left) == 2
+    assert len(settle(layout, 7.5, within=below).left) == 1
+    assert len(settle(layout, 7.5, within=0.0).left) == 1
+
+
+def test_yaw_is_refused_with_the_reason():
+    with pytest.raises(WrongInput, match="ahead of the section through the axle"):
+        settle(symmetric(), 0.0, yaw=0.01)
+
+
+def test_a_wheel_beside_its_rail_is_refused():
+    with pytest.raises(Failure, match=r"not above the rail|least at y"):
+        settle(symmetric(), 150.0)
+
+
+# --- the search ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [41, 81, 161])
+def test_heights_between_samples_have_an_error_of_fourth_order(n):
+    """Cubic Hermite interpolation of cosh: h^4 / 384 * max cosh, and nearly that in the middle."""
+    y = np.linspace(-1, 2, n)
+    graph = Graph(y, y, np.cosh(y), np.sinh(y))
+    middle = (y[1:] + y[:-1]) / 2
+    errors = graph.heights(middle) - np.cosh(middle)
+    np.testing.assert_allclose(-errors, (3 / (n - 1)) ** 4 / 384 * np.cosh(middle), rtol=2e-3, atol=1e-14)
+    np.testing.assert_allclose(graph.heights(y), np.cosh(y), rtol=1e-15)
+
+
+def test_parts_of_a_curve_that_turn_back_or_are_steep_are_no_graphs():
+    t = np.linspace(0, 1.9 * np.pi, 400)  # over the top, back below, and up again
+    circle = Samples(t, np.stack([-np.cos(t), np.sin(t)]), np.stack([np.sin(t), np.cos(t)]))
+    (top,) = graphs(circle)
+    assert np.all(np.diff(top.y) > 0)
+    assert top.t[0] == pytest.approx(np.radians(5), abs=0.02)
+    assert top.t[-1] == pytest.approx(np.radians(175), abs=0.02)
+
+
+class Kinked:
+    """A rail with an edge at the top and a smooth bump 1 mm below it, against the protocol."""
+
+    limits = (-24.0, 40.0)
+
+    def slope(self, t):
+        return -0.6 * np.sign(t) - 2 * (t - 25) / 9 * 15 * np.exp(-(((t - 25) / 3) ** 2))
+
+    def position(self, t):
+        t = np.asarray(t)
+        return np.array([t, -0.6 * np.abs(t) + 15 * np.exp(-(((t - 25) / 3) ** 2))])
+
+    def tangent(self, t):
+        slope = self.slope(np.asarray(t))
+        return np.array([1 + 0 * slope, slope]) / np.sqrt(1 + slope**2)
+
+    def curvature(self, t):
+        return 0.1 + 0 * np.asarray(t)
+
+
+@pytest.mark.parametrize("within", [0.0, 50.0])
+def test_an_edge_is_refused_even_if_a_smooth_point_is_near(within):
+    wheel = curve_through(wheel_points(cone=0.0, hollow=0.0))
+    layout = lay_out((Kinked(), Kinked()), (wheel, wheel), TRACK, WHEELSET)
+    with pytest.raises(Failure, match="kinks: smooth the profiles"):
+        settle(layout, 0.0, roll=0.0, within=within)
+
+
+def test_a_profile_that_ends_before_it_touches_is_refused():
+    """A rail cut off on the gauge side of its touching point."""
+    rail = curve_through(rail_points()[:, :170])
+    wheel = curve_through(wheel_points())
+    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+    with pytest.raises(Failure, match=r"least at y = .* where a profile ends"):
+        settle(layout, 0.0)
+
+
+def test_a_bracket_beside_its_minimum_is_widened():
+    """Samples that are level to their rounding may point a step too far."""
+    layout = symmetric()
+    position = settle(layout, 1.0)
+    rail, wheel = curves_in_place(layout, position, "left")
+    touch = position.left[0]
+    bracket = touch.s_rail + 0.01, touch.s_rail + 0.09
+    assert refined(rail, wheel, bracket, touch.s_wheel) is None
+    assert refined_near(rail, wheel, bracket, touch.s_wheel).t_rail == pytest.approx(touch.s_rail, abs=1e-8)
+    far = touch.s_rail + 5, touch.s_rail + 5.08
+    assert refined_near(rail, wheel, far, touch.s_wheel + 5) is None
