@@ -87,9 +87,12 @@ def write_profile(profile: Profile, path: str | Path) -> None:
             f"{path}: {profile.points.shape[1]} points, {again.points.shape[1]} when read back: "
             f"leave out repeated points and zigzags ({' '.join(again.notes)})"
         )
+    part = path.with_name(f"{path.name}.part")
     try:
-        path.write_text(text, encoding="utf-8")
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
     except OSError as error:
+        part.unlink(missing_ok=True)
         raise WrongInput(f"{path}: cannot be written ({error.strerror})") from None
 
 

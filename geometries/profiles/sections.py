@@ -19,7 +19,15 @@ from geometries.errors import WrongInput
 from geometries.profiles.content import kind_by_name
 from geometries.profiles.files import read_profile
 from geometries.profiles.profile import Profile
-from geometries.profiles.text import Source, number, read_source, shortened, split_columns, uncommented
+from geometries.profiles.text import (
+    Source,
+    is_number,
+    number,
+    read_source,
+    shortened,
+    split_columns,
+    uncommented,
+)
 
 COMMENTS = '!%"'
 MAX_SECTIONS = 10_000
@@ -70,7 +78,7 @@ class _Lines:
         """Line and numbers of the next line, which may have text behind them."""
         line, text = self.following(what)
         fields = split_columns(self.source, line, text)
-        if len(fields) < count:
+        if len(fields) < count or (len(fields) > count and is_number(fields[count])):
             raise self.source.wrong(line, f"{shortened(text)}: {what}, {count} numbers, expected")
         return line, [number(self.source, line, field, what) for field in fields[:count]]
 
