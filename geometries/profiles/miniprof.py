@@ -16,7 +16,7 @@ from geometries.profiles.text import Source, is_number, number, shortened, split
 
 COMMENTS = '!"#%'
 COLUMNS = frozenset("XYACNK")
-OLD_STYLE = re.compile(r"\s*#?\s*MINI(WHEEL|RAIL)?PROF\b", re.IGNORECASE)
+OLD_STYLE = re.compile(r"#?\s*MINI(WHEEL|RAIL)?PROF\b", re.IGNORECASE)
 
 Keys = Mapping[str, tuple[int, str]]  # line and text of the value, by key in lower case
 
@@ -32,7 +32,7 @@ class Header:
 
 def is_miniprof(source: Source) -> bool:
     """Whether the file is one of MiniProf: by its ending or its first line."""
-    return source.path.suffix.lower() in (".ban", ".whl") or bool(OLD_STYLE.match(source.lines[0]))
+    return source.path.suffix.lower() in (".ban", ".whl") or bool(OLD_STYLE.match(source.lines[0].strip()))
 
 
 def read_miniprof(source: Source) -> Content:
@@ -59,11 +59,12 @@ def read_miniprof(source: Source) -> Content:
 
 def _read_header(source: Source) -> Header:
     """Header of a file. Raises WrongInput where there is none, and for keys given twice with two values."""
-    old = bool(OLD_STYLE.match(source.lines[0]))
+    old = bool(OLD_STYLE.match(source.lines[0].strip()))
     keys: dict[str, tuple[int, str]] = {}
     for line, text in enumerate(source.lines, 1):
         if not text.strip() or only_numbers(text):
             _check_header(source, line, old or bool(keys))
+            _check_blank_line(source, line)
             return Header(keys, line if not text.strip() else line - 1, old)
         if "=" in text and text.lstrip()[0] not in COMMENTS:
             _add_key(source, keys, line, text)
@@ -79,6 +80,17 @@ def _check_header(source: Source, line: int, has_header: bool) -> None:
             line,
             "a header of MiniProf is expected (KEY=VALUE, or MINIPROF in line 1); "
             "name a file of two columns .txt",
+        )
+
+
+def _check_blank_line(source: Source, line: int) -> None:
+    """Raise WrongInput where numbers stand before the first blank line and behind it: either may be the header."""
+    blank = next((k for k, text in enumerate(source.lines, 1) if not text.strip()), len(source.lines))
+    if blank > line and any(only_numbers(text) for text in source.lines[blank:]):
+        raise source.wrong(
+            line,
+            f"numbers before the first blank line, {blank}, and behind it: delete the blank line, or make "
+            "these numbers a comment if they belong to the header",
         )
 
 

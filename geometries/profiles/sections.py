@@ -9,7 +9,7 @@ scale * (offset + number). Files are sought beside the list.
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -93,10 +93,12 @@ class _Lines:
         return [int(value) for value in values]
 
 
-def read_sections(path: str | Path, *, axes: str | None = None, unit: str | None = None) -> Sections:
+def read_sections(
+    path: str | Path, *, axes: str | None = None, unit: str | None = None, surface: int | None = None
+) -> Sections:
     """Sections of a list, `.slcs` (rail) or `.slcw` (wheel), with their profiles.
 
-    `axes` and `unit` are those of `read_profile`, for all files. Raises WrongInput with the path and the
+    `axes`, `unit` and `surface` are those of `read_profile`, for all files. Raises WrongInput with the path and the
     line of the list, and for a profile that cannot be read with its own, too.
     """
     source = read_source(Path(path))
@@ -118,7 +120,10 @@ def read_sections(path: str | Path, *, axes: str | None = None, unit: str | None
     )
     places = [_features(lines, placing, features, position) for _, position, _ in named]
     _check_end(lines)
-    profiles = _profiles(source, named, {"axes": axes, "unit": unit})
+    kind = kind_by_name(source)
+    profiles = _profiles(
+        source, named, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface)
+    )
     sections = tuple(
         Section(position, profile, place)
         for (_, position, _), profile, place in zip(named, profiles, places, strict=True)
@@ -171,7 +176,7 @@ def _check_end(lines: _Lines) -> None:
 
 
 def _profiles(
-    source: Source, named: list[tuple[int, float, str]], asked: dict[str, str | None]
+    source: Source, named: list[tuple[int, float, str]], reader: Callable[[Path], Profile]
 ) -> list[Profile]:
     """Profiles of the sections; a file that is named several times is read once."""
     read: dict[str, Profile] = {}
@@ -179,7 +184,7 @@ def _profiles(
         if name not in read:
             path = source.path.parent / name.replace("\\", "/")
             try:
-                read[name] = read_profile(path, kind_by_name(source), axes=asked["axes"], unit=asked["unit"])
+                read[name] = reader(path)
             except WrongInput as error:
                 raise source.wrong(line, str(error)) from None
     return [read[name] for _, _, name in named]

@@ -89,7 +89,9 @@ def number(source: Source, line: int, token: str, name: str) -> float:
     if not is_number(token):
         if NOT_FINITE.fullmatch(token):
             raise source.wrong(line, f"{name} = {token}: not a finite number; delete the line or correct it")
-        raise source.wrong(line, f"{name} = {shortened(token)}: not a number; use digits and a decimal point")
+        raise source.wrong(
+            line, f"{name} = {shortened(token)}: not a number; correct it, or make the line a comment"
+        )
     value = as_float(token)
     if not abs(value) <= LARGEST:
         raise source.wrong(line, f"{name} = {shortened(token)}: larger than {LARGEST:g}; correct it")

@@ -7,6 +7,7 @@ from profile_texts import MM, block_text, columns_text, miniprof_text, old_minip
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile, write_profile
 from geometries.profiles.profile import Profile
+from geometries.profiles.rows import Rows, drop_zigzags
 
 SECTIONS = {"rail": rail(), "wheel": wheel()}
 ROUNDING = 1e-12  # [mm]; coordinates of 100 mm, times or divided by a unit
@@ -132,6 +133,18 @@ def test_points_too_near_and_zigzags_are_left_out(tmp_path):
         profile = read_profile(save(tmp_path, "z.prr", block_text(text)))
         assert np.array_equal(profile.points, SECTIONS["rail"])
         assert any(note.startswith("2 points of zigzags") for note in profile.notes)
+
+
+def test_a_hairpin_is_no_zigzag():
+    points = np.array(
+        [[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]]
+    )  # right, back down, on to the left
+    rows = Rows(points, np.arange(6))
+    assert drop_zigzags(rows) == (rows, [])
+    zigzag = Rows(
+        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6], np.arange(6)
+    )
+    assert np.array_equal(drop_zigzags(zigzag)[0].lines, [0, 1, 4, 5])
 
 
 # --- writing ---------------------------------------------------------------------------------------

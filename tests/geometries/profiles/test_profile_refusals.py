@@ -120,6 +120,17 @@ def test_crossings_are_named_by_their_lines(tmp_path, name):
     assert all(any(abs(line - first - near) <= 2 for near in (k, m)) for line in named)
 
 
+@each
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_spike_is_refused_on_both_sides(tmp_path, name, sign):
+    """A point 15 mm off the contour: on one side of it the way there and back crosses nothing."""
+    lines, row = TEXTS[name][0].split("\n"), FIRST_ROW[name] + 30
+    y, z, *more = lines[row - 1].split()
+    lines[row - 1] = " ".join([y, repr(float(z) + 15 * sign), *more])
+    message, path = error_of(tmp_path, name, "\n".join(lines))
+    assert message.startswith(f"{path}, line {row}: the points turn back")
+
+
 def test_a_loop_and_a_closed_outline_are_refused(tmp_path):
     t = np.linspace(0, 1, 200)
     loop = np.stack([60 * t, -10 * (2 * t - 1) ** 2]) + 4 * np.exp(-(((t - 0.5) / 0.05) ** 2)) * np.stack(
@@ -178,6 +189,12 @@ def test_wrong_headers_of_miniprof(tmp_path, old, new, word):
     message, path = error_of(tmp_path, "r.ban", text.replace(old, new))
     assert message.startswith(f"{path}, line ")
     assert word in message
+
+
+def test_numbers_in_an_old_header_are_not_taken_for_a_point(tmp_path):
+    text = TEXTS["w.whl"][0]
+    message, path = error_of(tmp_path, "w.whl", text.replace(" (Sd/Sh)", ""))
+    assert message.startswith(f"{path}, line 3: numbers before the first blank line, 4, and behind it")
 
 
 def test_what_miniprof_may_have_is_read(tmp_path):
