@@ -84,7 +84,7 @@ def _check_header(source: Source, line: int, has_header: bool) -> None:
 
 
 def _check_blank_line(source: Source, line: int) -> None:
-    """Raise WrongInput where numbers stand before the first blank line and behind it: either may be the header."""
+    """Raise WrongInput where numbers stand both before the first blank line and behind it."""
     blank = next((k for k, text in enumerate(source.lines, 1) if not text.strip()), len(source.lines))
     if blank > line and any(only_numbers(text) for text in source.lines[blank:]):
         raise source.wrong(

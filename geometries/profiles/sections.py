@@ -98,8 +98,8 @@ def read_sections(
 ) -> Sections:
     """Sections of a list, `.slcs` (rail) or `.slcw` (wheel), with their profiles.
 
-    `axes`, `unit` and `surface` are those of `read_profile`, for all files. Raises WrongInput with the path and the
-    line of the list, and for a profile that cannot be read with its own, too.
+    `axes`, `unit` and `surface` are those of `read_profile`, for all files. Raises WrongInput with the path
+    and the line of the list, and for a profile that cannot be read with its own, too.
     """
     source = read_source(Path(path))
     if source.path.suffix.lower() not in (".slcs", ".slcw"):

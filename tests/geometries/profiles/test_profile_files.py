@@ -5,6 +5,7 @@ import pytest
 from profile_texts import MM, block_text, columns_text, miniprof_text, old_miniprof_text, rail, wheel
 
 from geometries.errors import WrongInput
+from geometries.profiles.axes import Axes, axes_by_shape
 from geometries.profiles.files import read_profile, write_profile
 from geometries.profiles.profile import Profile
 from geometries.profiles.rows import Rows, drop_zigzags
@@ -211,6 +212,48 @@ def test_a_format_that_contradicts_the_shape_is_refused_until_axes_are_given(tmp
     ):
         read_profile(path)
     np.testing.assert_allclose(read_profile(path, axes="up").points, SECTIONS[kind], rtol=0, atol=ROUNDING)
+
+
+def both_ways(points):
+    """Points as they are, turned about each axis, and backwards, with the axes that they have then."""
+    for y, z, step in product([1, -1], [1, -1], [1, -1]):
+        yield (
+            (points * [[y], [z]])[:, ::step],
+            Axes("field" if y > 0 else "centre", "up" if z > 0 else "down"),
+        )
+
+
+def test_shapes_show_their_axes():
+    for points, axes in both_ways(rail()):
+        assert axes_by_shape("rail", points) == Axes(None, axes.z)
+    for points, axes in both_ways(wheel()):
+        assert axes_by_shape("wheel", points) == axes
+    crown = rail()[:, 20:-20]  # a head without faces
+    for points, axes in both_ways(crown):
+        assert axes_by_shape("rail", points) == Axes(None, axes.z)
+    faces = np.concatenate(
+        [wheel(), [[137.0, 137.0], [0.0, 30.0]]], axis=1
+    )  # an outer face as high as the flange
+    for points, axes in both_ways(faces):
+        assert axes_by_shape("wheel", points) == axes
+
+
+def test_shapes_that_show_no_axes_are_not_guessed():
+    half_flange = wheel(401)
+    half_flange = half_flange[:, np.argmin(half_flange[1]) :]  # from the tip on
+    for points, _ in both_ways(half_flange):
+        assert axes_by_shape("wheel", points) == Axes()
+    # a rail beside a guard rail: turned over, it could be a head with a foot
+    guard = rail() - [[110.0], [0.0]]
+    bottom = np.array([[-70.0, -60.0, -50.0, -40.0], [-50.0] * 4])
+    for points, _ in both_ways(np.concatenate([guard[:, 20:], bottom, rail()[:, :-20]], axis=1)):
+        assert axes_by_shape("rail", points) == Axes()
+    foot = np.stack([[-75, -60, -20, -10, -36, -36, 36, 36, 10, 20, 60, 75.0], [0, 11, 20, 35, 135, 172] * 2])
+    foot[1, 6:] = foot[1, 5::-1]
+    for points, axes in both_ways(foot):  # a whole rail: known or not, but not turned over
+        assert not axes_by_shape("rail", points).contradicts(axes)
+    for points, _ in both_ways(np.stack([np.arange(60.0), np.sin(np.arange(60.0) / 5)])):
+        assert axes_by_shape("rail", points) == Axes()
 
 
 def test_a_groove_is_read_as_it_is_said_with_a_doubt(tmp_path):
