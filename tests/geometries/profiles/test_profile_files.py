@@ -171,6 +171,8 @@ def test_what_would_not_be_read_back_is_not_written(tmp_path):
     for wrong in (np.repeat(points, 2, axis=1), points * np.nan, points[:, :3], points[::-1] * 0):
         with pytest.raises(WrongInput):
             write_profile(Profile("rail", wrong), tmp_path / "r.prr")
+    with pytest.raises(WrongInput, match="the flange shows"):  # y to the track centre
+        write_profile(Profile("wheel", (wheel() * [[-1.0], [1.0]])[:, ::-1]), tmp_path / "w.prw")
     with pytest.raises(WrongInput, match="cannot be written"):
         write_profile(Profile("rail", points), tmp_path / "missing" / "r.prr")
     assert not list(tmp_path.iterdir())
@@ -293,3 +295,17 @@ def test_one_of_two_surfaces_has_to_be_named(tmp_path, fill):
     for wrong in (0, 3, True, "1"):
         with pytest.raises(WrongInput, match="surface"):
             read_profile(path, "rail", axes="field up", surface=wrong)
+
+
+def test_a_wide_step_without_points_separates_surfaces(tmp_path):
+    crown = rail(201)[:, 60:-60]  # not as deep as a groove
+    for step, count in ((24.0, 1), (26.0, 2)):
+        other = crown - [[np.ptp(crown[0]) + step], [0.0]]
+        path = save(tmp_path, "s.txt", columns_text(np.concatenate([other, crown], axis=1)))
+        if count == 1:
+            assert read_profile(path, "rail", axes="field up").points.shape[1] == 2 * crown.shape[1]
+            continue
+        with pytest.raises(WrongInput, match="surface: there are 2"):
+            read_profile(path, "rail", axes="field up")
+        profile = read_profile(path, "rail", axes="field up", surface=2)
+        assert np.array_equal(profile.points, crown)

@@ -11,7 +11,7 @@ from geometries.profiles.files import read_profile, write_profile
 from geometries.profiles.sections import read_sections
 
 SECONDS = 5  # a file takes 5 ms; other processes may hold the processor
-N_FAST, N_SLOW = 120, 2000
+N_FAST, N_SLOW = 100, 2000
 DOWN = np.array([[1.0], [-1.0]])
 KEYS = {
     "shift_y": 1,

@@ -211,13 +211,14 @@ def test_what_miniprof_may_have_is_read(tmp_path):
         ),
         "returns": "\r\n".join(plain),
         "old ends of lines": "\r".join(plain),
+        "Latin-1": "\n".join([plain[0] + " H\u00f6he", *plain[1:]]),
         "byte order mark": "\ufeff" + "\n".join(plain),
         "end of file": "\n".join(plain) + "\x1a",
         "no ColumnDef": "\n".join([plain[0], *plain[2:]]),
     }
     for name, text in variants.items():
         path = tmp_path / "r.ban"
-        path.write_bytes(text.encode())
+        path.write_bytes(text.encode("latin-1" if name == "Latin-1" else "utf-8"))
         profile = read_profile(path, axes="field")
         np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12, err_msg=name)
 
