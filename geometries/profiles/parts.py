@@ -12,6 +12,7 @@ from geometries.profiles.text import Source
 
 GROOVE = 20.0  # depth [mm] from which on a groove separates surfaces, below the lower of both
 OPENING = 25.0  # step in y [mm] without points that separates surfaces
+MOST = 6  # number of surfaces that are described
 HEAD = 10.0  # least width [mm] on both sides of such a step
 
 
@@ -23,7 +24,8 @@ def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> t
     parts = surfaces(np.stack([rows.points[0], up * rows.points[1]]))
     if surface is None and len(parts) == 1:
         return rows, []
-    listed = "; ".join(f"{number}: {_described(rows, part)}" for number, part in enumerate(parts, 1))
+    listed = "; ".join(f"{number}: {_described(rows, part)}" for number, part in enumerate(parts[:MOST], 1))
+    listed += "; ..." * (len(parts) > MOST)
     if surface is None:
         raise source.refused(f"surface: there are {len(parts)} ({listed}); give surface = 1 ... {len(parts)}")
     if isinstance(surface, bool) or not isinstance(surface, int) or not 1 <= surface <= len(parts):
@@ -46,6 +48,7 @@ def surfaces(points: Array) -> list[Indices]:
     in_groove = np.minimum(before, behind) - z >= GROOVE
     outside = np.flatnonzero(~in_groove)
     steps = np.abs(np.diff(points[0]))
-    opens = [k for k in np.flatnonzero(steps > OPENING) if min(steps[:k].sum(), steps[k + 1 :].sum()) >= HEAD]
-    ends = (np.diff(outside) > 1) | np.isin(outside[:-1], opens)
+    way = np.cumsum(steps)
+    opens = (steps > OPENING) & (way - steps >= HEAD) & (way[-1] - way >= HEAD)
+    ends = (np.diff(outside) > 1) | opens[outside[:-1]]
     return np.split(outside, np.flatnonzero(ends) + 1)

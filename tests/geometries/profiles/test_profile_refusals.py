@@ -223,6 +223,20 @@ def test_what_miniprof_may_have_is_read(tmp_path):
         np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12, err_msg=name)
 
 
+def test_a_serpentine_ends_fast(tmp_path):
+    """200 000 right angles without a crossing, each leg as wide as the step between two surfaces."""
+    n = MAX_POINTS // 4 - 1
+    legs = np.array([[0.0, 30.0, 30.0, 0.0], [0.0, 0.0, -1e-3, -1e-3]])
+    points = np.concatenate([legs + np.array([[0.0], [-2e-3 * k]]) for k in range(n)], axis=1)
+    path = tmp_path / "s.txt"
+    path.write_text(columns_text(points))
+    start = time.perf_counter()
+    with pytest.raises(WrongInput, match="surface") as error:
+        read_profile(path, "rail", axes="field up", unit="mm")
+    assert len(str(error.value)) < 1000
+    assert time.perf_counter() - start < 20  # 2 s
+
+
 def test_paths_that_are_no_files_are_refused(tmp_path):
     for path in (tmp_path, tmp_path / "missing.prr", "a\0b.prr", "x" * 5000, "/dev/null", ""):
         with pytest.raises(WrongInput):
