@@ -27,7 +27,7 @@ CHOICES: Mapping[str, str] = MappingProxyType(
     }
 )
 LEVEL = 0.2  # share of the height of a rail that belongs to its top
-RATIO = 2.0  # of the widths at top and bottom from which on a rail's top is told from its ends
+RATIO = 2.0  # of the widths at top and bottom from which on a rail's top differs from its ends
 BULGE = 0.1  # least area between a rail and the chord of its ends, as a share of width times height
 FLANGE = 10.0  # least height [mm] of a flange over the tread
 TIP = 0.15  # share of the height of a flange that belongs to its tip
@@ -71,25 +71,25 @@ def parse_axes(axes: str | None) -> Axes:
     return Axes(y[0] if y else None, z[0] if z else None)
 
 
-def find_axes(source: Source, content: Content, kind: Kind, asked: Axes) -> tuple[Axes, list[str]]:
+def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tuple[Axes, list[str]]:
     """Axes of points in mm, and notes on where they come from. Raises WrongInput for what is missing.
 
     The argument counts first, then the format, then the shape. What contradicts a wheel's flange is refused,
     and so is a format that contradicts the shape: the argument decides.
     """
     shape, stated = axes_by_shape(kind, content.rows.points), Axes(content.y, content.z)
-    if kind == "wheel" and shape.contradicts(asked):
+    if kind == "wheel" and shape.contradicts(given):
         raise source.refused(
-            f"axes = '{asked}': the flange shows '{shape}'; correct axes, or kind for a rail"
+            f"axes = '{given}': the flange shows '{shape}'; correct axes, or kind for a rail"
         )
-    not_asked = Axes(None if asked.y else stated.y, None if asked.z else stated.z)
-    if shape.contradicts(not_asked):
+    by_format = Axes(None if given.y else stated.y, None if given.z else stated.z)
+    if shape.contradicts(by_format):
         raise source.refused(
             f"axes: '{stated}' by the format, but the shape looks like '{shape}'; "
             f"give axes, such as '{shape.or_else(stated)}'"
         )
-    axes = _complete(source, asked.or_else(stated).or_else(shape))
-    return axes, _origins(kind, axes, asked, stated) + _doubts(kind, axes, shape)
+    axes = _complete(source, given.or_else(stated).or_else(shape))
+    return axes, _origins(kind, axes, given, stated) + _doubts(kind, axes, shape)
 
 
 def _doubts(kind: Kind, axes: Axes, shape: Axes) -> list[str]:
@@ -110,12 +110,12 @@ def _complete(source: Source, axes: Axes) -> Axes:
     return axes
 
 
-def _origins(kind: Kind, axes: Axes, asked: Axes, stated: Axes) -> list[str]:
+def _origins(kind: Kind, axes: Axes, given: Axes, stated: Axes) -> list[str]:
     """Notes on each axis and where it comes from."""
     notes = []
     mark = "its head" if kind == "rail" else "its flange"
-    for word, said, format_has in ((axes.y, asked.y, stated.y), (axes.z, asked.z, stated.z)):
-        origin = "as asked for" if said else "by the format" if format_has else f"as {mark} shows"
+    for word, said, format_has in ((axes.y, given.y, stated.y), (axes.z, given.z, stated.z)):
+        origin = "as given" if said else "by the format" if format_has else f"as {mark} shows"
         notes.append(f"In the file {CHOICES[str(word)]}, {origin}.")
     return notes
 

@@ -59,10 +59,10 @@ def row(source: Source, line: int, text: str, counts: range) -> list[str]:
     """Fields of a row. Raises WrongInput for another count than `counts`, and for text from the third on."""
     fields = split_columns(source, line, text)
     if len(fields) not in counts:
-        wanted = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+        expected = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
         raise source.wrong(
             line,
-            f"{shortened(text)}: {len(fields)} columns, {wanted} expected; correct the row",
+            f"{shortened(text)}: {len(fields)} columns, {expected} expected; correct the row",
         )
     if not all(is_number(field) for field in fields[2:]):
         raise source.wrong(line, f"{shortened(text)}: all of its {len(fields)} columns must be numbers")

@@ -1,4 +1,4 @@
-"""Profiles from files and to files: what a file says, what has to be asked for, and what was done.
+"""Profiles from files and to files: what a file says, what has to be given, and what was done.
 
 Formats: two columns, spline blocks, MiniProf. `docs/reference/profiles.md` has them for users.
 """
@@ -24,12 +24,13 @@ from geometries.profiles.text import Source, read_source, source_of
 
 LEAST_POINTS = 4
 WIDTHS = (1.0, 1000.0)  # of a profile [mm]: others are an error of the unit
+SAME_UNIT = 1e-4  # rounding of 39.37 inches per metre
 USUAL_WIDTHS = (40.0, 200.0)  # of a rail or a wheel [mm], by which the unit of two columns is known
 ENDINGS: dict[str, Kind] = {".prr": "rail", ".prw": "wheel"}
 
 
 @dataclass(frozen=True)
-class Asked:
+class Arguments:
     """Arguments of `read_profile`."""
 
     kind: Kind | None = None
@@ -65,9 +66,9 @@ def read_profile(
     Raises WrongInput with the path, the line and the remedy for what cannot be read, and with the argument
     and its choices for what has to be given. What was done is in `notes` of the profile.
     """
-    asked = _checked(kind, axes, unit, surface)
+    given = _checked(kind, axes, unit, surface)
     source = read_source(Path(path))
-    return _understood(source, _content(source), asked)
+    return _understood(source, _content(source), given)
 
 
 def write_profile(profile: Profile, path: str | Path) -> None:
@@ -81,7 +82,7 @@ def write_profile(profile: Profile, path: str | Path) -> None:
         raise WrongInput(f"path = '{path}': the name of a {profile.kind}'s file must end in {ending}")
     text = block_text(profile)
     source = source_of(path, text.encode())
-    again = _understood(source, read_spline_block(source), Asked(profile.kind, Axes("field", "down")))
+    again = _understood(source, read_spline_block(source), Arguments(profile.kind, Axes("field", "down")))
     if not np.array_equal(again.points, profile.points):
         raise WrongInput(
             f"{path}: {profile.points.shape[1]} points, {again.points.shape[1]} when read back: "
@@ -96,13 +97,13 @@ def write_profile(profile: Profile, path: str | Path) -> None:
         raise WrongInput(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def _checked(kind: Kind | None, axes: str | None, unit: str | None, surface: int | None) -> Asked:
+def _checked(kind: Kind | None, axes: str | None, unit: str | None, surface: int | None) -> Arguments:
     """The arguments. Raises WrongInput for arguments that are none of the choices."""
     if kind is not None and kind not in get_args(Kind):
         raise WrongInput(f"kind = {kind!r}: must be 'rail' or 'wheel'")
     if unit is not None and unit not in UNITS:
         raise WrongInput(f"unit = {unit!r}: must be 'mm', 'm' or 'inch'")
-    return Asked(kind, parse_axes(axes), unit, surface)
+    return Arguments(kind, parse_axes(axes), unit, surface)
 
 
 def _content(source: Source) -> Content:
@@ -114,14 +115,14 @@ def _content(source: Source) -> Content:
     return read_miniprof(source) if is_miniprof(source) else read_columns(source)
 
 
-def _understood(source: Source, content: Content, asked: Asked) -> Profile:
+def _understood(source: Source, content: Content, given: Arguments) -> Profile:
     """Profile in millimetres and in the axes of this program, from a file and the arguments."""
     _check_count(source, content.rows)
-    kind, surface = _kind(source, content, asked.kind), asked.surface
-    factor, notes = _unit(source, content, asked.unit)
+    kind, surface = _kind(source, content, given.kind), given.surface
+    factor, notes = _unit(source, content, given.unit)
     rows, cleaned = _cleaned(source, content.rows.moved(content.rows.points * factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
-    axes, seen = find_axes(source, in_mm, kind, asked.axes)
+    axes, seen = find_axes(source, in_mm, kind, given.axes)
     if kind == "rail" or surface is not None:
         rows, chosen = one_surface(source, rows, 1.0 if axes.z == "up" else -1.0, surface)
         seen += chosen
@@ -132,27 +133,30 @@ def _understood(source: Source, content: Content, asked: Asked) -> Profile:
     return Profile(kind, rows.points, source.path.stem, all_notes)
 
 
-def _kind(source: Source, content: Content, asked: Kind | None) -> Kind:
+def _kind(source: Source, content: Content, given: Kind | None) -> Kind:
     """Kind. Raises WrongInput where it is not known, and where file and argument differ."""
-    if content.kind is None and asked is None:
+    if content.kind is None and given is None:
         raise source.refused("kind: the file does not say it; give kind = 'rail' or 'wheel'")
-    if content.kind and asked and content.kind != asked:
+    if content.kind and given and content.kind != given:
         raise source.refused(
-            f"kind = '{asked}': it is a {content.kind} by its header or its name; correct one of them"
+            f"kind = '{given}': it is a {content.kind} by its header or its name; correct one of them"
         )
-    kind = asked or content.kind
+    kind = given or content.kind
     assert kind is not None
     return kind
 
 
-def _unit(source: Source, content: Content, asked: str | None) -> tuple[float, list[str]]:
+def _unit(source: Source, content: Content, given: str | None) -> tuple[float, list[str]]:
     """Length of the unit [mm] and a note. Raises WrongInput where it is not known or cannot be."""
     width = float(np.ptp(content.rows.points[0]))
-    if content.unit_is_key and asked not in (None, "mm"):
-        raise source.refused(f"unit = '{asked}': units.len.f gives it; leave unit out")
-    if asked or content.unit:
-        factor = UNITS[asked] if asked and not content.unit_is_key else content.unit or 1.0
-        origin = "as asked for" if asked else "by units.len.f" if content.unit_is_key else "by the format"
+    stated = content.unit or 0.0
+    if content.unit_is_key and given and not math.isclose(UNITS[given], stated, rel_tol=SAME_UNIT):
+        raise source.refused(
+            f"unit = '{given}': units.len.f says otherwise; leave unit out, or correct the file"
+        )
+    if given or content.unit:
+        factor = UNITS[given] if given and not content.unit_is_key else stated
+        origin = "by units.len.f" if content.unit_is_key else "as given" if given else "by the format"
     else:
         factor, origin = _unit_by_size(source, width), "as its size shows"
     remedy = "correct units.len.f" if content.unit_is_key else "give unit = 'mm', 'm' or 'inch'"
@@ -161,7 +165,7 @@ def _unit(source: Source, content: Content, asked: str | None) -> tuple[float, l
             f"unit: y extends over {width * factor:.4g} mm with the unit {origin}; profiles have "
             f"{WIDTHS[0]:g} to {WIDTHS[1]:g} mm: {remedy}"
         )
-    return factor, [] if content.unit_is_key else [f"1 unit of the file is {factor:g} mm, {origin}."]
+    return factor, [f"1 unit of the file is {factor:g} mm, {origin}."]
 
 
 def _unit_by_size(source: Source, width: float) -> float:

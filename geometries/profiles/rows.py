@@ -36,11 +36,11 @@ class Rows:
 
 
 def drop_near(rows: Rows, distance: float) -> tuple[Rows, list[str]]:
-    """Without the points that are no farther than `distance` from the last one kept; a note if any."""
+    """Without the points that are no farther than `distance` from the last one left; a note if any."""
     steps = np.hypot(*np.diff(rows.points, axis=1))
     if not np.any(steps <= distance):
         return rows, []
-    keep = _kept(rows.points, distance)
+    keep = _spaced(rows.points, distance)
     left_out = np.setdiff1d(np.arange(rows.count), keep)
     first = int(rows.lines[left_out[0]])
     return rows.only(keep), [
@@ -51,8 +51,8 @@ def drop_near(rows: Rows, distance: float) -> tuple[Rows, list[str]]:
     ]
 
 
-def _kept(points: Array, distance: float) -> Indices:
-    """Indices of points, each farther than `distance` from the last one kept."""
+def _spaced(points: Array, distance: float) -> Indices:
+    """Indices of points, each farther than `distance` from the one before."""
     y, z = points.tolist()
     keep = [0]
     for k in range(1, len(y)):

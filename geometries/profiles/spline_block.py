@@ -55,16 +55,16 @@ def is_spline_block(source: Source) -> bool:
 
 
 def read_spline_block(source: Source) -> Content:
-    """Points of a spline block, processed as its keys say; in mm, or in m without a key of the unit."""
+    """Points of a spline block, processed as its keys say, in the unit of the file."""
     block = _parse(source)
     values = _values(source, block.keys)
     kind, notes = _kind(source, block)
     notes += _remarks(block, values)
     kind = kind or kind_by_name(source)
-    has_unit = "units.len.f" in block.keys
-    rows, done = _process(source, block.rows, values, has_unit)
+    rows, done = _process(source, block.rows, values)
     notes += done + _order_note(rows, kind)
-    return Content(rows, kind, 1.0 if has_unit else UNITS["m"], has_unit, "field", "down", tuple(notes))
+    unit = UNITS["m"] / values["units.len.f"]
+    return Content(rows, kind, unit, "units.len.f" in block.keys, "field", "down", tuple(notes))
 
 
 # --- the text --------------------------------------------------------------------------------------
@@ -196,10 +196,11 @@ def _remarks(block: Block, values: Mapping[str, float]) -> list[str]:
 # --- what is done with the points ------------------------------------------------------------------
 
 
-def _process(
-    source: Source, rows: Rows, values: Mapping[str, float], has_unit: bool
-) -> tuple[Rows, list[str]]:
-    """Processed points, in mm where the unit is given, and a note for each step that did something."""
+def _process(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:
+    """Processed points, still in the unit of the file, and a note for each step that did something.
+
+    The scale comes last: it changes nothing about the order.
+    """
     rows, notes = drop_near(rows, values["point.dist.min"])
     rows, dropped = drop_zigzags(rows)
     notes += dropped
@@ -211,9 +212,6 @@ def _process(
     notes += [
         f"{axis} was mirrored (mirror.{axis})." for axis, sign in zip("yz", signs, strict=True) if sign < 0
     ]
-    if has_unit:
-        rows = rows.moved(rows.points * (1000 / values["units.len.f"]))
-        notes.append(f"units.len.f = {values['units.len.f']:g} units per metre.")
     if values["inversion"]:
         rows = rows.only(slice(None, None, -1))
         notes.append("The order was reversed (inversion).")

@@ -68,6 +68,18 @@ def test_keys_of_a_block_undo_a_disguise(tmp_path):
     np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12)
 
 
+def test_a_unit_that_differs_from_the_key_is_refused(tmp_path):
+    path = save(
+        tmp_path, "r.prr", block_text(SECTIONS["rail"] * [[1 / 25.4], [-1 / 25.4]], units_len_f=1000 / 25.4)
+    )
+    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=1e-12)
+    assert np.array_equal(read_profile(path, unit="inch").points, read_profile(path).points)
+    rounded = save(tmp_path, "q.prr", path.read_text().replace(repr(1000 / 25.4), "39.37"))
+    assert np.array_equal(read_profile(rounded, unit="inch").points, read_profile(rounded).points)
+    with pytest.raises(WrongInput, match=r"unit = 'mm': units\.len\.f says otherwise"):
+        read_profile(path, unit="mm")
+
+
 def test_without_the_key_of_the_unit_a_block_is_in_metres(tmp_path):
     text = block_text(SECTIONS["rail"] * [[0.001], [-0.001]]).replace("units.len.f = 1000\n", "")
     path = save(tmp_path, "r.prr", text)
@@ -106,8 +118,8 @@ def test_steps_of_a_spline_block_are_done_in_their_order(tmp_path, mirror_y, mir
     np.testing.assert_allclose(profile.points, expected, rtol=0, atol=1e-12)
     notes = " ".join(profile.notes)
     steps = ["Shifted by 17 in y and -21 in z", "Rotated by 3 degrees", "were deleted", "were clipped"]
-    steps += ["y was mirrored"] * mirror_y + ["z was mirrored"] * mirror_z + ["units.len.f = 10000"]
-    steps += ["order was reversed (inversion)"] * inversion
+    steps += ["y was mirrored"] * mirror_y + ["z was mirrored"] * mirror_z
+    steps += ["order was reversed (inversion)"] * inversion + ["1 unit of the file is 0.1 mm, by units.len.f"]
     places = [notes.index(step) for step in steps]
     assert places == sorted(places)
 

@@ -10,7 +10,7 @@ from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile, write_profile
 from geometries.profiles.sections import read_sections
 
-SECONDS = 5  # a file takes 5 ms; other processes may hold the processor
+SECONDS = 2  # of the processor; a file takes 1 ms
 N_FAST, N_SLOW = 100, 2000
 DOWN = np.array([[1.0], [-1.0]])
 KEYS = {
@@ -134,7 +134,7 @@ MUTATIONS = [flip, delete, truncate, duplicate, swap_lines, repeat_line, insert_
 
 def damaged(data, seed):
     rng = np.random.default_rng(seed)
-    for _ in range(int(rng.integers(1, 4))):
+    for _ in range(int(rng.choice([1, 1, 1, 2, 4]))):
         data = MUTATIONS[int(rng.integers(len(MUTATIONS)))](data, rng) if data else data
     return data
 
@@ -166,12 +166,12 @@ def read_damaged(folder, layout, seeds):
         (folder / f"{part}.prr").write_text(block_text((rail(31) + np.array([[k], [0]])) * DOWN))
     for seed in seeds:
         path.write_bytes(damaged(text.encode(), seed))
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             result = attempt(path, layout, asked)
         except Exception as error:
             raise AssertionError(f"{layout}, seed {seed}: {error!r}") from error
-        assert time.perf_counter() - start < SECONDS, f"seed {seed}"
+        assert time.process_time() - start < SECONDS, f"seed {seed}"
         if isinstance(result, str):
             assert result.startswith(str(path)), f"seed {seed}: {result}"
             assert len(result) < 1000, f"seed {seed}"
@@ -234,7 +234,7 @@ def test_repetitions_of_a_megabyte_end_fast(tmp_path, layout, text):
     for where in (0, len(good) // 2):
         path = tmp_path / name
         path.write_text(good[:where] + text * (1_000_000 // len(text)) + good[where:])
-        start = time.perf_counter()
+        start = time.process_time()
         result = attempt(path, layout, asked)
         assert not isinstance(result, str) or len(result) < 1000
-        assert time.perf_counter() - start < 20
+        assert time.process_time() - start < 20  # 2 s

@@ -92,10 +92,10 @@ def test_empty_and_binary_files_are_refused(tmp_path, name, data, line, word):
 
 @each
 def test_huge_files_are_refused_at_once(tmp_path, name):
-    start = time.perf_counter()
+    start = time.process_time()
     message, _ = error_of(tmp_path, name, b"1 2\n" * (MAX_BYTES // 4 + 1))
     assert "thin the points out" in message
-    assert time.perf_counter() - start < 2
+    assert time.process_time() - start < 2
 
 
 def test_too_many_points_are_refused(tmp_path):
@@ -230,11 +230,11 @@ def test_a_serpentine_ends_fast(tmp_path):
     points = np.concatenate([legs + np.array([[0.0], [-2e-3 * k]]) for k in range(n)], axis=1)
     path = tmp_path / "s.txt"
     path.write_text(columns_text(points))
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(WrongInput, match="surface") as error:
         read_profile(path, "rail", axes="field up", unit="mm")
     assert len(str(error.value)) < 1000
-    assert time.perf_counter() - start < 20  # 2 s
+    assert time.process_time() - start < 20  # 2 s
 
 
 def test_paths_that_are_no_files_are_refused(tmp_path):
