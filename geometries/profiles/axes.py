@@ -1,0 +1,187 @@
+"""To which side y grows and where z points: as it was said, by the format, or from the shape.
+
+A running surface shows where z points: a rail's head is level and wide, its faces hang down from it; a
+wheel's flange is round and sticks out of the level tread, at the gauge side. To which side of a rail y
+grows does not show.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.profiles.content import Content, Height, Side
+from geometries.profiles.profile import Kind
+from geometries.profiles.rows import Rows
+from geometries.profiles.text import Source
+
+CHOICES: Mapping[str, str] = MappingProxyType(
+    {
+        "field": "y grows to the field side",
+        "centre": "y grows to the track centre",
+        "up": "z points up",
+        "down": "z points down",
+    }
+)
+LEVEL = 0.2  # share of the height of a rail that belongs to its top
+RATIO = 2.0  # of the widths at top and bottom from which on a rail's top differs from its ends
+BULGE = 0.1  # least area between a rail and the chord of its ends, as a share of width times height
+FLANGE = 10.0  # least height [mm] of a flange over the tread
+TIP = 0.15  # share of the height of a flange that belongs to its tip
+TIP_WIDTH = 3.0  # least width [mm] of the tip
+ASIDE = 0.15  # least distance of the tip from the middle of the wheel, as a share of its width
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Side to which y grows and where z points; None: not known."""
+
+    y: Side | None = None
+    z: Height | None = None
+
+    def or_else(self, other: "Axes") -> "Axes":
+        """These axes, completed by others."""
+        return Axes(self.y or other.y, self.z or other.z)
+
+    def contradicts(self, other: "Axes") -> bool:
+        """Whether an axis is known to both, and differs."""
+        return any(a and b and a != b for a, b in ((self.y, other.y), (self.z, other.z)))
+
+    def __str__(self) -> str:
+        return " ".join(word for word in (self.y, self.z) if word) or "nothing"
+
+
+UNKNOWN = Axes()
+
+
+def parse_axes(axes: str | None) -> Axes:
+    """Axes from one or two of the words of `CHOICES`, such as "centre down"."""
+    words = [] if axes is None else str(axes).lower().split()
+    known = {word for word in words if word in CHOICES}
+    y: list[Side] = [side for side in ("field", "centre") if side in known]
+    z: list[Height] = [height for height in ("up", "down") if height in known]
+    if len(known) < len(words) or len(y) > 1 or len(z) > 1 or (axes is not None and not words):
+        raise WrongInput(
+            f"axes = {axes!r}: must be 'field' or 'centre', 'up' or 'down', or one of each, as 'centre down' "
+            f"({', '.join(f'{word}: {meaning}' for word, meaning in CHOICES.items())})"
+        )
+    return Axes(y[0] if y else None, z[0] if z else None)
+
+
+def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tuple[Axes, list[str]]:
+    """Axes of points in mm, and notes on where they come from. Raises WrongInput for what is missing.
+
+    The argument counts first, then the format, then the shape. What contradicts a wheel's flange is refused,
+    and so is a format that contradicts the shape: the argument decides.
+    """
+    shape, stated = axes_by_shape(kind, content.rows.points), Axes(content.y, content.z)
+    if kind == "wheel" and shape.contradicts(given):
+        raise source.refused(
+            f"axes = '{given}': the flange shows '{shape}'; correct axes, or kind for a rail"
+        )
+    by_format = Axes(None if given.y else stated.y, None if given.z else stated.z)
+    if shape.contradicts(by_format):
+        raise source.refused(
+            f"axes: '{stated}' by the format, but the shape looks like '{shape}'; "
+            f"give axes, such as '{shape.or_else(stated)}'"
+        )
+    axes = _complete(source, given.or_else(stated).or_else(shape))
+    return axes, _origins(kind, axes, given, stated) + _doubts(kind, axes, shape)
+
+
+def _doubts(kind: Kind, axes: Axes, shape: Axes) -> list[str]:
+    """A note where the shape looks otherwise than it was said."""
+    return [f"Check axes: the shape of this {kind} looks like '{shape}'."] * shape.contradicts(axes)
+
+
+def _complete(source: Source, axes: Axes) -> Axes:
+    """The axes. Raises WrongInput with the choices for what is not known."""
+    missing = [
+        pair for pair, known in ((("field", "centre"), axes.y), (("up", "down"), axes.z)) if known is None
+    ]
+    if missing:
+        choices = " and ".join(
+            " or ".join(f"'{word}' ({CHOICES[word]})" for word in pair) for pair in missing
+        )
+        raise source.refused(f"axes: neither the file nor the shape shows them all; give axes = {choices}")
+    return axes
+
+
+def _origins(kind: Kind, axes: Axes, given: Axes, stated: Axes) -> list[str]:
+    """Notes on each axis and where it comes from."""
+    notes = []
+    mark = "its head" if kind == "rail" else "its flange"
+    for word, said, format_has in ((axes.y, given.y, stated.y), (axes.z, given.z, stated.z)):
+        origin = "as given" if said else "by the format" if format_has else f"as {mark} shows"
+        notes.append(f"In the file {CHOICES[str(word)]}, {origin}.")
+    return notes
+
+
+# --- the shape -------------------------------------------------------------------------------------
+
+
+def axes_by_shape(kind: Kind, points: Array) -> Axes:
+    """What the shape of points (2, n) [mm] shows for sure."""
+    return Axes(None, height_of_rail(points)) if kind == "rail" else axes_of_wheel(points)
+
+
+def height_of_rail(points: Array) -> Height | None:
+    """Where z points: the wide end is the top, and the points lie on its side of the chord of the ends."""
+    y, z = points
+    low, height, width = np.min(z), np.ptp(z), np.ptp(y)
+    top = covered(points, low + (1 - LEVEL) * height, np.inf)
+    bottom = covered(points, -np.inf, low + LEVEL * height)
+    rise = z - (z[0] + (z[-1] - z[0]) * (y - y[0]) / (y[-1] - y[0])) if y[-1] != y[0] else z - z[0]
+    area = np.sum((rise[1:] + rise[:-1]) / 2 * np.diff(y)) * np.sign(y[-1] - y[0])
+    if top >= RATIO * bottom and area > BULGE * width * height:
+        return "up"
+    return "down" if bottom >= RATIO * top and area < -BULGE * width * height else None
+
+
+def axes_of_wheel(points: Array) -> Axes:
+    """Both axes by the tip of the flange, which lies off the tread, is round, and no end of the points."""
+    y, z = points
+    tread = _middle(points)
+    tips = [side for side in (1, -1) if _is_tip(np.stack([y, side * (z - tread)]))]
+    if len(tips) != 1:
+        return Axes()
+    tip = y[np.argmax(tips[0] * z)]
+    middle = (np.max(y) + np.min(y)) / 2
+    z_points: Height = "down" if tips[0] > 0 else "up"
+    if abs(tip - middle) < ASIDE * np.ptp(y):
+        return Axes(None, z_points)
+    return Axes("field" if tip < middle else "centre", z_points)
+
+
+def _is_tip(points: Array) -> bool:
+    """Whether the largest height over the tread is that of a flange."""
+    height = np.max(points[1])
+    is_end = np.argmax(points[1]) in (0, points.shape[1] - 1)
+    return bool(height >= FLANGE and not is_end and covered(points, (1 - TIP) * height, np.inf) >= TIP_WIDTH)
+
+
+def _middle(points: Array) -> float:
+    """Height that halves the width covered: that of the tread, which is more than half of a wheel."""
+    order = np.argsort(middles := (points[1, 1:] + points[1, :-1]) / 2)
+    widths = np.cumsum(np.abs(np.diff(points[0]))[order])
+    return float(middles[order][np.searchsorted(widths, widths[-1] / 2)])
+
+
+def covered(points: Array, low: float, high: float) -> float:
+    """Sum of the widths [mm] of the segments with their middle between two heights."""
+    middles = (points[1, 1:] + points[1, :-1]) / 2
+    return float(np.sum(np.abs(np.diff(points[0]))[(middles >= low) & (middles <= high)]))
+
+
+def turned(rows: Rows, axes: Axes) -> tuple[Rows, list[str]]:
+    """The points with y to the field side and z up, from the gauge side to the field side, and a note."""
+    signs = np.array([1.0 if axes.y == "field" else -1.0, 1.0 if axes.z == "up" else -1.0])
+    rows = rows.moved(rows.points * signs[:, None] + 0.0)  # no -0
+    if rows.points[0, -1] >= rows.points[0, 0]:
+        return rows, []
+    return rows.only(slice(None, None, -1)), [
+        "The order of the points was reversed: from gauge to field side."
+    ]

@@ -1,0 +1,80 @@
+"""What a file of a profile says: its points, and what its format or header states about them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+
+from geometries.profiles.profile import Kind
+from geometries.profiles.rows import Rows
+from geometries.profiles.text import MAX_POINTS, Source, is_number, number, shortened, split_columns
+
+Side = Literal["field", "centre"]
+Height = Literal["up", "down"]
+
+UNITS: Mapping[str, float] = MappingProxyType({"mm": 1.0, "m": 1000.0, "inch": 25.4})  # [mm]
+RAIL_ENDINGS = (".prr", ".ban", ".rail", ".slcs")
+WHEEL_ENDINGS = (".prw", ".whl", ".wheel", ".slcw")
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """Points of a file in its own axes and unit; None for what the file leaves open.
+
+    `unit` is the length of one unit [mm], by a key of the file (`unit_is_key`) or by its format; `y` is the
+    side to which y grows and `z` where z points, both by the format.
+    """
+
+    rows: Rows
+    kind: Kind | None = None
+    unit: float | None = None
+    unit_is_key: bool = False
+    y: Side | None = None
+    z: Height | None = None
+    notes: tuple[str, ...] = ()
+
+
+def kind_by_name(source: Source) -> Kind | None:
+    """Kind by the ending of the file's name, or None."""
+    ending = source.path.suffix.lower()
+    if ending in RAIL_ENDINGS:
+        return "rail"
+    return "wheel" if ending in WHEEL_ENDINGS else None
+
+
+def rows_of(source: Source, points: list[tuple[float, float]], lines: list[int]) -> Rows:
+    """Rows from lists. Raises WrongInput for none and for too many."""
+    if not points:
+        raise source.wrong(len(source.lines), "no points up to the end of the file; is it cut off?")
+    if len(points) > MAX_POINTS:
+        raise source.wrong(
+            lines[MAX_POINTS], f"more than {MAX_POINTS} points; thin them out: one per 0.1 mm is plenty"
+        )
+    return Rows(np.array(points).T, np.array(lines))
+
+
+def row(source: Source, line: int, text: str, counts: range) -> list[str]:
+    """Fields of a row. Raises WrongInput for another count than `counts`, and for text from the third on."""
+    fields = split_columns(source, line, text)
+    if len(fields) not in counts:
+        expected = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+        raise source.wrong(
+            line,
+            f"{shortened(text)}: {len(fields)} columns, {expected} expected; correct the row",
+        )
+    if not all(is_number(field) for field in fields[2:]):
+        raise source.wrong(line, f"{shortened(text)}: all of its {len(fields)} columns must be numbers")
+    return fields
+
+
+def point(source: Source, line: int, y: str, z: str) -> tuple[float, float]:
+    """Coordinates of a point. Raises WrongInput where they are no numbers."""
+    return number(source, line, y, "y"), number(source, line, z, "z")
+
+
+def only_numbers(text: str) -> bool:
+    """Whether a line consists of two numbers or more and of nothing else."""
+    fields = text.replace(",", " ").replace(";", " ").split()
+    return len(fields) >= 2 and all(is_number(field) for field in fields)

@@ -1,0 +1,226 @@
+"""Profiles from files and to files: what a file says, what has to be given, and what was done.
+
+Formats: two columns, spline blocks, MiniProf. `docs/reference/profiles.md` has them for users.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from geometries.errors import WrongInput
+from geometries.profiles.axes import UNKNOWN, Axes, find_axes, parse_axes, turned
+from geometries.profiles.columns import read_columns
+from geometries.profiles.content import UNITS, Content
+from geometries.profiles.crossing import Entangled, first_crossing
+from geometries.profiles.miniprof import is_miniprof, read_miniprof
+from geometries.profiles.parts import one_surface
+from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.rows import DUPLICATE, Rows, drop_near, drop_zigzags, first_fold, note_gaps
+from geometries.profiles.spline_block import block_text, is_spline_block, read_spline_block
+from geometries.profiles.text import Source, read_source, source_of
+
+LEAST_POINTS = 4
+WIDTHS = (1.0, 1000.0)  # of a profile [mm]: others are an error of the unit
+SAME_UNIT = 1e-4  # rounding of 39.37 inches per metre
+USUAL_WIDTHS = (40.0, 200.0)  # of a rail or a wheel [mm], by which the unit of two columns is known
+ENDINGS: dict[str, Kind] = {".prr": "rail", ".prw": "wheel"}
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Arguments of `read_profile`."""
+
+    kind: Kind | None = None
+    axes: Axes = UNKNOWN
+    unit: str | None = None
+    surface: int | None = None
+
+
+def read_profile(
+    path: str | Path,
+    kind: Kind | None = None,
+    *,
+    axes: str | None = None,
+    unit: str | None = None,
+    surface: int | None = None,
+) -> Profile:
+    """Profile from a file of two columns, a spline block (`.prr`, `.prw`) or MiniProf (`.ban`, `.whl`).
+
+    Parameters
+    ----------
+    path
+        The file. Its format is known by its ending or by its first lines.
+    kind
+        "rail" or "wheel", where neither the file nor its ending says it.
+    axes
+        To which side y grows and where z points in the file: "field" or "centre" (of the track), "up" or
+        "down", or one of each, as "centre down". Needed for what neither the format nor the shape shows.
+    unit
+        "mm", "m" or "inch", where the file does not say it and its size does not show it.
+    surface
+        Number of a running surface, in the order of the file, where it has several (guard rail).
+
+    Raises WrongInput with the path, the line and the remedy for what cannot be read, and with the argument
+    and its choices for what has to be given. What was done is in `notes` of the profile.
+    """
+    given = _checked(kind, axes, unit, surface)
+    source = read_source(Path(path))
+    return _understood(source, _content(source), given)
+
+
+def write_profile(profile: Profile, path: str | Path) -> None:
+    """Write a profile as a spline block, `.prr` for a rail, `.prw` for a wheel.
+
+    It is read back before it is saved: reading the file gives the same points.
+    """
+    path = Path(path)
+    if ENDINGS.get(path.suffix.lower()) != profile.kind:
+        ending = ".prr" if profile.kind == "rail" else ".prw"
+        raise WrongInput(f"path = '{path}': the name of a {profile.kind}'s file must end in {ending}")
+    text = block_text(profile)
+    source = source_of(path, text.encode())
+    again = _understood(source, read_spline_block(source), Arguments(profile.kind, Axes("field", "down")))
+    if not np.array_equal(again.points, profile.points):
+        raise WrongInput(
+            f"{path}: {profile.points.shape[1]} points, {again.points.shape[1]} when read back: "
+            f"leave out repeated points and zigzags ({' '.join(again.notes)})"
+        )
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise WrongInput(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _checked(kind: Kind | None, axes: str | None, unit: str | None, surface: int | None) -> Arguments:
+    """The arguments. Raises WrongInput for arguments that are none of the choices."""
+    if kind is not None and kind not in get_args(Kind):
+        raise WrongInput(f"kind = {kind!r}: must be 'rail' or 'wheel'")
+    if unit is not None and unit not in UNITS:
+        raise WrongInput(f"unit = {unit!r}: must be 'mm', 'm' or 'inch'")
+    return Arguments(kind, parse_axes(axes), unit, surface)
+
+
+def _content(source: Source) -> Content:
+    """What the file says, by its format."""
+    if source.path.suffix.lower() in (".slcs", ".slcw"):
+        raise source.refused("a list of sections; read_sections reads it")
+    if is_spline_block(source):
+        return read_spline_block(source)
+    return read_miniprof(source) if is_miniprof(source) else read_columns(source)
+
+
+def _understood(source: Source, content: Content, given: Arguments) -> Profile:
+    """Profile in millimetres and in the axes of this program, from a file and the arguments."""
+    _check_count(source, content.rows)
+    kind, surface = _kind(source, content, given.kind), given.surface
+    factor, notes = _unit(source, content, given.unit)
+    rows, cleaned = _cleaned(source, content.rows.moved(content.rows.points * factor))
+    in_mm = Content(rows, kind, y=content.y, z=content.z)
+    axes, seen = find_axes(source, in_mm, kind, given.axes)
+    if kind == "rail" or surface is not None:
+        rows, chosen = one_surface(source, rows, 1.0 if axes.z == "up" else -1.0, surface)
+        seen += chosen
+        _check_count(source, rows)
+    rows, reversed_order = turned(rows, axes)
+    gaps = note_gaps(rows)
+    all_notes = (*content.notes, *notes, *cleaned, *seen, *reversed_order, *gaps)
+    return Profile(kind, rows.points, source.path.stem, all_notes)
+
+
+def _kind(source: Source, content: Content, given: Kind | None) -> Kind:
+    """Kind. Raises WrongInput where it is not known, and where file and argument differ."""
+    if content.kind is None and given is None:
+        raise source.refused("kind: the file does not say it; give kind = 'rail' or 'wheel'")
+    if content.kind and given and content.kind != given:
+        raise source.refused(
+            f"kind = '{given}': it is a {content.kind} by its header or its name; correct one of them"
+        )
+    kind = given or content.kind
+    assert kind is not None
+    return kind
+
+
+def _unit(source: Source, content: Content, given: str | None) -> tuple[float, list[str]]:
+    """Length of the unit [mm] and a note. Raises WrongInput where it is not known or cannot be."""
+    width = float(np.ptp(content.rows.points[0]))
+    stated = content.unit or 0.0
+    if content.unit_is_key and given and not math.isclose(UNITS[given], stated, rel_tol=SAME_UNIT):
+        raise source.refused(
+            f"unit = '{given}': units.len.f says otherwise; leave unit out, or correct the file"
+        )
+    if given or content.unit:
+        factor = UNITS[given] if given and not content.unit_is_key else stated
+        origin = "by units.len.f" if content.unit_is_key else "as given" if given else "by the format"
+    else:
+        factor, origin = _unit_by_size(source, width), "as its size shows"
+    remedy = "correct units.len.f" if content.unit_is_key else "give unit = 'mm', 'm' or 'inch'"
+    if not WIDTHS[0] <= width * factor <= WIDTHS[1]:
+        raise source.refused(
+            f"unit: y extends over {width * factor:.4g} mm with the unit {origin}; profiles have "
+            f"{WIDTHS[0]:g} to {WIDTHS[1]:g} mm: {remedy}"
+        )
+    return factor, [f"1 unit of the file is {factor:g} mm, {origin}."]
+
+
+def _unit_by_size(source: Source, width: float) -> float:
+    """The unit [mm] in which the width is one of a rail or a wheel."""
+    low, high = USUAL_WIDTHS
+    fitting = [factor for factor in UNITS.values() if low <= width * factor <= high]
+    if len(fitting) != 1:
+        raise source.refused(
+            f"unit: y extends over {width:.4g}, which does not show the unit; give unit = 'mm', 'm' or 'inch'"
+        )
+    return fitting[0]
+
+
+def _cleaned(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
+    """Points in mm without repeated ones and zigzags. Raises WrongInput for folds and crossings."""
+    rows, repeated = drop_near(rows, DUPLICATE)
+    rows, zigzags = drop_zigzags(rows)
+    rows, again = drop_near(rows, DUPLICATE)
+    _check_count(source, rows)
+    fold = first_fold(rows)
+    if fold is not None:
+        raise source.wrong(
+            int(rows.lines[fold]),
+            "the points turn back here; they must go along the surface, in one direction",
+        )
+    _check_crossing(source, rows)
+    return rows, repeated + zigzags + again
+
+
+def _check_count(source: Source, rows: Rows) -> None:
+    """Raise WrongInput for too few points."""
+    if rows.count < LEAST_POINTS:
+        raise source.wrong(
+            int(rows.lines[-1]), f"{rows.count} points are left; a profile needs {LEAST_POINTS} or more"
+        )
+
+
+def _check_crossing(source: Source, rows: Rows) -> None:
+    """Raise WrongInput for a contour that crosses or touches itself."""
+    try:
+        crossing = first_crossing(rows.points)
+    except Entangled:
+        raise source.refused(
+            "the points lie on each other in many places; they must go along the surface, once"
+        ) from None
+    if crossing is None:
+        return
+    k, m = crossing
+    ends = rows.points[:, [0, -1]]
+    if k == 0 and m == rows.count - 2 and math.dist(*ends.T.tolist()) <= DUPLICATE:
+        raise source.wrong(
+            int(rows.lines[-1]), "the outline is closed; keep the running surface, from face to face"
+        )
+    raise source.wrong(
+        int(rows.lines[m]),
+        f"the contour crosses itself: with lines {rows.lines[k]} to {rows.lines[k + 1]}; sort the points "
+        "along the surface, or delete wrong ones",
+    )

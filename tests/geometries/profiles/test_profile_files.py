@@ -1,0 +1,323 @@
+from itertools import product
+
+import numpy as np
+import pytest
+from profile_texts import MM, block_text, columns_text, miniprof_text, old_miniprof_text, rail, wheel
+
+from geometries.errors import WrongInput
+from geometries.profiles.axes import Axes, axes_by_shape
+from geometries.profiles.files import read_profile, write_profile
+from geometries.profiles.profile import Profile
+from geometries.profiles.rows import Rows, drop_zigzags
+
+SECTIONS = {"rail": rail(), "wheel": wheel()}
+ROUNDING = 1e-12  # [mm]; coordinates of 100 mm, times or divided by a unit
+
+
+def save(folder, name, text):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def disguised(points, unit, *, to_centre, down, backwards, repeated):
+    points = points * np.array([[-1.0 if to_centre else 1.0], [-1.0 if down else 1.0]]) / MM[unit]
+    points = np.repeat(points, 1 + (np.arange(points.shape[1]) % 7 == 3), axis=1) if repeated else points
+    return points[:, ::-1] if backwards else points
+
+
+# --- one section in many disguises -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("unit", MM)
+@pytest.mark.parametrize("kind", SECTIONS)
+@pytest.mark.parametrize("layout", ["columns", "block", "miniprof", "old miniprof"])
+def test_all_disguises_of_a_section_are_one_profile(tmp_path, kind, layout, unit):
+    points = SECTIONS[kind]
+    ending = {"columns": ".txt", "block": ".prr" if kind == "rail" else ".prw"}.get(
+        layout, ".ban" if kind == "rail" else ".whl"
+    )
+    for flags in product([False, True], repeat=4):
+        how = dict(zip(("to_centre", "down", "backwards", "repeated"), flags, strict=True))
+        other = disguised(points, unit, **how)
+        text = {
+            "columns": columns_text,
+            "block": lambda p: block_text(p, kind, units_len_f=repr(1000 / MM[unit])),
+            "miniprof": miniprof_text,
+            "old miniprof": old_miniprof_text,
+        }[layout](other)
+        side, height = ("centre" if how["to_centre"] else "field"), ("down" if how["down"] else "up")
+        asked = {"kind": kind} if layout == "columns" else {}
+        # what has to be asked for: a rail's side, the unit of MiniProf that is not mm, what is not as in
+        # track coordinates
+        asked |= (
+            {"axes": f"{side} {height}"} if layout == "block" else {"axes": side} if kind == "rail" else {}
+        )
+        asked |= {"unit": unit} if "miniprof" in layout else {}
+        profile = read_profile(save(tmp_path, "section" + ending, text), **asked)
+        assert profile.kind == kind
+        np.testing.assert_allclose(profile.points, points, rtol=0, atol=ROUNDING)
+        assert any("repeat" in note for note in profile.notes) == how["repeated"]
+
+
+def test_keys_of_a_block_undo_a_disguise(tmp_path):
+    points = SECTIONS["wheel"]
+    other = points * 2 + np.array([[30.0], [-4.0]])  # y to the field, z up, by growing y, half millimetres
+    keys = {"shift_y": -30, "shift_z": 4, "mirror_z": 1, "inversion": 1, "units_len_f": 2000}
+    profile = read_profile(save(tmp_path, "w.prw", block_text(other, "wheel", **keys)))
+    np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12)
+
+
+def test_a_unit_that_differs_from_the_key_is_refused(tmp_path):
+    path = save(
+        tmp_path, "r.prr", block_text(SECTIONS["rail"] * [[1 / 25.4], [-1 / 25.4]], units_len_f=1000 / 25.4)
+    )
+    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=1e-12)
+    assert np.array_equal(read_profile(path, unit="inch").points, read_profile(path).points)
+    rounded = save(tmp_path, "q.prr", path.read_text().replace(repr(1000 / 25.4), "39.37"))
+    assert np.array_equal(read_profile(rounded, unit="inch").points, read_profile(rounded).points)
+    with pytest.raises(WrongInput, match=r"unit = 'mm': units\.len\.f says otherwise"):
+        read_profile(path, unit="mm")
+
+
+def test_without_the_key_of_the_unit_a_block_is_in_metres(tmp_path):
+    text = block_text(SECTIONS["rail"] * [[0.001], [-0.001]]).replace("units.len.f = 1000\n", "")
+    path = save(tmp_path, "r.prr", text)
+    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=1e-12)
+
+
+# --- the order of the steps of a spline block ------------------------------------------------------
+
+
+def steps_by_hand(points, keys):
+    """The steps as complex numbers y + iz, one point at a time; None for a deleted one."""
+    turn = np.exp(1j * keys["rotate"] / keys["units_ang_f"])
+    for y, z in points.T:
+        w = (complex(y, z) + complex(keys["shift_y"], keys["shift_z"])) * turn
+        if not keys["bound_y_min"] <= w.real <= keys["bound_y_max"]:
+            continue
+        w = complex(w.real, min(max(w.imag, keys["bound_z_min"]), keys["bound_z_max"]))
+        w = -w.conjugate() if keys["mirror_y"] else w
+        w = w.conjugate() if keys["mirror_z"] else w
+        yield w * 1000 / keys["units_len_f"]
+
+
+@pytest.mark.parametrize(("mirror_y", "mirror_z", "inversion"), list(product([0, 1], repeat=3)))
+def test_steps_of_a_spline_block_are_done_in_their_order(tmp_path, mirror_y, mirror_z, inversion):
+    points = SECTIONS["rail"] * [[10.0], [-10.0]]  # tenths of mm, z down
+    keys = {
+        **{"shift_y": 17.0, "shift_z": -21.0, "rotate": 3.0, "units_ang_f": 180 / np.pi},
+        **{"bound_y_min": -300.0, "bound_y_max": 290.0, "bound_z_min": -20.0, "bound_z_max": 130.0},
+        **{"mirror_y": mirror_y, "mirror_z": mirror_z, "inversion": inversion, "units_len_f": 1e4},
+    }
+    axes = f"{'centre' if mirror_y else 'field'} {'up' if mirror_z else 'down'}"
+    profile = read_profile(save(tmp_path, "r.prr", block_text(points, **keys)), axes=axes)
+    expected = np.array(list(steps_by_hand(points, keys)))
+    expected = np.stack([expected.real * (1 - 2 * mirror_y), -expected.imag * (1 - 2 * mirror_z)])
+    assert 10 < expected.shape[1] < points.shape[1]  # the bounds delete some
+    np.testing.assert_allclose(profile.points, expected, rtol=0, atol=1e-12)
+    notes = " ".join(profile.notes)
+    steps = ["Shifted by 17 in y and -21 in z", "Rotated by 3 degrees", "were deleted", "were clipped"]
+    steps += ["y was mirrored"] * mirror_y + ["z was mirrored"] * mirror_z
+    steps += ["order was reversed (inversion)"] * inversion + ["1 unit of the file is 0.1 mm, by units.len.f"]
+    places = [notes.index(step) for step in steps]
+    assert places == sorted(places)
+
+
+def test_bounds_without_a_range_have_no_effect(tmp_path):
+    down = SECTIONS["rail"] * [[1.0], [-1.0]]
+    keys = {"bound_y_min": 1.0, "bound_y_max": 0.0, "bound_z_min": 2.0, "bound_z_max": 2.0}
+    plain, bounded = (
+        read_profile(save(tmp_path, "r.prr", block_text(down, **extra))) for extra in ({}, keys)
+    )
+    assert np.array_equal(plain.points, bounded.points)
+
+
+def test_points_too_near_and_zigzags_are_left_out(tmp_path):
+    down = SECTIONS["rail"] * [[1.0], [-1.0]]
+    near = np.insert(down, 21, down[:, 20] + [0.01, 0.0], axis=1)
+    path = save(tmp_path, "r.prr", block_text(near, point_dist_min=0.02))
+    assert np.array_equal(read_profile(path).points, SECTIONS["rail"])
+    # to and fro between points 30 and 31: the way from 30 over two points back and on to 31
+    chord = down[:, 31] - down[:, 30]
+    there = np.stack([down[:, 30] + 0.8 * chord, down[:, 30] + 0.3 * chord], axis=1)
+    zigzag = np.concatenate([down[:, :31], there, down[:, 31:]], axis=1)
+    for text in (zigzag, zigzag[:, ::-1]):
+        profile = read_profile(save(tmp_path, "z.prr", block_text(text)))
+        assert np.array_equal(profile.points, SECTIONS["rail"])
+        assert any(note.startswith("2 points of zigzags") for note in profile.notes)
+
+
+def test_a_hairpin_is_no_zigzag():
+    points = np.array(
+        [[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]]
+    )  # right, back down, on to the left
+    rows = Rows(points, np.arange(6))
+    assert drop_zigzags(rows) == (rows, [])
+    zigzag = Rows(
+        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6], np.arange(6)
+    )
+    assert np.array_equal(drop_zigzags(zigzag)[0].lines, [0, 1, 4, 5])
+
+
+# --- writing ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", SECTIONS)
+def test_reading_what_was_written_is_the_identity(tmp_path, kind):
+    path = tmp_path / ("s.prr" if kind == "rail" else "s.prw")
+    rng = np.random.default_rng(3)
+    points = SECTIONS[kind] + 1e-3 * rng.standard_normal(SECTIONS[kind].shape)
+    write_profile(Profile(kind, points, "s", ("a note\nof 'two' lines",)), path)
+    again = read_profile(path)
+    assert np.array_equal(again.points, points)
+    assert (again.kind, again.name) == (kind, "s")
+    write_profile(again, path)
+    assert np.array_equal(read_profile(path).points, points)
+
+
+def test_what_would_not_be_read_back_is_not_written(tmp_path):
+    points = rail()
+    with pytest.raises(WrongInput, match=r"must end in \.prr"):
+        write_profile(Profile("rail", points), tmp_path / "r.prw")
+    for wrong in (np.repeat(points, 2, axis=1), points * np.nan, points[:, :3], points[::-1] * 0):
+        with pytest.raises(WrongInput):
+            write_profile(Profile("rail", wrong), tmp_path / "r.prr")
+    with pytest.raises(WrongInput, match="the flange shows"):  # y to the track centre
+        write_profile(Profile("wheel", (wheel() * [[-1.0], [1.0]])[:, ::-1]), tmp_path / "w.prw")
+    with pytest.raises(WrongInput, match="cannot be written"):
+        write_profile(Profile("rail", points), tmp_path / "missing" / "r.prr")
+    assert not list(tmp_path.iterdir())
+
+
+# --- what is asked for -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("points", "asked", "words"),
+    [
+        (rail(), {"axes": "field"}, ["kind", "'rail' or 'wheel'"]),
+        (rail(), {"kind": "rail"}, ["axes", "'field'", "'centre'"]),
+        (rail() * 0.2, {"kind": "rail", "axes": "field"}, ["unit", "'mm', 'm' or 'inch'"]),
+        (np.stack([np.arange(60.0), np.arange(60.0)]), {"kind": "rail"}, ["'centre'", "'up'", "'down'"]),
+        (wheel()[:, 20:], {"kind": "wheel"}, ["axes", "'field'", "'up'"]),
+        (rail() * 30, {"kind": "rail", "axes": "field"}, ["unit", "'mm', 'm' or 'inch'"]),
+        (rail(), {"kind": "rail", "axes": "field", "unit": "m"}, ["unit", "mm"]),
+        (wheel(), {"kind": "wheel", "axes": "centre up"}, ["axes", "flange", "field up"]),
+        (rail(), {"kind": "train"}, ["kind = 'train'", "'rail' or 'wheel'"]),
+        (rail(), {"unit": "ft"}, ["unit = 'ft'", "'inch'"]),
+        (rail(), {"axes": "left"}, ["axes = 'left'", "'field'", "'up'"]),
+        (rail(), {"axes": "up down"}, ["axes = 'up down'"]),
+        (rail(), {"axes": ""}, ["axes = ''"]),
+        (rail(), {"kind": "rail", "axes": "field", "surface": 2}, ["surface = 2"]),
+    ],
+)
+def test_refusals_name_the_argument_and_its_choices(tmp_path, points, asked, words):
+    with pytest.raises(WrongInput) as error:
+        read_profile(save(tmp_path, "s.txt", columns_text(points)), **asked)
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+@pytest.mark.parametrize("kind", SECTIONS)
+def test_a_format_that_contradicts_the_shape_is_refused_until_axes_are_given(tmp_path, kind):
+    path = save(tmp_path, "s." + {"rail": "prr", "wheel": "prw"}[kind], block_text(SECTIONS[kind], kind))
+    with pytest.raises(
+        WrongInput, match=r"axes: 'field down' by the format, but the shape looks like '.*up'"
+    ):
+        read_profile(path)
+    np.testing.assert_allclose(read_profile(path, axes="up").points, SECTIONS[kind], rtol=0, atol=ROUNDING)
+
+
+def both_ways(points):
+    """Points as they are, turned about each axis, and backwards, with the axes that they have then."""
+    for y, z, step in product([1, -1], [1, -1], [1, -1]):
+        yield (
+            (points * [[y], [z]])[:, ::step],
+            Axes("field" if y > 0 else "centre", "up" if z > 0 else "down"),
+        )
+
+
+def test_shapes_show_their_axes():
+    for points, axes in both_ways(rail()):
+        assert axes_by_shape("rail", points) == Axes(None, axes.z)
+    for points, axes in both_ways(wheel()):
+        assert axes_by_shape("wheel", points) == axes
+    crown = rail()[:, 20:-20]  # a head without faces
+    for points, axes in both_ways(crown):
+        assert axes_by_shape("rail", points) == Axes(None, axes.z)
+    faces = np.concatenate(
+        [wheel(), [[137.0, 137.0], [0.0, 30.0]]], axis=1
+    )  # an outer face as high as the flange
+    for points, axes in both_ways(faces):
+        assert axes_by_shape("wheel", points) == axes
+
+
+def test_shapes_that_show_no_axes_are_not_guessed():
+    half_flange = wheel(401)
+    half_flange = half_flange[:, np.argmin(half_flange[1]) :]  # from the tip on
+    for points, _ in both_ways(half_flange):
+        assert axes_by_shape("wheel", points) == Axes()
+    # a rail beside a guard rail: turned over, it could be a head with a foot
+    guard = rail() - [[110.0], [0.0]]
+    bottom = np.array([[-70.0, -60.0, -50.0, -40.0], [-50.0] * 4])
+    for points, _ in both_ways(np.concatenate([guard[:, 20:], bottom, rail()[:, :-20]], axis=1)):
+        assert axes_by_shape("rail", points) == Axes()
+    foot = np.stack([[-75, -60, -20, -10, -36, -36, 36, 36, 10, 20, 60, 75.0], [0, 11, 20, 35, 135, 172] * 2])
+    foot[1, 6:] = foot[1, 5::-1]
+    for points, axes in both_ways(foot):  # a whole rail: known or not, but not turned over
+        assert not axes_by_shape("rail", points).contradicts(axes)
+    for points, _ in both_ways(np.stack([np.arange(60.0), np.sin(np.arange(60.0) / 5)])):
+        assert axes_by_shape("rail", points) == Axes()
+
+
+def test_a_groove_is_read_as_it_is_said_with_a_doubt(tmp_path):
+    groove = rail()[:, 12:-12] * [[1.0], [-1.0]]  # less deep than the grooves between two rails
+    profile = read_profile(save(tmp_path, "s.txt", columns_text(groove)), "rail", axes="field up")
+    assert np.array_equal(profile.points, groove)
+    assert any(note.startswith("Check axes") for note in profile.notes)
+
+
+def test_gaps_are_noted(tmp_path):
+    points = np.delete(rail(400), np.s_[200:215], axis=1)
+    profile = read_profile(save(tmp_path, "s.txt", columns_text(points)), "rail", axes="field")
+    (note,) = (note for note in profile.notes if "gaps" in note)
+    assert "lines 200 and 201" in note
+    assert f"{np.hypot(*(points[:, 200] - points[:, 199])):.3g} mm" in note
+
+
+# --- two surfaces ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("fill", [True, False], ids=["groove", "no points between"])
+def test_one_of_two_surfaces_has_to_be_named(tmp_path, fill):
+    head, guard = rail(201), rail(201) * [[0.8], [1.0]] - [[110.0], [5.0]]
+    bottom = np.stack([np.linspace(guard[0, -1], head[0, 0], 40)[1:-1], np.full(38, -40.0)])
+    both = np.concatenate([guard, bottom, head] if fill else [guard, head], axis=1)
+    path = save(tmp_path, "s.txt", columns_text(both))
+    with pytest.raises(WrongInput, match=r"surface: there are 2 \(1: lines 1 to .*; 2: lines") as error:
+        read_profile(path, "rail", axes="field up")
+    assert f"to {both.shape[1]}, y" in str(error.value)
+    for number, part in ((1, guard), (2, head)):
+        profile = read_profile(path, "rail", axes="field up", surface=number)
+        # the outer face is whole, the inner one ends 20 mm below the lower of both tops
+        way = slice(None, None, 1 if number == 1 else -1)  # from the outer face
+        inwards = part[:, way]
+        end = next(k for k in range(np.argmax(inwards[1]), 201) if inwards[1, k] <= np.max(guard[1]) - 20)
+        assert np.array_equal(profile.points[:, way], inwards[:, :end])
+    for wrong in (0, 3, True, "1"):
+        with pytest.raises(WrongInput, match="surface"):
+            read_profile(path, "rail", axes="field up", surface=wrong)
+
+
+def test_a_wide_step_without_points_separates_surfaces(tmp_path):
+    crown = rail(201)[:, 60:-60]  # not as deep as a groove
+    for step, count in ((24.0, 1), (26.0, 2)):
+        other = crown - [[np.ptp(crown[0]) + step], [0.0]]
+        path = save(tmp_path, "s.txt", columns_text(np.concatenate([other, crown], axis=1)))
+        if count == 1:
+            assert read_profile(path, "rail", axes="field up").points.shape[1] == 2 * crown.shape[1]
+            continue
+        with pytest.raises(WrongInput, match="surface: there are 2"):
+            read_profile(path, "rail", axes="field up")
+        profile = read_profile(path, "rail", axes="field up", surface=2)
+        assert np.array_equal(profile.points, crown)

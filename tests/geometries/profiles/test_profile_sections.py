@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+from profile_texts import block_text, rail
+
+from geometries.errors import WrongInput
+from geometries.profiles.files import read_profile
+from geometries.profiles.sections import read_sections
+
+LIST = """! a crossing
+  2.0  1000.0      % S_OFFSET, S_SCALE
+  3                % number of sections
+  4 1 2            % features, kinks, accelerations
+  2                % approximating
+  -1.0  'a.prr'
+   0.5  'sub\\b.prr'
+   3.0  'a.prr'    " again
+  2
+  1 2
+  -1.0   0.0 10.0 -1 20.0
+   0.5   0.0 10.5 12.0 20.0
+   3.0  -1   10.0 12.0 20.0
+"""
+
+
+def shifted(k):
+    return rail() + np.array([[k], [0.0]])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "sub").mkdir()
+    for k, name in enumerate(("a.prr", "sub/b.prr")):
+        (tmp_path / name).write_text(block_text(shifted(k) * [[1.0], [-1.0]]))
+    return tmp_path
+
+
+def save(folder, text, name="list.slcs"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_a_list_gives_positions_profiles_and_features(folder):
+    sections = read_sections(save(folder, LIST))
+    positions = [section.position for section in sections.sections]
+    np.testing.assert_allclose(positions, [1000 * (2 + s) for s in (-1.0, 0.5, 3.0)], rtol=1e-15)
+    for section, shift in zip(sections.sections, (0, 1, 0), strict=True):
+        np.testing.assert_allclose(section.profile.points, shifted(shift), rtol=0, atol=1e-12)
+    assert sections.interpolation == "approximating"
+    assert (sections.kinks, sections.accelerations) == ((2,), (1, 2))
+    assert [section.features for section in sections.sections] == [
+        (0.0, 10.0, None, 20.0),
+        (0.0, 10.5, 12.0, 20.0),
+        (None, 10.0, 12.0, 20.0),
+    ]
+
+
+def test_a_list_without_features(folder):
+    text = "0 1\n2\n0 0 0\n1\n0 a.prr\n1 'a.prr'\n"
+    sections = read_sections(save(folder, text))
+    assert (len(sections.sections), sections.interpolation) == (2, "spline")
+    assert sections.sections[0].profile is sections.sections[1].profile  # read once
+    assert sections.sections[0].features == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "word"),
+    [
+        ("  2.0  1000.0", "  2.0  0.0", 2, "scale"),
+        ("  2.0  1000.0", "  2.0", 2, "2 numbers"),
+        ("  3   ", "  4   ", 9, "position and 'file'"),
+        ("  3   ", "  2.5 ", 3, "whole number"),
+        ("  3   ", "  0   ", 3, "from 1"),
+        ("  4 1 2", "  4 1", 4, "3 numbers"),
+        ("  4 1 2", "  4 1 1", 10, "1 numbers"),
+        ("  2                % app", "  3                % app", 5, "from 1 to 2"),
+        ("   0.5  'sub", "  -1.5  'sub", 7, "must grow"),
+        ("'sub\\b.prr'", "'c.prr'", 7, "No such file"),
+        ("'sub\\b.prr'", "'list.slcs'", 7, "read_sections"),
+        ("   0.5  'sub\\b.prr'", "   'sub\\b.prr'", 7, "expected"),
+        ("  1 2\n", "  1 9\n", 10, "from 1 to 2"),
+        ("   0.5   0.0 10.5", "   0.6   0.0 10.5", 12, "differs"),
+        ("10.5 12.0 20.0", "10.5 12.0", 12, "5 numbers"),
+        ("   3.0  -1   10.0 12.0 20.0\n", "", 13, "cut off"),
+        ("   3.0  -1   10.0 12.0 20.0\n", "   3.0  -1   10.0 12.0 20.0\n 1 2\n", 14, "not expected"),
+    ],
+)
+def test_wrong_lists_are_named_by_file_and_line(folder, old, new, line, word):
+    assert old in LIST
+    path = save(folder, LIST.replace(old, new))
+    with pytest.raises(WrongInput) as error:
+        read_sections(path)
+    assert str(error.value).startswith(f"{path}, line {line}: ")
+    assert word in str(error.value)
+
+
+def test_a_wrong_profile_is_named_by_both_files_and_lines(folder):
+    bad = folder / "a.prr"
+    bad.write_text(bad.read_text().replace("type = 0", "type = 7"))
+    path = save(folder, LIST)
+    with pytest.raises(WrongInput, match="type = 7") as error:
+        read_sections(path)
+    assert str(error.value).startswith(f"{path}, line 6: {bad}, line 3: ")
+
+
+def test_the_ending_says_what_a_file_is(folder):
+    with pytest.raises(WrongInput, match=r"must end in \.slcs"):
+        read_sections(folder / "a.prr")
+    with pytest.raises(WrongInput, match="read_sections reads it"):
+        read_profile(save(folder, LIST))
+    with pytest.raises(WrongInput, match="kind = 'wheel'"):
+        read_sections(save(folder, LIST, "list.slcw"))
