@@ -18,9 +18,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-OF_MODELS = ("geometries", "approx", "femic/cache", "femic/reference")  # folders that models depend on
+OF_MODELS = (  # files that models depend on; not what makes contours of profiles: a model has its contours
+    "geometries/*.py",
+    "approx/**/*.py",
+    "femic/cache/**/*.py",
+    "femic/reference/**/*.py",
+)
 LIBRARIES = ("gmsh", "numpy", "pyamg", "scikit-fem", "scipy")  # that models depend on
-PACKAGES = ("femic", "compare")  # with modules that make results
+PACKAGES = ("geometries", "femic", "compare")  # with modules that make results
 LIBRARIES_OF_RESULTS = ("xarray",)
 SCENES = "femic.scenes.load"  # interprets the text of a scene: always counts
 DRAWING = "compare/report/"  # numbers do not depend on it
@@ -35,7 +40,7 @@ def versions() -> dict[str, str]:
 @cache
 def code_digest() -> str:
     """Return a short digest of the code of models and its libraries."""
-    return digest_of((ROOT / folder for folder in OF_MODELS), versions())
+    return digest_of_files({name: ROOT / name for name in _files_of_models()}, versions())
 
 
 @cache
@@ -88,13 +93,19 @@ def _needed(modules: tuple[str, ...]) -> set[str]:
 
     The files of models are left out: `code_digest` has them.
     """
-    todo, files = list(modules), set[str]()
+    todo, files, of_models = list(modules), set[str](), _files_of_models()
     while todo:
         for path in _files(todo.pop()):
-            if path not in files and not path.startswith((DRAWING, *OF_MODELS)):
+            if path not in files and path not in of_models and not path.startswith(DRAWING):
                 files.add(path)
                 todo += _parsed((ROOT / path).read_text(encoding="utf-8"))[1]
     return files
+
+
+def _files_of_models() -> dict[str, None]:
+    """Return the files that models depend on, relative to `ROOT`, in order."""
+    paths = (path for pattern in OF_MODELS for path in sorted(ROOT.glob(pattern)))
+    return dict.fromkeys(path.relative_to(ROOT).as_posix() for path in paths)
 
 
 def _files(module: str) -> Iterator[str]:

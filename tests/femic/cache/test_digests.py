@@ -152,8 +152,26 @@ def test_a_module_that_imports_more_has_another_digest(copy):
     assert anew(ERRORS) != of_import
 
 
+READERS = "geometries/profiles/text.py"
+
+
+def test_readers_of_profiles_change_results_that_import_them_but_no_models(copy):
+    reads = anew("geometries.profiles.files")
+    others = anew(ERRORS)
+    append_to(copy / READERS)
+    assert anew("geometries.profiles.files") != reads
+    assert anew(ERRORS) == others
+    assert code_digest.__wrapped__() == code_digest()
+
+
+@pytest.mark.parametrize("file", ["geometries/contours.py", "approx/forms.py", "femic/reference/discount.py"])
+def test_models_depend_on_contours_forms_and_engines(copy, file):
+    append_to(copy / file)
+    assert code_digest.__wrapped__() != code_digest()
+
+
 def test_models_know_nothing_of_compare():
-    assert not any("compare" in folder for folder in OF_MODELS)
+    assert not any("compare" in pattern for pattern in OF_MODELS)
     assert code_digest() != results_digest(ERRORS)
     assert code_digest.__wrapped__() == code_digest()
 
