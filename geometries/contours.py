@@ -7,7 +7,7 @@ delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import scipy
@@ -18,13 +18,26 @@ from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import PPoly
 
 NEWTON_STEPS = 30  # largest number of steps
 GAUSS_POINTS = 16  # per interval of a spline
 NEAREST_SAMPLES = 4001  # number of arc lengths from the nearest of which Newton's method starts
 LEAST_STRETCH = 0.1  # of distances along a parallel curve: nearly 0 at the centre of curvature
 LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
+
+
+class Core(Protocol):
+    """A curve by arc length with s = 0 at the origin of (y, z)."""
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm], shape (2, *s.shape)."""
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+
+    def curvature(self, s: Array) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +96,9 @@ class Ellipse:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """Cubic spline through points by arc length; s = 0 at the parameter `t_centre`."""
+    """Spline (of polynomials (y, z) in pieces) by arc length; s = 0 at the parameter `t_centre`."""
 
-    curve: "CubicSpline"
+    curve: "PPoly"
     t_centre: float
     to_knots: Array  # arc length [mm] from the first knot to each knot, (n_knots,)
 
@@ -123,7 +136,7 @@ class Spline:
         return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
 
 
-def length_between(curve: "CubicSpline", start: Array, end: Array) -> Array:
+def length_between(curve: "PPoly", start: Array, end: Array) -> Array:
     """Arc length [mm] of a spline between parameters of one of its intervals, by Gauss quadrature."""
     t, weights = on_panels(np.asarray(start), np.asarray(end), GAUSS_POINTS)
     return np.asarray(np.sum(weights * np.linalg.norm(curve(t, 1), axis=-1), axis=-1))
@@ -150,11 +163,15 @@ def invert(
 
 @dataclass(frozen=True, eq=False)
 class Contour:
-    """A core curve on `limits`, continued by its tangents; loads and lines stay within `extent`."""
+    """A core curve on `limits`, continued by its tangents; loads and lines stay within `extent`.
 
-    core: Arc | Ellipse | Spline
+    `jumps` are the arc lengths between the limits at which the curvature jumps.
+    """
+
+    core: Core
     limits: tuple[float, float]
     extent: tuple[float, float] = (-np.inf, np.inf)
+    jumps: tuple[float, ...] = ()
 
     def position(self, s: ArrayLike) -> Array:
         """Points (y, z) [mm] at arc length s, shape (2, *s.shape)."""
@@ -184,8 +201,9 @@ class Contour:
 
     @property
     def joints(self) -> tuple[float, ...]:
-        """Arc lengths at which the flanks begin: the curvature jumps there. None on a plane."""
-        return self.limits if self.limits[0] < self.limits[1] else ()
+        """Arc lengths at which the curvature jumps, also where the flanks begin. None on a plane."""
+        left, right = self.limits
+        return (left, *self.jumps, right) if left < right else ()
 
     @property
     def symmetric(self) -> bool:

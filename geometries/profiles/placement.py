@@ -1,0 +1,167 @@
+"""Contours of contact from curves of profiles: s = 0 at a place on them, turned if wanted.
+
+A contour has its own axes: the origin at the contact centre, y and z as in the profile or turned with it.
+Inclinations are limited (85 degrees by the harmonic engine): where a curve is steeper, the contour ends, and
+the body continues along its tangent there.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy
+
+from geometries.arrays import Array
+from geometries.contours import Contour, Core
+from geometries.errors import WrongInput
+
+STEEPEST = float(np.radians(85.0))  # [rad], of the harmonic engine
+SAMPLES_PER_MM = 50  # of arc length, among which ends and crossings are sought
+LARGE = 0.1  # half width of a patch over the radius of curvature: the patch is no longer nearly flat
+
+
+class Curve(Core, Protocol):
+    """A curve of a profile by arc length from 0 to `length` [mm]; its curvature jumps at `jumps` [mm]."""
+
+    @property
+    def length(self) -> float:
+        """Length [mm]."""
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Arc lengths [mm] at which the curvature jumps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A curve seen from its point at arc length `centre` [mm], turned by `turn` [rad] from y to z."""
+
+    curve: Curve
+    centre: float
+    turn: float = 0.0
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm] relative to the contact centre, shape (2, *s.shape)."""
+        cos, sin = np.cos(self.turn), np.sin(self.turn)
+        origin = self.curve.position(np.array(self.centre))
+        points = self.curve.position(self._along(s))
+        y, z = points[0] - origin[0], points[1] - origin[1]
+        return np.stack([cos * y - sin * z, sin * y + cos * z])
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+        return self.curve.inclination(self._along(s)) - self.turn
+
+    def curvature(self, s: Array) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
+        return self.curve.curvature(self._along(s))
+
+    def _along(self, s: Array) -> Array:
+        """Arc length [mm] on the curve, from its first end."""
+        return np.clip(self.centre + s, 0, self.curve.length)
+
+
+def contour_at(curve: Curve, centre: float, *, turn: float = 0.0, steepest: float = STEEPEST) -> Contour:
+    """Return the contour whose s = 0 lies at arc length `centre` [mm] of a curve.
+
+    It is turned by `turn` [rad]: the inclination at s = 0 is that of the curve minus `turn`; with the
+    inclination itself the tangent at the contact centre becomes the y axis. A body of revolution must not be
+    turned: its axis is parallel to y. The contour ends where it is steeper than `steepest` [rad] or the curve
+    ends, and is continued by its tangents. Raises WrongInput.
+    """
+    _check_place(curve, centre)
+    placed = Placed(curve, centre, turn)
+    here = float(placed.inclination(np.array(0.0)))
+    if not abs(here) < steepest:
+        raise WrongInput(
+            f"centre = {centre:g} mm: the inclination there is {np.degrees(here):.1f} degrees, more than "
+            f"{np.degrees(steepest):.1f}; turn the contour (turn)"
+        )
+    left, right = (_end(placed, side, steepest) for side in (-1, +1))
+    jumps = tuple(jump - centre for jump in curve.jumps if left < jump - centre < right)
+    return Contour(placed, (left, right), (left, right), jumps)
+
+
+def arc_length_at(curve: Curve, y: float) -> float:
+    """Return the arc length [mm] of the only point of a curve at the lateral position y [mm].
+
+    Raises WrongInput where there is none, or where there are several (an undercut face).
+    """
+    s = _samples(0.0, curve.length)
+    above = curve.position(s)[0] >= y
+    crossings = np.flatnonzero(above[1:] != above[:-1])
+    if len(crossings) != 1:
+        found = ", ".join(f"{s[k]:.4g}" for k in crossings) or "none"
+        raise WrongInput(
+            f"y = {y:g} mm: the profile must have one point there; arc lengths of its points: {found} mm; "
+            "give the arc length of the contact centre"
+        )
+    k = int(crossings[0])
+    return float(scipy.optimize.brentq(lambda at: _lateral(curve, at) - y, s[k], s[k + 1], xtol=1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class CurvatureCheck:
+    """The curvature of a contour beside the half width of a patch.
+
+    `largest` [1/mm] is the curvature of largest amount, negative in a groove, `least_radius` [mm] its inverse
+    amount, at arc length `place` [mm]. `ranges` are those of s [mm] where half width times curvature is more
+    than `limit`, shape (n, 2).
+    """
+
+    largest: float
+    place: float
+    half_width: float
+    limit: float
+    ranges: Array
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of curvature [mm]."""
+        return 1 / abs(self.largest) if self.largest else np.inf
+
+
+def check_curvature(contour: Contour, half_width: float, limit: float = LARGE) -> CurvatureCheck:
+    """Return where the curvature of a contour is large beside the half width [mm] of a patch."""
+    if not 0 < half_width < np.inf:
+        raise WrongInput(f"half_width = {half_width!r}: must be a positive length [mm]")
+    s = _samples(*contour.limits)
+    curvature = contour.core.curvature(s)
+    worst = int(np.argmax(np.abs(curvature)))
+    large = np.concatenate([[False], np.abs(curvature) * half_width > limit, [False]])
+    starts, ends = np.flatnonzero(~large[:-1] & large[1:]), np.flatnonzero(large[:-1] & ~large[1:]) - 1
+    ranges = np.stack([s[starts], s[ends]], axis=-1)
+    return CurvatureCheck(float(curvature[worst]), float(s[worst]), half_width, limit, ranges)
+
+
+def _check_place(curve: Curve, centre: float) -> None:
+    """Raise WrongInput for a contact centre that is not between the ends of the curve."""
+    if not 0 < centre < curve.length:
+        raise WrongInput(
+            f"centre = {centre:g} mm: must lie between 0 and the profile's length, {curve.length:g}"
+        )
+
+
+def _end(placed: Placed, side: int, steepest: float) -> float:
+    """Return the arc length [mm] at which the contour ends on a side, from the contact centre."""
+    last = placed.curve.length - placed.centre if side > 0 else -placed.centre
+    s = _samples(0.0, last)
+    steep = np.flatnonzero(np.abs(placed.inclination(s)) > steepest)
+    if not len(steep):
+        return float(last)
+    k = int(steep[0])
+
+    def excess(at: float) -> float:
+        return abs(float(placed.inclination(np.array(at)))) - steepest
+
+    return float(scipy.optimize.brentq(excess, s[k - 1], s[k], xtol=1e-12))
+
+
+def _samples(start: float, end: float) -> Array:
+    """Return arc lengths from one to the other [mm], both included, (n,)."""
+    return np.linspace(start, end, int(np.ceil(SAMPLES_PER_MM * abs(end - start))) + 2)
+
+
+def _lateral(curve: Curve, s: float) -> float:
+    """Return the lateral position [mm] at arc length s [mm]."""
+    return float(curve.position(np.array(s))[0])

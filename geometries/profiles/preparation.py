@@ -1,0 +1,209 @@
+"""Preparation of profiles: from points of a section to a smooth curve by arc length.
+
+A curve goes through the points (tolerance 0: a cubic spline over the chord length, so y may fall), or near
+them (a smoothing spline, see `geometries.profiles.smoothing`). What was done is recorded in `notes`. Both
+commute with motions, mirror images and the direction in which the points run.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from geometries.arrays import Array
+from geometries.contours import Spline, length_between
+from geometries.errors import WrongInput
+from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.smoothing import (
+    Smoothing,
+    along_normal,
+    by_cross_validation,
+    chord_lengths,
+    rms,
+    smooth,
+    with_rms,
+)
+
+CROSS_VALIDATION = "cross-validation"
+LEAST_POINTS = 8
+UM = 1e3  # per mm
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A profile as a smooth curve by arc length s [mm], 0 at the gauge side.
+
+    `points` (2, n) [mm] are those of the profile without repeated ones, `places` (n,) the arc lengths [mm] of
+    the feet of their normals, and `residual` (n,) their distances [mm] from the curve, positive on its upper
+    side.
+    """
+
+    kind: Kind
+    name: str
+    spline: Spline
+    points: Array
+    places: Array
+    residual: Array
+    smoothing: Smoothing
+    notes: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """Length of the curve [mm]."""
+        return float(self.spline.to_knots[-1])
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Arc lengths [mm] at which the curvature jumps: none."""
+        return ()
+
+    def position(self, s: ArrayLike) -> Array:
+        """Points (y, z) [mm] in the axes of the profile, shape (2, *s.shape)."""
+        at = self.spline.parameter(self._within(s))
+        return np.moveaxis(self.spline.curve(at), -1, 0)
+
+    def inclination(self, s: ArrayLike) -> Array:
+        """Inclination delta [rad], shape of s."""
+        return self.spline.inclination(self._within(s))
+
+    def curvature(self, s: ArrayLike) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
+        return self.spline.curvature(self._within(s))
+
+    def _within(self, s: ArrayLike) -> Array:
+        """Return arc lengths as an array; raise WrongInput for those beyond the ends."""
+        at = np.asarray(s, dtype=float)
+        beyond = (at < -1e-9) | (at > self.length + 1e-9)
+        if np.any(beyond):
+            raise WrongInput(
+                f"s = {at[beyond][0]:g} mm: must lie in 0 ... {self.length:g} mm, on the profile"
+            )
+        return np.clip(at, 0, self.length)
+
+
+def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0.0) -> Prepared:
+    """Return a smooth curve through or near the points of a profile.
+
+    With a `tolerance` [mm] the rms distance of the points from the curve, along its normal, is that: give the
+    rms error of the points, which smooths somewhat more than is best. 0 gives a curve through all points.
+    With "cross-validation" the smoothing has the least estimated error, if the errors of neighbouring points
+    are independent. Raises WrongInput and, where no smooth curve is as near as the tolerance, Failure.
+    """
+    _check_tolerance(tolerance)
+    points, notes = _distinct(profile)
+    if tolerance == 0:
+        spline, places, smoothing = _through(points)
+    else:
+        rule = by_cross_validation if tolerance == CROSS_VALIDATION else with_rms(float(tolerance))
+        name = (
+            CROSS_VALIDATION if tolerance == CROSS_VALIDATION else f"tolerance {UM * float(tolerance):g} um"
+        )
+        curve, t, smoothing = smooth(points, rule, name)
+        spline = _spline(curve)
+        places = spline.arc_length(np.clip(t, curve.x[0], curve.x[-1]))
+    residual = along_normal(spline.curve, spline.parameter(places), points)[1]
+    notes = (*profile.notes, *notes, _said(smoothing, residual))
+    return Prepared(profile.kind, profile.name, spline, points, places, residual, smoothing, notes)
+
+
+def resample(profile: Profile, spacing: float) -> Profile:
+    """Return points of the curve through a profile's points at equal arc lengths, about `spacing` [mm] apart.
+
+    The first and the last point are kept. Raises WrongInput.
+    """
+    return sampled(prepare(profile), spacing)
+
+
+def sampled(prepared: Prepared, spacing: float) -> Profile:
+    """Return points of a prepared curve at equal arc lengths, at most `spacing` [mm] apart, as a profile.
+
+    Raises WrongInput.
+    """
+    if not 0 < spacing < np.inf:
+        raise WrongInput(f"spacing = {spacing!r}: must be a positive length [mm]")
+    s = equal_steps(prepared.length, spacing)
+    note = f"{len(s)} points at equal arc lengths, {s[1]:.4g} mm apart."
+    return Profile(prepared.kind, prepared.position(s), prepared.name, (*prepared.notes, note))
+
+
+def equal_steps(length: float, spacing: float) -> Array:
+    """Return arc lengths from 0 to `length` in equal steps of at most `spacing` [mm], (n,)."""
+    return np.linspace(0, length, int(np.ceil(length / spacing * (1 - 1e-9))) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileFigure:
+    """All that a figure needs to show how a profile was understood; see `figure_of`."""
+
+    name: str
+    points: Array  # (y, z) [mm] as given, (2, n)
+    places: Array  # arc lengths [mm] of the points, (n,)
+    residual: Array  # distances [mm] of the points from the curve, positive on its upper side, (n,)
+    s: Array  # arc lengths [mm], (m,)
+    curve: Array  # (y, z) [mm] at s, (2, m)
+    inclination: Array  # [rad] at s, (m,)
+    curvature: Array  # [1/mm] at s, (m,)
+    curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
+    notes: tuple[str, ...]  # sentences
+
+
+def figure_of(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
+    """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
+
+    The curve is given at steps of at most `spacing` [mm].
+    """
+    s = equal_steps(prepared.length, spacing)
+    noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
+    curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
+    measured = prepared.points, prepared.places, prepared.residual
+    return ProfileFigure(prepared.name, *measured, s, curve, inclination, curvature, noise, prepared.notes)
+
+
+def _check_tolerance(tolerance: float | str) -> None:
+    """Raise WrongInput unless it is a length or the name of the rule."""
+    if tolerance == CROSS_VALIDATION:
+        return
+    if isinstance(tolerance, str) or not 0 <= tolerance < np.inf:
+        raise WrongInput(
+            f'tolerance = {tolerance!r}: must be a length [mm], 0 or more, or "{CROSS_VALIDATION}"'
+        )
+
+
+def _distinct(profile: Profile) -> tuple[Array, tuple[str, ...]]:
+    """Return the points without those that repeat their predecessor, (2, n), and a note if there are any."""
+    points = np.asarray(profile.points, dtype=float)
+    if points.ndim != 2 or points.shape[0] != 2 or not np.all(np.isfinite(points)):
+        raise WrongInput(f"points of shape {points.shape}: must be finite numbers (y, z), shape (2, n)")
+    new = np.append(True, np.any(np.diff(points, axis=1) != 0, axis=0))
+    if np.count_nonzero(new) < LEAST_POINTS:
+        raise WrongInput(f"{np.count_nonzero(new)} points: at least {LEAST_POINTS} different ones are needed")
+    repeated = int(np.count_nonzero(~new))
+    return points[:, new], (f"{repeated} points that repeat their predecessor left out.",) if repeated else ()
+
+
+def _through(points: Array) -> tuple[Spline, Array, Smoothing]:
+    """Return the cubic spline through points (2, n), their arc lengths (n,), and that nothing is smoothed."""
+    chord = chord_lengths(points)
+    spline = _spline(scipy.interpolate.CubicSpline(chord, points.T))
+    spacing = float(chord[-1] / len(chord))
+    return spline, spline.to_knots, Smoothing("through all points", 0.0, 0.0, points.shape[1], spacing)
+
+
+def _spline(curve: "scipy.interpolate.PPoly") -> Spline:
+    """Return a curve by its arc length, 0 at its first end."""
+    pieces = length_between(curve, curve.x[:-1], curve.x[1:])
+    return Spline(curve, float(curve.x[0]), np.concatenate([[0.0], np.cumsum(pieces)]))
+
+
+def _said(smoothing: Smoothing, residual: Array) -> str:
+    """Return a sentence about the smoothing."""
+    if not smoothing.length:
+        return f"A cubic spline through all {len(residual)} points; their errors are errors of the curve."
+    return (
+        f"Smoothed by {smoothing.rule}: rms distance of {len(residual)} points from the curve "
+        f"{UM * rms(residual):.3g} um, largest {UM * np.max(np.abs(residual)):.3g} um; waves shorter than "
+        f"about {2 * np.pi * smoothing.length:.2g} mm are smoothed away (smoothing length "
+        f"{smoothing.length:.3g} mm)."
+    )
