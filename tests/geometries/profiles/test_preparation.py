@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scipy
+from profile_samples import sample
 
 from geometries import contours
 from geometries.errors import Failure, WrongInput
@@ -370,6 +371,22 @@ def test_curvature_is_large_where_the_patch_is_wide_beside_the_radius():
     assert len(check_curvature(contour, half_width=1.2).ranges) == 0  # 1.2 / 13 < 0.1
     groove = contour_at(standard("S1002").outline, 13.0)
     assert check_curvature(groove, 1.0).largest < 0
+
+
+@pytest.mark.parametrize(("name", "y"), [("site_b_hr.prr", 0.0), ("worn_high_mileage.prw", 60.0)])
+def test_measured_profiles_become_contours_near_their_points(name, y):
+    """A rail with an undercut face, and a wheel."""
+    points = sample(name)[:, :: 1 if name.endswith("prr") else -1]
+    curve = prepare(Profile("rail", points), 20 * UM)
+    assert rms(curve.residual) == pytest.approx(20 * UM, rel=1e-3)  # ends that lie beyond the curve
+    s = np.linspace(0, curve.length, 200_001)  # 1 um apart
+    off = scipy.spatial.cKDTree(curve.position(s).T).query(points.T)[0]
+    np.testing.assert_allclose(off[1:-1], np.abs(curve.residual)[1:-1], rtol=0, atol=1 * UM)
+    places = s[np.abs(curve.position(s)[0] - y) < 0.01]
+    top = places[np.argmax(curve.position(places)[1])]
+    contour = contour_at(curve, float(top))
+    assert contour.limits[0] < -20
+    assert contour.limits[1] > 20
 
 
 # --- figures ---------------------------------------------------------------------------------------
