@@ -9,18 +9,19 @@ import femic
 from geometries.profiles.preparation import prepare, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import rms
+from geometries.profiles.standards import standard
 
 STEEL = femic.Material(E=210e3, nu=0.28)
 RADIUS, FLANK = 13.0, 60.0  # mm, degrees
 UM = 1e-3  # mm
 
 
-def ics_of(contour):
-    """C_nn and C_sn of a body under a load on a 60-degree arc, on a line along s, by direction."""
+def ics_of(contour, patch_s=3.0, reference_length=4.0, reach=10.0):
+    """C_nn and C_sn of a body under a load on its contour, on a line along s, by direction."""
     ics = femic.compute_ics(
-        femic.Pair(femic.Body(femic.plane(), STEEL), femic.Body(contour, STEEL), reference_length=4.0),
-        femic.Patch(a=0.5, b=0.5, s=3.0),
-        [femic.line_along_s(x=1.6, reach=10.0, points=81)],
+        femic.Pair(femic.Body(femic.plane(), STEEL), femic.Body(contour, STEEL), {}, False, reference_length),
+        femic.Patch(a=0.5, b=0.5, s=patch_s),
+        [femic.line_along_s(x=1.6, reach=reach, points=81)],
         ["C"],
         bodies=["lower"],
         components=["nn", "sn"],
@@ -51,6 +52,35 @@ def changes(prepared):
     return differences.sel(i=["n", "s"]).values
 
 
+def points_on_60e1(spacing, noise=0.0):
+    """Points of a rail head 60E1 up to 70 degrees, with errors of that rms along the normal."""
+    outline = standard("60E1").outline
+    ends = outline.joints[[1, -2]] + [4, -4]
+    s = np.linspace(*ends, round(np.ptp(ends) / spacing) + 1)
+    delta = outline.inclination(s)
+    off = np.random.default_rng(0).standard_normal(len(s))
+    off *= noise / rms(off)
+    return Profile("rail", outline.position(s) + off * np.stack([np.sin(delta), np.cos(delta)]))
+
+
+def ics_at_gauge_corner(prepared, spacing=0.2):
+    """C_nn and C_sn of a rail head under a load where the radius changes from 80 to 13 mm."""
+    contour = femic.through_points(*sampled(prepared, spacing).points, y_centre=24.0)
+    return ics_of(contour, patch_s=2.0, reference_length=2.5, reach=6.0)
+
+
+@cache
+def exact_at_gauge_corner():
+    return ics_at_gauge_corner(prepare(points_on_60e1(0.02)), 0.05)
+
+
+def changes_at_gauge_corner(prepared):
+    """Largest changes of C_nn and C_sn from those of the exact head, as shares of the largest C_nn."""
+    exact_ics = exact_at_gauge_corner()
+    differences = abs(ics_at_gauge_corner(prepared) - exact_ics).max("point")
+    return (differences / abs(exact_ics.sel(i="n")).max("point")).sel(i=["n", "s"]).values
+
+
 @pytest.mark.slow  # 20 s a case
 def test_c_of_a_sampled_arc_converges_to_that_of_the_arc_with_the_curvature_or_faster():
     """Errors of 1e-4 (nn) and 2e-3 (sn) at a spacing of a quarter of the radius."""
@@ -72,3 +102,20 @@ def test_noise_changes_c_after_smoothing_by_less_than_a_ten_thousandth_per_um(no
 def test_noise_of_one_um_changes_c_a_hundred_times_as_much_without_smoothing():
     points = points_on_arc(0.2, 1 * UM)
     assert np.all(changes(prepare(points)) > 100 * changes(prepare(points, 1 * UM)))
+
+
+@pytest.mark.slow  # 10 s a case
+@pytest.mark.parametrize(
+    ("noise", "nn", "sn"), [(1 * UM, 1e-3, 0.012), (5 * UM, 3e-3, 0.016), (20 * UM, 5e-3, 0.024)]
+)
+def test_where_the_radius_jumps_from_80_to_13_mm_smoothing_costs_more(noise, nn, sn):
+    """Waves of 3 to 8 mm are smoothed away, and the jump with them. C_sn itself is 0.11 of C_nn there."""
+    assert np.all(changes_at_gauge_corner(prepare(points_on_60e1(0.2, noise), noise)) < [nn, sn])
+
+
+@pytest.mark.slow  # 10 s
+def test_where_the_radius_jumps_noise_of_5_um_costs_three_times_as_much_without_smoothing():
+    points = points_on_60e1(0.2, 5 * UM)
+    assert np.all(
+        changes_at_gauge_corner(prepare(points)) > 3 * changes_at_gauge_corner(prepare(points, 5 * UM))
+    )

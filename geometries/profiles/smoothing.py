@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 DEGREE = 5
 PENALISED = 3  # order of the derivative
+ROUNDING = 1e-12  # of distances [mm] and of shares of 1
 TURNS = 12  # at most
 SETTLED = 1e-6  # of the largest curvature: changes that end the turns
 DIFFERENCES = np.array([[-1.0, 3.0, -3.0, 1.0], [0.0, -1.0, 1.0, 0.0]])  # of coefficients: third and first
@@ -43,6 +44,7 @@ MOST_INTERVALS = 2000
 PER_LENGTH = 4  # intervals per smoothing length, or up to twice as many: the curve has no shorter waves
 LENGTH_RANGE = (0.3, 30.0)  # of smoothing lengths, in intervals: beyond, no effect or rounding
 LARGEST_SHARE = 0.5  # of the curve's length that the smoothing length may be
+LONGEST = 1.1  # largest length of a curve over that of the polygon of its points
 TRIALS = 15  # smoothing lengths among which the best one is sought first
 NOISE_SHARE = 1 / 18  # of sigma^2 h / length^5 in the mean square error of the curvature
 
@@ -194,7 +196,7 @@ def with_rms(tolerance: float) -> Rule:
 
     def length(fit: Fit) -> float:
         def excess(log_length: float) -> float:
-            return float(np.log(rms(fit.distances(float(np.exp(log_length)))) / tolerance))
+            return float(np.log((rms(fit.distances(float(np.exp(log_length)))) + ROUNDING) / tolerance))
 
         low, high = np.log(fit.lengths).tolist()
         if excess(high) <= 0:
@@ -220,7 +222,8 @@ def by_cross_validation(fit: Fit) -> float:
 
     def score(log_length: float) -> float:
         length = float(np.exp(log_length))
-        return float(np.log(rms(fit.distances(length)) / (1 - fit.freedom(length) / n)))
+        left_over = max(1 - fit.freedom(length) / n, ROUNDING)
+        return float(np.log((rms(fit.distances(length)) + ROUNDING) / left_over))
 
     low, high = np.log(fit.lengths).tolist()
     trials = np.linspace(low, high, TRIALS)
@@ -252,8 +255,19 @@ def smooth(points: Array, rule: Rule, name: str) -> tuple["PPoly", Array, Smooth
             break
         halvings = max(0, int(np.log2(finest * length / PER_LENGTH / fit.length)))
         intervals = max(finest // 2**halvings, DEGREE)
+    _check_loops(lengths, points)
     how = Smoothing(name, length, rms(fit.distances(length)), fit.freedom(length), fit.spacing)
     return curve, feet, how
+
+
+def _check_loops(lengths: Array, points: Array) -> None:
+    """Raise Failure for arc lengths [mm] on a curve that is much longer than the polygon of its points."""
+    curve, polygon = float(np.ptp(lengths)), float(chord_lengths(points)[-1])
+    if curve > LONGEST * polygon:
+        raise Failure(
+            f"the smoothed curve is {curve:.4g} mm long, {polygon:.4g} mm from point to point: it has loops; "
+            "give a smaller tolerance, or cut corners off the profile"
+        )
 
 
 def to_feet(curve: "PPoly", t: Array, points: Array) -> Array:

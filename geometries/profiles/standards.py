@@ -28,7 +28,7 @@ from geometries.profiles.profile import Kind, Profile
 
 FLANGE_SLOPE = 2.747477419  # of the flange face of EN 13715, tan 70 degrees
 FLANGE_HEIGHT_AT_0 = 93.576667419  # z [mm] of the line of the flange face at y = 0
-FACE_TOP, FACE_END = -39.764473993, -38.426669071  # y [mm] between which the face is straight
+FACE_START, FACE_END = -39.764473993, -38.426669071  # y [mm] between which the face is straight
 SIDE_SLOPE = 1 / 20  # of the sides of rail heads, y by z
 
 
@@ -133,8 +133,8 @@ def flange() -> tuple[Piece, ...]:
     return (
         arc_below((-49.5, -9.519259302), 20.5, (-70.0, -62.764705882)),  # H
         arc_below((-55.0, -16.0), 12.0, (-62.764705882, -49.662510381)),  # G
-        arc_below((-58.558326413, -8.834924130), 20.0, (-49.662510381, FACE_TOP)),  # F
-        line((FACE_TOP, face_height(FACE_TOP)), (FACE_END, face_height(FACE_END))),  # E
+        arc_below((-58.558326413, -8.834924130), 20.0, (-49.662510381, FACE_START)),  # F
+        line((FACE_START, face_height(FACE_START)), (FACE_END, face_height(FACE_END))),  # E
     )
 
 
@@ -163,7 +163,7 @@ def cone(slope: float) -> tuple[Piece, ...]:
     *tip, _ = flange()
     return (
         *tip,
-        line((FACE_TOP, face_height(FACE_TOP)), (ends[0], face_height(ends[0]))),
+        line((FACE_START, face_height(FACE_START)), (ends[0], face_height(ends[0]))),
         arc_above(centre, root, ends),
         line((ends[1], slope * ends[1]), (60.0, slope * 60.0)),
     )
@@ -180,7 +180,9 @@ STANDARDS: dict[str, Standard] = {
     ),
     "60E1": Standard("rail", "rail 60E1 (UIC 60)", EN_13674, UIC_60.pieces),
     "54E1": Standard("rail", "rail 54E1 (UIC 54)", EN_13674, UIC_54.pieces),
-    "CHN60": Standard("rail", "rail CHN60 (60 kg/m)", "GB/T 2585", CHINESE_60.pieces),
+    "CHN60": Standard(
+        "rail", "rail CHN60 (60 kg/m)", "GB/T 2585, whose joints are given to 0.1 mm", CHINESE_60.pieces
+    ),
     "cone-1-20": Standard("wheel", "ideal wheel with a cone of 1:20", IDEAL, partial(cone, 1 / 20)),
     "cone-1-40": Standard("wheel", "ideal wheel with a cone of 1:40", IDEAL, partial(cone, 1 / 40)),
 }

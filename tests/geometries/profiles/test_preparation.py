@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scipy
+from profile_samples import sample
 
 from geometries import contours
 from geometries.errors import Failure, WrongInput
@@ -235,6 +236,36 @@ def test_a_tolerance_that_no_smooth_curve_reaches_is_refused_with_the_nearest():
         with_rms(1e-5)(fit)
 
 
+@pytest.mark.parametrize("tolerance", [0.0, 1 * UM, "cross-validation"])
+def test_line_stays_a_line(tolerance):
+    y = np.linspace(-20, 20, 101)
+    curve = prepare(rail([y, 0.3 * y]), tolerance)
+    assert curve.length == pytest.approx(40 * np.hypot(1, 0.3), rel=1e-9)
+    np.testing.assert_allclose(
+        curve.inclination(np.linspace(0, curve.length, 50)), -np.arctan(0.3), atol=1e-12
+    )
+
+
+def test_a_right_angle_smoothed_by_1_mm_is_refused_for_its_loops_and_by_20_um_is_rounded():
+    y, z = np.linspace(-20, 20, 101), -0.3 * np.arange(1, 40)
+    corner = rail([np.append(y, np.full(39, 20.0)), np.append(np.zeros(101), z)])
+    with pytest.raises(Failure, match="it has loops; give a smaller tolerance"):
+        prepare(corner, 1.0)
+    curve = prepare(corner, 20 * UM)
+    assert curve.length < 40 + 0.3 * 39
+
+
+@pytest.mark.parametrize("spacing", [0.03, 0.2])
+def test_points_closer_than_their_errors_are_smoothed_too(spacing):
+    """Their order along the curve is not that of the file then."""
+    rng = np.random.default_rng(3)
+    exact = on_arc(13.0, (-1.0, 1.0), spacing).points
+    curve = prepare(rail(exact + 20 * UM * rng.standard_normal(exact.shape)), 22 * UM)
+    s = np.linspace(0, curve.length, 300)
+    np.testing.assert_allclose(np.hypot(*curve.position(s)), 13.0, rtol=0, atol=20 * UM)
+    np.testing.assert_allclose(13.0 * curve.curvature(s), 1, rtol=0, atol=0.05)
+
+
 # --- symmetries ------------------------------------------------------------------------------------
 
 
@@ -340,6 +371,22 @@ def test_curvature_is_large_where_the_patch_is_wide_beside_the_radius():
     assert len(check_curvature(contour, half_width=1.2).ranges) == 0  # 1.2 / 13 < 0.1
     groove = contour_at(standard("S1002").outline, 13.0)
     assert check_curvature(groove, 1.0).largest < 0
+
+
+@pytest.mark.parametrize(("name", "y"), [("site_b_hr.prr", 0.0), ("worn_high_mileage.prw", 60.0)])
+def test_measured_profiles_become_contours_near_their_points(name, y):
+    """A rail with an undercut face, and a wheel."""
+    points = sample(name)[:, :: 1 if name.endswith("prr") else -1]
+    curve = prepare(Profile("rail", points), 20 * UM)
+    assert rms(curve.residual) == pytest.approx(20 * UM, rel=1e-3)  # ends that lie beyond the curve
+    s = np.linspace(0, curve.length, 200_001)  # 1 um apart
+    off = scipy.spatial.cKDTree(curve.position(s).T).query(points.T)[0]
+    np.testing.assert_allclose(off[1:-1], np.abs(curve.residual)[1:-1], rtol=0, atol=1 * UM)
+    places = s[np.abs(curve.position(s)[0] - y) < 0.01]
+    top = places[np.argmax(curve.position(places)[1])]
+    contour = contour_at(curve, float(top))
+    assert contour.limits[0] < -20
+    assert contour.limits[1] > 20
 
 
 # --- figures ---------------------------------------------------------------------------------------

@@ -1,30 +1,19 @@
-import os
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy
+from profile_samples import sample
 
 from geometries.errors import WrongInput
 from geometries.profiles.pieces import ArcPiece, Outline, PolynomialPiece, arc_above, arc_below, line
 from geometries.profiles.placement import contour_at
 from geometries.profiles.standards import STANDARDS, RailHead, standard, standard_profile
 
-SAMPLES = Path(os.environ.get("FEMIC_PROFILES", Path(__file__).parents[4] / "shared" / "profiles"))
 GAP = {"S1002": 2e-4}  # mm: the standard gives 9 or 10 digits, and zone C loses 6 of them
 OUTLINES = {name: entry.outline for name, entry in STANDARDS.items()}
 RAILS = [name for name, entry in STANDARDS.items() if entry.kind == "rail"]
 each = pytest.mark.parametrize("name", STANDARDS)
-
-
-def sample(name):
-    """Points (y, z), z up, of a spline block among the samples, (2, n)."""
-    if not (SAMPLES / name).exists():
-        pytest.skip(f"{SAMPLES / name}: the samples of profile files are not here; set FEMIC_PROFILES")
-    block = (SAMPLES / name).read_text().split("point.begin")[1].split("point.end")[0]
-    rows = [row.split("!")[0].split() for row in block.splitlines()]
-    return np.array([row[:2] for row in rows if row], dtype=float).T * [[1], [-1]]
 
 
 @cache

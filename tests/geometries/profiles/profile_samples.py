@@ -1,0 +1,18 @@
+"""Points of the sample files of profiles, which lie beside the project."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SAMPLES = Path(os.environ.get("FEMIC_PROFILES", Path(__file__).parents[4] / "shared" / "profiles"))
+
+
+def sample(name):
+    """Points (y, z), z up, of a spline block among the samples, (2, n)."""
+    if not (SAMPLES / name).exists():
+        pytest.skip(f"{SAMPLES / name}: the samples of profile files are not here; set FEMIC_PROFILES")
+    block = (SAMPLES / name).read_text().split("point.begin")[1].split("point.end")[0]
+    rows = [row.split("!")[0].split() for row in block.splitlines()]
+    return np.array([row[:2] for row in rows if row], dtype=float).T * [[1], [-1]]
