@@ -6,7 +6,10 @@ import os
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
+import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
+
+from tests.pages import started  # noqa: E402
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
@@ -27,3 +30,9 @@ DEAR = (
 def pytest_collection_modifyitems(items):
     """The dear files first, all others in their own order."""
     items.sort(key=lambda item: not item.nodeid.startswith(DEAR))
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """The browser in which pages are tried."""
+    yield from started()

@@ -1,6 +1,5 @@
 """Scenes that are small enough to run in a test, and Geometry 1 solved once for many."""
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +13,6 @@ from femic.reference.run_options import RunOptions
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 COARSE_ENGINE = """
 [engine]
 kind = "solid"
@@ -93,37 +90,6 @@ def small(tmp_path_factory):
     results = compute(load_scene(str(path)), RunOptions(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
-
-
-@pytest.fixture(scope="session")
-def browser():
-    """Chromium from the system's packages, without a screen."""
-    driver = pytest.importorskip("playwright.sync_api", reason="needs the extra femic[dev]")
-    if CHROMIUM is None:
-        pytest.skip("needs a browser: apt-get install chromium")
-    with driver.sync_playwright() as play:
-        started = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
-
-
-def widest(browser, path, width):
-    """The width of a page in a window of some width, and of the widest table, all details shown [px].
-
-    The browser must not report an error.
-    """
-    tab, said = browser.new_page(viewport={"width": width, "height": 900}), []
-    tab.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
-    tab.on("pageerror", lambda error: said.append(str(error)))
-    tab.goto(path.as_uri())
-    tab.wait_for_selector("html[data-explore=ready]")
-    tab.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
-    tab.wait_for_timeout(300)
-    page = tab.evaluate("document.documentElement.scrollWidth")
-    table = tab.evaluate("Math.max(...[...document.querySelectorAll('table')].map(one => one.scrollWidth))")
-    tab.close()
-    assert not said
-    return page, table
 
 
 def estimated_errors(results):

@@ -24,7 +24,8 @@ from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
-from tests.compare.conftest import scene_text, widest
+from tests.compare.conftest import scene_text
+from tests.pages import widest
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
 HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION

@@ -18,8 +18,8 @@ from compare.report.tables import with_estimate
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.contact.pairs.sensitivity import mapped, sensitivities
 from femic.scenes.load import load_scene, scene_from_table
-from tests.compare.conftest import widest
 from tests.femic.scenes.changes import arc
+from tests.pages import widest
 
 
 @pytest.fixture(scope="module")

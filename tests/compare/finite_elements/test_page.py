@@ -19,7 +19,7 @@ from compare.finite_elements.page import (
     write_fe_contact,
 )
 from compare.report import interactive
-from tests.compare.conftest import widest
+from tests.pages import widest
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}

@@ -13,8 +13,8 @@ from compare.friction.pages import PAGES, main_chart
 from compare.friction.shown import abscissa, difference, shown, vanishes, worst_friction
 from compare.report import interactive, static
 from compare.report.looks import symbol_of
-from tests.compare.conftest import widest
 from tests.compare.friction.scenes import scene
+from tests.pages import widest
 
 COARSE = 8  # elements across the patch
 

@@ -15,8 +15,8 @@ from femic.contact.pairs.quantities import OF_ROLLING
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
-from tests.compare.conftest import widest
 from tests.compare.friction.scenes import scene
+from tests.pages import widest
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
 

@@ -33,7 +33,8 @@ from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
-from tests.compare.conftest import scene_text, widest
+from tests.compare.conftest import scene_text
+from tests.pages import widest
 
 HARMONIC = "[engine]\ncheck = true\n"
 COMPONENTS = ("nn", "xn", "sn")

@@ -16,7 +16,8 @@ from compare.report.looks import symbol_of
 from compare.report.parts import Folded, Section, join_words
 from femic.cli.main import DONE, exit_code
 from geometries.patches import COMPONENTS
-from tests.compare.conftest import on_line, widest
+from tests.compare.conftest import on_line
+from tests.pages import widest
 
 COUNT = r"\.(?: |$)"  # ends of sentences, not decimal points
 

@@ -33,7 +33,8 @@ from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
 from geometries.errors import Failure
 from geometries.patches import COMPONENTS, DIRECTIONS
-from tests.compare.conftest import COARSE_ENGINE, scene_text, widest
+from tests.compare.conftest import COARSE_ENGINE, scene_text
+from tests.pages import widest
 
 GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
 HARMONIC = "[engine]\ntolerance = 0.1\n"

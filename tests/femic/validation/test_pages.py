@@ -18,7 +18,7 @@ from femic.validation.statements import page as validation
 from femic.validation.statements.content import content_of
 from femic.validation.statements.criteria import Criterion, Statement
 from femic.validation.statements.verdicts import Finding
-from tests.compare.conftest import widest
+from tests.pages import widest
 
 X = np.linspace(0.0, 2.5, 7)
 BY_RUNS = {"versions": {"femic": "0"}}

@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.compare.conftest import browser
 from tests.femic.campaigns.report.datasets import FLANKS, RATIOS, campaign
-
-__all__ = ["browser"]
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ from femic.campaigns.report.fields import COLUMN, ROW
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
 from femic.campaigns.report.tables import MOST_FAILURES, correlation_table, failure_table, rank_correlation
-from tests.compare.conftest import widest
 from tests.femic.campaigns.report.datasets import (
     ESTIMATE,
     FLANKS,
@@ -23,6 +22,7 @@ from tests.femic.campaigns.report.datasets import (
     on_three_axes,
     with_failures,
 )
+from tests.pages import widest
 
 
 def test_summary_says_which_ics_are_good_enough_and_where_they_fail(grid):
