@@ -20,7 +20,7 @@ def section(understood: Understood) -> Chart:
     """Return the points and the curve to scale."""
     figure = understood.figure
     curves = [
-        Curve(_points_label(understood), *figure.points, POINTS, notes=list(_notes_of_points(understood))),
+        Curve(_points_label(understood), *figure.points, POINTS),
         Curve(_curve_label(understood), *figure.curve, CURVE, notes=list(_notes_of_curve(figure))),
     ]
     across = "y [mm], to the field side"
@@ -53,14 +53,6 @@ def _curve_label(understood: Understood) -> str:
     if understood.is_exact:
         return "exact curve"
     return "smoothed curve" if understood.is_smoothed else "curve through the points"
-
-
-def _notes_of_points(understood: Understood) -> Iterator[str]:
-    """Yield what hovering over the points says."""
-    figure = understood.figure
-    for (y, z), s, residual in zip(figure.points.T, figure.places, figure.residual, strict=True):
-        off = f"<br>{UM * residual:+.1f} µm off the curve" if understood.is_smoothed else ""
-        yield f"y {y:.3f}, z {z:.3f} mm<br>s {s:.3f} mm{off}"
 
 
 def _notes_of_curve(figure: ProfileFigure) -> Iterator[str]:

@@ -8,7 +8,7 @@ import numpy as np
 from compare.profiles.figures import over_length, section
 from compare.profiles.understood import UM, Understood, to_dataset
 from compare.report.parts import Folded, Items, Note, Page, Section, write_results
-from compare.report.tables import Cell, Row, Table, numbers, with_estimate
+from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array
 from geometries.profiles.preparation import ProfileFigure
 
@@ -20,8 +20,8 @@ READING = (
     "scenes end where they are steeper than 85 degrees (dotted)."
 )
 NOISE = (
-    "The band of the curvature is the rms error that the residual leaves in it, if neighbouring points err "
-    "independently."
+    "The band of the curvature is the rms error that the residual leaves in it, if it is noise and "
+    "neighbouring points err independently; what the smoothing takes away from real shape is not in it."
 )
 
 
@@ -74,7 +74,7 @@ def answer_table(understood: Understood) -> Table:
     rows.append(
         Row("steepest [deg]", [f"{np.degrees(figure.inclination[steepest]):.2f}", *_at(figure, steepest)])
     )
-    return Table("", [*numbers("", "at s", unit=""), *numbers("at y, z")], rows)
+    return Table("", numbers("value", "at s", "at y, z"), rows)
 
 
 def _sections(understood: Understood) -> Iterator[Section | Folded]:
@@ -99,9 +99,8 @@ def _without_stop(note: str) -> str:
 
 
 def _radius(figure: ProfileFigure, at: int) -> str:
-    """Return a radius [mm], with its estimate where the error of the curvature is known."""
-    radius, noise = 1 / abs(figure.curvature[at]), figure.curvature_noise
-    return with_estimate(radius, radius**2 * noise) if 0 < noise < np.inf else f"{radius:.4g}"
+    """Return a radius [mm]."""
+    return f"{1 / abs(figure.curvature[at]):.3g}"
 
 
 def _at(figure: ProfileFigure, k: int) -> list[str | Cell]:

@@ -147,15 +147,15 @@ class Reading:
 def prepared_file(path: Path, how: Reading) -> Prepared:
     """Return the smooth curve of a file; raise WrongInput, with the path, where there is none."""
     try:
-        changed = path.stat().st_mtime_ns
+        seen = path.stat()
     except OSError:
-        changed = 0  # reading it says why
-    return _prepared(path, how, changed)
+        return _prepared(path, how, ())  # raises, and says why
+    return _prepared(path, how, (path.resolve(), seen.st_mtime_ns, seen.st_size))
 
 
 @lru_cache(maxsize=READ)
-def _prepared(path: Path, how: Reading, changed: int) -> Prepared:  # noqa: ARG001
-    """Return the smooth curve of a file that was changed at a time."""
+def _prepared(path: Path, how: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
+    """Return the smooth curve of a file as it was seen: which it is, its time and size."""
     profile = read_profile(path, how.kind, axes=how.axes, unit=how.unit, surface=how.surface)
     try:
         return prepare(profile, how.tolerance)
