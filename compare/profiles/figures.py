@@ -19,9 +19,10 @@ ALONG = "arc length s from the gauge side [mm]"
 def section(understood: Understood) -> Chart:
     """Return the points and the curve to scale."""
     figure = understood.figure
+    (y, z), (y_points, z_points) = figure.curve, figure.points
     curves = [
-        Curve(_points_label(understood), *figure.points, POINTS),
-        Curve(_curve_label(understood), *figure.curve, CURVE, notes=list(_notes_of_curve(figure))),
+        Curve(_points_label(understood), y_points, z_points, POINTS),
+        Curve(_curve_label(understood), y, z, CURVE, notes=list(_notes_of_curve(figure))),
     ]
     across = "y [mm], to the field side"
     panel = Panel("", across, "z [mm], upwards", curves, to_scale=True)

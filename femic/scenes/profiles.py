@@ -27,7 +27,7 @@ from geometries.profiles.standards import STANDARDS, standard
 ExistingFile = Annotated[FilePath, Strict(False)]
 Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
 StandardName = Annotated[str, AfterValidator(NameOf(lambda: STANDARDS))]
-Tolerance = Annotated[float, Field(ge=0, le=LARGEST_LENGTH)] | Literal["cross-validation"]
+Tolerance = Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"]
 OF_FILES = ("profile_kind", "axes", "unit", "surface", "tolerance")  # keys
 READ = 8  # files that are kept
 KIND = re.compile(r"\bkind\b")  # an argument; as a key it says what a contour is
@@ -40,9 +40,7 @@ ARGUMENTS = {  # by which functions ask for a place
 class ProfileTable(SceneTable):
     """A profile of a rail or a wheel."""
 
-    kind: Literal["profile"] = Field(
-        description="profile of a rail or a wheel, y to the field side and z up (docs/how-to/my-profile.md)"
-    )
+    kind: Literal["profile"] = Field(description="profile of a rail or a wheel, y to the field side and z up")
     file: ExistingFile | None = Field(
         None, description="file of the profile (docs/reference/profiles.md has the formats)"
     )
