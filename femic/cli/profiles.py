@@ -104,9 +104,10 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
     path = Path(name)
     if path.exists():
         try:
-            return understood.of_file(prepared_file(path, options.reading), path.name)
+            prepared = prepared_file(path, options.reading)  # raises before anything heavy is loaded
         except WrongInput as error:
             raise WrongInput(ARGUMENTS.sub(r"\1--\2 ", str(error))) from error
+        return understood.of_file(prepared, path.name)
     if name not in STANDARDS:
         similar = [known for known in STANDARDS if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
         hint = f"did you mean {' or '.join(similar)}? " if similar else ""

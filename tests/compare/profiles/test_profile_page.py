@@ -42,7 +42,7 @@ def test_summary_has_three_sentences_and_the_table_the_numbers_of_the_arc():
     assert rows["points"][0] == "241"
     assert float(rows["length [mm]"][0]) == pytest.approx(2.8 * 30, abs=0.02)
     assert float(rows["residual, rms [µm]"][0]) == pytest.approx(20, abs=0.5)
-    assert float(rows["least radius, crown [mm]"][0]) == pytest.approx(30, rel=0.05)
+    assert float(rows["least radius, convex [mm]"][0]) == pytest.approx(30, rel=0.05)
     assert abs(float(rows["steepest [deg]"][0])) == pytest.approx(np.degrees(1.4), abs=0.5)
 
 
@@ -73,6 +73,10 @@ def test_nothing_is_wider_than_the_page(browser, tmp_path, width):
 
 def test_standard_has_the_radii_of_its_definition():
     rows = {row.name: row.filled for row in answer_table(of_standard("60E1", STANDARDS["60E1"])).rows}
-    assert rows["least radius, crown [mm]"][0].text == "13"
+    assert rows["least radius, convex [mm]"][0].text == "13"
     assert "residual, rms [µm]" not in rows
+    wheel = {
+        row.name: row.filled[0].text for row in answer_table(of_standard("S1002", STANDARDS["S1002"])).rows
+    }
+    assert (wheel["least radius, convex [mm]"], wheel["least radius, hollow [mm]"]) == ("12", "13")
     assert "EN 13674-1" in summary(of_standard("60E1", STANDARDS["60E1"]))
