@@ -16,9 +16,9 @@ UNIT, Y, Z = "1 unit of the file is", "In the file y", "In the file z"  # beginn
 SMOOTHED, THROUGH = "Smoothed by", "A cubic spline through"
 READING = (
     "y grows to the field side and z upwards, for rails and wheels; the arc length s begins at the gauge "
-    "side. Inclinations are positive where the surface falls as y grows; curvatures where it bends down, on the "
-    "head of a rail and in the flange root of a wheel. Contours of scenes end where they are steeper than 85 "
-    "degrees (dotted)."
+    "side. Inclinations are positive where the surface falls as y grows, curvatures where it bends down: on "
+    "the head of a rail and in the flange root of a wheel. Contours of scenes end where they are steeper than "
+    "85 degrees (dotted)."
 )
 NOISE = (
     "The band of the curvature is the rms error that the residual leaves in it, if it is noise and "
