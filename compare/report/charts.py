@@ -69,7 +69,7 @@ class Panel:
     """Curves over one abscissa; labels with units. `marks` and `levels` are places of dotted lines.
 
     `least`: ordinates are never zoomed closer than this range at first, so that rounding looks like zero.
-    Names are those of the places 0, 1, ... on an axis without numbers.
+    Names are those of the places 0, 1, ... on an axis without numbers. `to_scale`: both axes have one scale.
     """
 
     title: str
@@ -83,6 +83,7 @@ class Panel:
     levels: Sequence[float] = ()
     names_x: Sequence[str] = ()
     names_y: Sequence[str] = ()
+    to_scale: bool = False
 
     @property
     def vanishes(self) -> bool:

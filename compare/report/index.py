@@ -10,15 +10,19 @@ from compare.report.tables import Cell, Row, Table, texts
 
 INDEX = "index.html"
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+PAGES = "*/[!.]*.html", "profiles/*/profile.html"
 HEAD = 4096  # characters within which a page has its title
 
 
 def write_index(folder: Path) -> Path | None:
     """Write `index.html` of the pages in the folders of a folder, newest first; None where there are none.
 
+    Pages of profiles are in folders of `profiles`.
+
     Other runs may write, move and remove pages meanwhile: what is unfinished or gone is left out.
     """
-    entries = filter(None, map(_entry, folder.glob("*/[!.]*.html")))
+    pages = (path for pattern in PAGES for path in folder.glob(pattern))
+    entries = filter(None, map(_entry, pages))
     rows = [_row(folder, *entry) for entry in sorted(entries, reverse=True)]
     if not rows:
         return None
@@ -40,4 +44,4 @@ def _entry(path: Path) -> tuple[float, Path, str] | None:
 def _row(folder: Path, seconds: float, path: Path, title: str) -> Row:
     written = datetime.fromtimestamp(seconds).astimezone()
     link = Cell(path.name, link=path.relative_to(folder).as_posix())
-    return Row(path.parent.name, [link, title, f"{written:%Y-%m-%d %H:%M}"])
+    return Row(path.parent.relative_to(folder).as_posix(), [link, title, f"{written:%Y-%m-%d %H:%M}"])

@@ -72,6 +72,8 @@ def _panel(panel: Panel) -> dict[str, Any]:
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
         layout["annotations"] = [_remark("0 by symmetry")]
+    if panel.to_scale:
+        _share_scale(layout)
     if any(curve.notes for curve in panel.curves):
         layout["hovermode"] = "closest"
     return {"title": panel.title, "traces": traces, "layout": layout}
@@ -82,6 +84,12 @@ def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
     if names:
         return axis | {"tickvals": list(range(len(names))), "ticktext": list(names)}
     return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
+
+
+def _share_scale(layout: dict[str, Any]) -> None:
+    """Give both axes of a layout one scale."""
+    layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+    layout["xaxis"] |= {"constrain": "domain"}
 
 
 def _dotted(axis: str, at: float) -> dict[str, Any]:
@@ -172,8 +180,7 @@ def _map(drawn: Map) -> dict[str, Any]:
         "yaxis": _axis(drawn.up, log=drawn.log_y, names=drawn.names_y),
     }
     if drawn.to_scale:
-        axes["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
-        axes["xaxis"] |= {"constrain": "domain"}
+        _share_scale(axes)
     traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve))]
     return {"title": drawn.title, "traces": traces, "layout": axes | {"hovermode": "closest"}}
 

@@ -45,6 +45,10 @@ COMMANDS = {  # by name: module and function, and the help text
     "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
     "doctor": ("doctor:doctor", "Check this installation: libraries, names, results with known values."),
+    "profiles": (
+        "profiles:profiles",
+        "List the standard profiles, or show how profile files were understood.",
+    ),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
 }
 for command, (location, help_text) in COMMANDS.items():

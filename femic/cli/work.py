@@ -90,7 +90,7 @@ class Work:
 def announce(report: Path, console: Console) -> None:
     """Print where a page is, and list it in `out/index.html`, if it is in there."""
     console.print(f"Report: {report}", soft_wrap=True)
-    if report.resolve().parent.parent == OUT.resolve():
+    if OUT.resolve() in report.resolve().parents[1:3]:
         write_index(OUT)
 
 

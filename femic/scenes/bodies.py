@@ -9,10 +9,12 @@ from pydantic import AfterValidator, Field
 from femic.key_types import LARGEST_LENGTH, Amount, Length
 from femic.scenes.contours import AnyContour
 from femic.scenes.errors import BadScene
+from femic.scenes.profiles import ProfileTable
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
 from geometries.bodies import Body, Domain
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from geometries.surfaces import LOWER
 
 
 def _finite_or_prismatic(value: float) -> float:
@@ -42,9 +44,23 @@ def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
     """Return the body of a table by its name; raise BadScene where its keys do not fit together."""
     try:
         material = Material(table.E, table.nu)
+        if isinstance(table.contour, ProfileTable):
+            _check_profile(table.contour, side, table.rolling_radius)
         return Body(side, table.contour.contour(), material, domain, table.rolling_radius, table.hub_radius)
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
+
+
+def _check_profile(profile: ProfileTable, side: int, rolling_radius: float) -> None:
+    """Raise WrongInput for a profile of the other body, and for a turned one of a body of revolution."""
+    kind, own = profile.of_kind(), "rail" if side == LOWER else "wheel"
+    if kind != own:
+        raise WrongInput(f"contour: profile of a {kind}, but this body is the {own}: exchange the profiles")
+    if profile.turn and np.isfinite(rolling_radius):
+        raise WrongInput(
+            f"contour: turned by {np.degrees(profile.turn):.4g} degrees; the axis of a body of revolution "
+            "stays along y: leave out rail_inclination and turn_deg, and turn the other body"
+        )
 
 
 def body_misfits(name: str, body: Body, limit: float) -> Iterator[str]:

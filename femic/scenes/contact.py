@@ -12,9 +12,9 @@ from femic.contact.extra_gap import ExtraGap, extra_gap
 from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.scenes.columns import columns
-from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
+from femic.scenes.profiles import ExistingFile
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput

@@ -8,10 +8,11 @@ To add a kind, write its table, with a key `kind` and a method `contour`, and re
 from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field, FilePath, PlainValidator, Strict, model_validator
+from pydantic import AfterValidator, BaseModel, Field, PlainValidator, model_validator
 
 from femic.key_types import LARGEST_LENGTH, LEAST_LENGTH, Length, NameOf, Place, Several, TwoOf
 from femic.scenes.columns import columns
+from femic.scenes.profiles import ExistingFile, ProfileTable
 from femic.scenes.scene_table import SceneTable
 from geometries import contours
 from geometries.contours import Contour
@@ -32,7 +33,6 @@ def _radius(value: float) -> float:
     return value
 
 
-ExistingFile = Annotated[FilePath, Strict(False)]
 ArcRadius = Annotated[float, AfterValidator(_radius)]
 Flank = Annotated[float, Field(ge=0, le=85)]
 Flanks = Flank | TwoOf[Flank]
@@ -106,6 +106,7 @@ CONTOURS: dict[str, type[SceneTable]] = {
     "arc": ArcTable,
     "ellipse": EllipseTable,
     "points": PointsTable,
+    "profile": ProfileTable,
 }
 
 

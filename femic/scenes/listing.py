@@ -3,7 +3,7 @@
 import types
 from collections.abc import Iterator
 from copy import deepcopy
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import tomlkit
 from pydantic import AfterValidator, BaseModel
@@ -90,7 +90,7 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
 def choices(*annotations: Any) -> Iterator[str]:
     """Yield the names that a key may take, in quotes."""
     for annotation in annotations:
-        if get_origin(annotation) in (tuple, types.UnionType, Annotated):
+        if get_origin(annotation) in (tuple, types.UnionType, Union, Annotated):
             yield from choices(*get_args(annotation))
         elif isinstance(annotation, AfterValidator) and isinstance(annotation.func, NameOf):
             yield from (f'"{name}"' for name in annotation.func.names())

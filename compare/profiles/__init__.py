@@ -1,0 +1,1 @@
+"""How a profile was understood, as a page: its points, the smooth curve, its inclination and curvature."""

@@ -1,0 +1,89 @@
+"""A profile as it was understood: from a file, smoothed, or a standard."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, figure_of, sampled
+from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.standards import Standard, standard_profile
+
+SPACING = 0.1  # mm, of curves in figures and files
+UM = 1e3  # per mm
+
+
+@dataclass(frozen=True, eq=False)
+class Understood:
+    """A profile: where it comes from, what a figure shows of it, and a function that makes it as points."""
+
+    kind: Kind
+    source: str
+    figure: ProfileFigure
+    is_exact: bool  # a standard: its curve is no fit to points
+    is_smoothed: bool
+    as_points: Callable[[], Profile]
+
+    @property
+    def length(self) -> float:
+        """Length [mm]."""
+        return float(self.figure.s[-1])
+
+
+def of_file(prepared: Prepared, file: str) -> Understood:
+    """Return a profile of a file by the curve that was made of it."""
+    is_smoothed = prepared.smoothing.length > 0
+
+    def as_points() -> Profile:
+        if is_smoothed:
+            return sampled(prepared, prepared.length / (len(prepared.places) - 1))
+        return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
+
+    return Understood(prepared.kind, file, figure_of(prepared, SPACING), False, is_smoothed, as_points)
+
+
+def of_standard(name: str, standard: Standard) -> Understood:
+    """Return a standard profile; its points are the ends of its pieces."""
+    outline, joints = standard.outline, standard.outline.joints
+    s = np.unique(np.concatenate([equal_steps(outline.length, SPACING), joints]))
+    figure = ProfileFigure(
+        name=name,
+        points=outline.position(joints),
+        places=joints,
+        residual=np.zeros(len(joints)),
+        s=s,
+        curve=outline.position(s),
+        inclination=outline.inclination(s),
+        curvature=outline.curvature(s),
+        curvature_noise=0.0,
+        notes=(f"{len(outline.pieces)} exact pieces by {standard.source}.",),
+    )
+    return Understood(
+        standard.kind, standard.title, figure, True, False, lambda: standard_profile(name, SPACING)
+    )
+
+
+def to_dataset(understood: Understood) -> xr.Dataset:
+    """Return the curve over its arc length s, and the points, as labelled arrays."""
+    figure, mm = understood.figure, {"units": "mm"}
+    return xr.Dataset(
+        {
+            "y": ("s", figure.curve[0], mm),
+            "z": ("s", figure.curve[1], mm),
+            "inclination": ("s", figure.inclination, {"units": "rad"}),
+            "curvature": ("s", figure.curvature, {"units": "1/mm"}),
+            "point_y": ("point", figure.points[0], mm),
+            "point_z": ("point", figure.points[1], mm),
+            "point_s": ("point", figure.places, mm),
+            "residual": ("point", figure.residual, mm),
+        },
+        {"s": ("s", figure.s, mm)},
+        {
+            "name": figure.name,
+            "kind": understood.kind,
+            "source": understood.source,
+            "curvature_noise": figure.curvature_noise,
+            "notes": "\n".join(figure.notes),
+        },
+    )

@@ -1,0 +1,134 @@
+"""The command `profiles`: the standard ones, and how files were understood."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.table import Table
+
+from femic.cache import folders
+from femic.cli.work import OUT, TABLE_WIDTH, announce
+from femic.late import lazy_imports
+from femic.scenes.profiles import Reading, prepared_file
+from geometries.errors import WrongInput
+from geometries.profiles.content import UNITS
+from geometries.profiles.files import ENDINGS, write_profile
+from geometries.profiles.profile import Kind
+from geometries.profiles.standards import STANDARDS
+
+with lazy_imports():
+    from compare.profiles import page, understood
+
+ARGUMENTS = re.compile(r"\b(give )?(kind|axes|unit|surface|tolerance) = ")  # in messages of the readers
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class FileOptions:
+    """What a file does not say, and its smoothing."""
+
+    kind: Annotated[Kind | None, Parameter(help="where the file does not say it")] = None
+    axes: Annotated[
+        str | None,
+        Parameter(
+            help="where y grows and z points in the file: field or centre (of the track), up or down, or one "
+            "of each, as 'centre down'; asked for where the file does not show it"
+        ),
+    ] = None
+    unit: Annotated[str | None, Parameter(help=f"{', '.join(UNITS)}; where the file does not show it")] = None
+    surface: Annotated[
+        int | None, Parameter(help="number of the running surface, where a file has several")
+    ] = None
+    tolerance: Annotated[
+        float | Literal["cross-validation"],
+        Parameter(
+            help="smoothing: rms distance of the points from the curve [mm], or cross-validation, which "
+            "finds it; 0: through all points"
+        ),
+    ] = 0.0
+
+    @property
+    def reading(self) -> Reading:
+        """How files are read."""
+        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance)
+
+
+NO_OPTIONS = FileOptions()
+
+
+def profiles(
+    *names: Annotated[str, Parameter(help="files, or names of standard profiles; none: list these")],
+    options: FileOptions = NO_OPTIONS,
+    write: Annotated[
+        Path | None,
+        Parameter(
+            help="write the profile, smoothed if it has a tolerance, as a spline block: .prr (rail), .prw "
+            "(wheel)"
+        ),
+    ] = None,
+    out: Annotated[Path | None, Parameter(help="folder for the results; default out/profiles")] = None,
+) -> None:
+    """List the standard profiles, or show how files were understood: axes, smoothing, curvature."""
+    console = Console(width=TABLE_WIDTH, highlight=False)
+    if not names:
+        console.print(_standards())
+        return
+    ones = [_understood(name, options) for name in names]
+    targets = [(out or OUT / "profiles") / one.figure.name for one in ones]
+    _check_targets([target.name for target in targets], [one.kind for one in ones], write)
+    for one, target in zip(ones, targets, strict=True):
+        with folders.locked(target):
+            report = page.write_profile_page(one, target)
+        console.print(page.summary(one), markup=False, soft_wrap=True)
+        announce(report, console)
+    if write is not None:
+        write_profile(ones[0].as_points(), write)
+        console.print(f"Written: {write}", soft_wrap=True, markup=False)
+
+
+def _standards() -> Table:
+    """Return the standard profiles as a table."""
+    table = Table("name", "kind", "title", "source", box=None, pad_edge=False)
+    for name, entry in STANDARDS.items():
+        table.add_row(name, entry.kind, entry.title, entry.source)
+    return table
+
+
+def _understood(name: str, options: FileOptions) -> "understood.Understood":
+    """Return a profile of a file, or a standard of a name; raise WrongInput."""
+    path = Path(name)
+    if path.exists():
+        try:
+            prepared = prepared_file(path, options.reading)  # raises before anything heavy is loaded
+        except WrongInput as error:
+            raise WrongInput(ARGUMENTS.sub(r"\1--\2 ", str(error))) from error
+        return understood.of_file(prepared, path.name)
+    if name not in STANDARDS:
+        similar = [known for known in STANDARDS if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
+        hint = f"did you mean {' or '.join(similar)}? " if similar else ""
+        raise WrongInput(
+            f"profile {name!r}: no such file and no standard profile; {hint}Standard: {', '.join(STANDARDS)}"
+        )
+    if options != NO_OPTIONS:
+        raise WrongInput(
+            f"{name}: a standard profile: leave out --kind, --axes, --unit, --surface and --tolerance"
+        )
+    return understood.of_standard(name, STANDARDS[name])
+
+
+def _check_targets(names: Sequence[str], kinds: Sequence[Kind], write: Path | None) -> None:
+    """Raise WrongInput where profiles would be written over each other, or a file has another ending."""
+    if len(set(names)) < len(names):
+        raise WrongInput(f"FILE: {', '.join(names)}: two have the same name; rename a file")
+    if write is None:
+        return
+    if len(names) > 1:
+        raise WrongInput(f"--write {write}: {len(names)} profiles; give one")
+    if ENDINGS.get(write.suffix.lower()) != kinds[0]:
+        ending = next(ending for ending, kind in ENDINGS.items() if kind == kinds[0])
+        raise WrongInput(f"--write {write}: the name of a {kinds[0]}'s file must end in {ending}")

@@ -1,0 +1,178 @@
+"""Profiles of rails and wheels in a scene file: a file or a standard, its contact centre and its turn."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, FilePath, Strict, model_validator
+
+from femic.key_types import LARGEST_LENGTH, NameOf, Place, Whole
+from femic.scenes.scene_table import SceneTable
+from geometries.contours import Contour
+from geometries.errors import Failure, WrongInput
+from geometries.profiles.content import UNITS
+from geometries.profiles.files import read_profile
+from geometries.profiles.pieces import Outline
+from geometries.profiles.placement import arc_length_at
+from geometries.profiles.preparation import Prepared, prepare
+from geometries.profiles.profile import Kind
+from geometries.profiles.splines import spline_contour
+from geometries.profiles.standards import STANDARDS, standard
+
+ExistingFile = Annotated[FilePath, Strict(False)]
+Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
+StandardName = Annotated[str, AfterValidator(NameOf(lambda: STANDARDS))]
+Tolerance = Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"]
+OF_FILES = ("profile_kind", "axes", "unit", "surface", "tolerance")  # keys
+READ = 8  # files that are kept
+KIND = re.compile(r"\bkind\b")  # an argument; as a key it says what a contour is
+ARGUMENTS = {  # by which functions ask for a place
+    "turn the contour (turn)": "turn the section (turn_deg)",
+    "give the arc length of the contact centre": "give s_centre instead, one of them",
+}
+
+
+class ProfileTable(SceneTable):
+    """A profile of a rail or a wheel."""
+
+    kind: Literal["profile"] = Field(description="profile of a rail or a wheel, y to the field side and z up")
+    file: ExistingFile | None = Field(
+        None, description="file of the profile (docs/reference/profiles.md has the formats)"
+    )
+    standard: StandardName | None = Field(
+        None, description="instead of a file: a standard profile (femic profiles lists them)"
+    )
+    profile_kind: Kind | None = Field(None, description="where the file does not say it")
+    axes: str | None = Field(
+        None,
+        description="where y grows and z points in the file: field or centre (of the track), up or down, or "
+        "one of each, as 'centre down'; asked for where the file does not show it",
+    )
+    unit: Unit | None = Field(None, description="unit of the file, where it does not show it")
+    surface: Annotated[Whole, Field(ge=1)] | None = Field(
+        None, description="number of the running surface in the file, where it has several"
+    )
+    tolerance: Tolerance = Field(
+        0.0,
+        description="smoothing: rms distance of the points from the curve [mm], or 'cross-validation', which "
+        "finds it; 0: the curve goes through all points, errors included",
+    )
+    y_centre: Place | None = Field(
+        None, description="y of the contact centre [mm], in the axes of the profile, before it is turned"
+    )
+    s_centre: Annotated[float, Field(gt=0, le=LARGEST_LENGTH)] | None = Field(
+        None, description="instead of y_centre: its arc length from the gauge-side end of the profile [mm]"
+    )
+    rail_inclination: Annotated[float, Field(gt=-0.5, lt=0.5)] = Field(
+        0.0,
+        description="slope by which the rail leans to the track centre, 0.025 for 1:40: the section turns "
+        "about its contact centre, its field side upwards; 0 where the file has it inclined",
+    )
+    turn_deg: Annotated[float, Field(ge=-90, le=90)] = Field(
+        0.0,
+        description="further turn of the section [deg], positive from y to z (field side upwards); with a "
+        "rolling_radius none is possible",
+    )
+    steepest_deg: Annotated[float, Field(gt=0, le=85)] = Field(
+        85.0,
+        description="the contour ends where it is steeper [deg], and goes on along its tangent (solid "
+        "engine: 75)",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "ProfileTable":
+        if (self.file is None) == (self.standard is None):
+            raise ValueError("give either file or standard")
+        if (self.y_centre is None) == (self.s_centre is None):
+            raise ValueError(
+                "give either y_centre or s_centre: where on the profile the contact centre is [mm]"
+            )
+        of_files = [key for key in OF_FILES if key in self.model_fields_set]
+        if self.standard is not None and of_files:
+            raise ValueError(f"{', '.join(of_files)}: only of a file, not of a standard: leave it out")
+        return self
+
+    @property
+    def turn(self) -> float:
+        """Turn of the section [rad], from y to z."""
+        return float(np.arctan(self.rail_inclination) + np.radians(self.turn_deg))
+
+    def of_kind(self) -> Kind:
+        """Return whether it is a rail or a wheel; raise WrongInput for a file that cannot be read."""
+        return standard(self.standard).kind if self.standard is not None else self._prepared().kind
+
+    def contour(self) -> Contour:
+        """Return the contour at the contact centre; raise WrongInput for files and keys that have none."""
+        curve: Prepared | Outline
+        curve = standard(self.standard).outline if self.standard is not None else self._prepared()
+        with _in_keys(self._place):
+            centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
+            assert centre is not None
+            return spline_contour(
+                curve, centre, turn=self.turn, steepest=float(np.radians(self.steepest_deg))
+            )
+
+    @property
+    def _place(self) -> str:
+        """The key of the contact centre, with its value."""
+        by_y = f"y_centre = {self.y_centre}"
+        return by_y if self.y_centre is not None else f"s_centre = {self.s_centre}"
+
+    def _prepared(self) -> Prepared:
+        """Return the smooth curve of the file; raise WrongInput with the keys to add."""
+        assert self.file is not None
+        how = Reading(self.profile_kind, self.axes, self.unit, self.surface, self.tolerance)
+        with _in_keys(""):
+            return prepared_file(self.file, how)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a file is read and smoothed: the arguments of `read_profile` and `prepare`."""
+
+    kind: Kind | None = None
+    axes: str | None = None
+    unit: str | None = None
+    surface: int | None = None
+    tolerance: float | Literal["cross-validation"] = 0.0
+
+
+def prepared_file(path: Path, how: Reading) -> Prepared:
+    """Return the smooth curve of a file; raise WrongInput, with the path, where there is none."""
+    try:
+        seen = path.stat()
+    except OSError:
+        return _prepared(path, how, ())  # raises, and says why
+    return _prepared(path, how, (path.resolve(), seen.st_mtime_ns, seen.st_size))
+
+
+@lru_cache(maxsize=READ)
+def _prepared(path: Path, how: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
+    """Return the smooth curve of a file as it was seen: which it is, its time and size."""
+    profile = read_profile(path, how.kind, axes=how.axes, unit=how.unit, surface=how.surface)
+    try:
+        return prepare(profile, how.tolerance)
+    except (WrongInput, Failure) as error:
+        raise WrongInput(f"{path}: {error}") from error
+
+
+@contextmanager
+def _in_keys(place: str) -> Iterator[None]:
+    """Turn the arguments of functions in messages into the keys of a contour."""
+    try:
+        yield
+    except WrongInput as error:
+        text = str(error)
+        if not place:
+            path, separator, reason = text.partition(": ")
+            text = f"contour.file = {path}{separator}{KIND.sub('profile_kind', reason)}"
+            raise WrongInput(text) from error
+        _, _, reason = text.partition(": ")
+        for argument, key in ARGUMENTS.items():
+            reason = reason.replace(argument, key)
+        raise WrongInput(f"contour.{place}: {reason}") from error

@@ -1,0 +1,82 @@
+"""The page of a profile: its sentences, its table and its charts have the numbers of an arc with errors."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.profiles.figures import over_length, section
+from compare.profiles.page import answer_table, summary, write_profile_page
+from compare.profiles.understood import of_file, of_standard
+from compare.report.interactive import as_json
+from femic.scenes.profiles import Reading, prepared_file
+from geometries.profiles.standards import STANDARDS
+from tests.compare.conftest import widest
+
+ERROR = 0.02  # mm, of the points below along the normal
+
+
+@pytest.fixture
+def head(tmp_path, monkeypatch):
+    """A folder with a file of an arc of 30 mm, its crown at (2, 1), with errors of alternating sign."""
+    monkeypatch.chdir(tmp_path)
+    angle = np.linspace(-1.4, 1.4, 241)
+    radius = 30 + ERROR * (-1.0) ** np.arange(241)
+    points = np.stack([2 + radius * np.sin(angle), radius * np.cos(angle) - 29])
+    np.savetxt(tmp_path / "mine.txt", points.T, fmt="%.12f")
+    return tmp_path
+
+
+def understood(tolerance=0.0):
+
+    return of_file(prepared_file(Path("mine.txt"), Reading("rail", "field", tolerance=tolerance)), "mine.txt")
+
+
+@pytest.mark.usefixtures("head")
+def test_summary_has_three_sentences_and_the_table_the_numbers_of_the_arc():
+    one = understood(ERROR)
+    assert len(re.findall(r"[.](?: |$)", summary(one))) <= 3
+    rows = {row.name: [cell.text for cell in row.filled] for row in answer_table(one).rows}
+    assert rows["points"][0] == "241"
+    assert float(rows["length [mm]"][0]) == pytest.approx(2.8 * 30, abs=0.02)
+    assert float(rows["residual, rms [µm]"][0]) == pytest.approx(20, abs=0.5)
+    assert float(rows["least radius, convex [mm]"][0]) == pytest.approx(30, rel=0.05)
+    assert abs(float(rows["steepest [deg]"][0])) == pytest.approx(np.degrees(1.4), abs=0.5)
+
+
+@pytest.mark.usefixtures("head")
+def test_charts_have_the_points_and_the_curve():
+    one = understood(ERROR)
+    (drawn,) = json.loads(as_json(section(one)))["steps"][0]
+    points, curve = drawn["traces"]
+    np.testing.assert_allclose([points["x"], points["y"]], one.figure.points, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(np.hypot(np.array(curve["x"]) - 2, np.array(curve["y"]) + 29), 30, atol=2e-3)
+    assert drawn["layout"]["yaxis"]["scaleanchor"] == "x"
+    titles = [panel.title for panel in over_length(one).cells]
+    assert titles == ["Residual", "Inclination", "Curvature"]
+    residual, _, curvature = (panel.curves[0] for panel in over_length(one).cells)
+    assert np.std(residual.y) == pytest.approx(1e3 * ERROR, rel=1e-2)
+    assert np.median(curvature.y) == pytest.approx(1 / 30, rel=1e-3)
+    assert [panel.title for panel in over_length(understood()).cells] == ["Inclination", "Curvature"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("head")
+@pytest.mark.parametrize("width", [400, 800])
+def test_nothing_is_wider_than_the_page(browser, tmp_path, width):
+    page, table = widest(browser, write_profile_page(understood(ERROR), tmp_path / "page"), width)
+    assert page <= width
+    assert table <= width
+
+
+def test_standard_has_the_radii_of_its_definition():
+    rows = {row.name: row.filled for row in answer_table(of_standard("60E1", STANDARDS["60E1"])).rows}
+    assert rows["least radius, convex [mm]"][0].text == "13"
+    assert "residual, rms [µm]" not in rows
+    wheel = {
+        row.name: row.filled[0].text for row in answer_table(of_standard("S1002", STANDARDS["S1002"])).rows
+    }
+    assert (wheel["least radius, convex [mm]"], wheel["least radius, hollow [mm]"]) == ("12", "13")
+    assert "EN 13674-1" in summary(of_standard("60E1", STANDARDS["60E1"]))
