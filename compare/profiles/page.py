@@ -17,8 +17,8 @@ SMOOTHED, THROUGH = "Smoothed by", "A cubic spline through"
 READING = (
     "y grows to the field side and z upwards, for rails and wheels; the arc length s begins at the gauge "
     "side. Inclinations are positive where the surface falls as y grows, curvatures where it bends down: on "
-    "the head of a rail and in the flange root of a wheel. Contours of scenes end where they are steeper than "
-    "85 degrees (dotted)."
+    "the head of a rail and in the flange root of a wheel. Contours of scenes end where they are steeper "
+    "than 85 degrees (dotted)."
 )
 NOISE = (
     "The band of the curvature is the rms error that the residual leaves in it, if it is noise and "

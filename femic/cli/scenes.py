@@ -144,4 +144,4 @@ def scenes(
         console.print(listing(show), end="", markup=False)
         return
     for name in builtin_names():
-        console.print(f"{name:12} {load_scene(name).title}", markup=False)
+        console.print(f"{name:14} {load_scene(name).title}", markup=False)

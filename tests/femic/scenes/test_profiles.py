@@ -1,5 +1,6 @@
 """Profiles as contours of scenes: against exact contours, in disguises, and what is refused."""
 
+import pickle
 import re
 from pathlib import Path
 
@@ -11,9 +12,13 @@ from compare.calibration.compute import with_properties
 from compare.ics.compute import compute
 from compare.ics.dataset import approximations_dataset
 from compare.overlay.sources import scene_of_text
+from femic.cache.store import Store
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.running.scene_task import tasks_of
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
+from femic.scenes.listing import as_toml
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
 from geometries.profiles.files import read_profile, write_profile
@@ -236,6 +241,26 @@ def test_file_is_found_beside_the_scene_and_from_a_calibrated_copy(tmp_path):
     np.testing.assert_array_equal(first, second)
     (tmp_path / "rail.txt").unlink()
     assert scene_of_text(scene.text, tmp_path).lower.contour.y_centre == 1.0
+
+
+def test_campaign_has_a_column_of_files_and_its_tasks_their_contents(tmp_path):
+    """Files are found beside the campaign; workers get bodies as they are."""
+    for radius in (15, 16):
+        write(tmp_path / f"r{radius}.txt", arc_points(161) * radius / R)
+    contour = {"kind": "profile", "file": "r15.txt", "profile_kind": "rail"} | OF_ARC
+    lower = f"contour = {as_toml(contour)}"
+    (tmp_path / "my.toml").write_text(text_of(lower), encoding="utf-8")
+    sweep = '[sweep.rail]\nkeys = ["lower.contour.file"]\nvalues = ["r15.txt", "r16.txt"]\n'
+    (tmp_path / "radii.toml").write_text(f'scene = "my.toml"\n{sweep}', encoding="utf-8")
+    campaign = load_campaign(tmp_path / "radii.toml")
+    store = Store(tmp_path / "store")
+    before = [task.keys for _, task in tasks_of(campaign, store)]
+    bodies = [campaign.scene((f"r{radius}.txt",)).bodies["lower"] for radius in (15, 16)]
+    curvatures = [float(pickle.loads(pickle.dumps(body)).contour.curvature(1.0)) for body in bodies]
+    np.testing.assert_allclose(curvatures, [1 / 15, 1 / 16], rtol=1e-4)
+    write(tmp_path / "r16.txt", arc_points(161) * 17 / R)
+    after = [task.keys for _, task in tasks_of(load_campaign(tmp_path / "radii.toml"), store)]
+    assert [keys in before for keys in after] == [True, False]
 
 
 @pytest.mark.parametrize(
