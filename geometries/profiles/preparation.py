@@ -98,7 +98,7 @@ def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0
     else:
         rule = by_cross_validation if tolerance == CROSS_VALIDATION else with_rms(float(tolerance))
         name = (
-            CROSS_VALIDATION if tolerance == CROSS_VALIDATION else f"tolerance {UM * float(tolerance):g} um"
+            CROSS_VALIDATION if tolerance == CROSS_VALIDATION else f"tolerance {UM * float(tolerance):g} µm"
         )
         curve, t, smoothing = smooth(points, rule, name)
         spline = _spline(curve)
@@ -203,7 +203,7 @@ def _said(smoothing: Smoothing, residual: Array) -> str:
         return f"A cubic spline through all {len(residual)} points; their errors are errors of the curve."
     return (
         f"Smoothed by {smoothing.rule}: rms distance of {len(residual)} points from the curve "
-        f"{UM * rms(residual):.3g} um, largest {UM * np.max(np.abs(residual)):.3g} um; waves shorter than "
+        f"{UM * rms(residual):.3g} µm, largest {UM * np.max(np.abs(residual)):.3g} µm; waves shorter than "
         f"about {2 * np.pi * smoothing.length:.2g} mm are smoothed away (smoothing length "
         f"{smoothing.length:.3g} mm)."
     )

@@ -13,7 +13,7 @@ from compare.profiles.understood import of_file, of_standard
 from compare.report.interactive import as_json
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.profiles.standards import STANDARDS
-from tests.compare.conftest import widest
+from tests.pages import widest
 
 ERROR = 0.02  # mm, of the points below along the normal
 

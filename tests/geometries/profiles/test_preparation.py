@@ -405,7 +405,7 @@ def test_figure_has_all_of_the_profile_and_its_parts_agree():
     )
     np.testing.assert_array_equal(figure.curve, curve.position(figure.s))
     assert 0 < figure.curvature_noise < 0.1 / 13
-    assert "5 um" in figure.notes[-1]
+    assert "5 µm" in figure.notes[-1]
 
 
 def test_points_of_a_prepared_curve_are_a_profile_with_all_notes():
