@@ -69,12 +69,23 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
         "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
     }
+    if panel.to_scale:
+        _to_scale(layout)
+    for axis, limits in (("xaxis", panel.limits_x), ("yaxis", panel.limits_y)):
+        if limits is not None:
+            layout[axis]["range"] = list(limits)
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
         layout["annotations"] = [_remark("0 by symmetry")]
     if any(curve.notes for curve in panel.curves):
         layout["hovermode"] = "closest"
     return {"title": panel.title, "traces": traces, "layout": layout}
+
+
+def _to_scale(layout: dict[str, Any]) -> None:
+    """Give both axes of a layout the same scale."""
+    layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+    layout["xaxis"] |= {"constrain": "domain"}
 
 
 def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
@@ -172,8 +183,7 @@ def _map(drawn: Map) -> dict[str, Any]:
         "yaxis": _axis(drawn.up, log=drawn.log_y, names=drawn.names_y),
     }
     if drawn.to_scale:
-        axes["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
-        axes["xaxis"] |= {"constrain": "domain"}
+        _to_scale(axes)
     traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve))]
     return {"title": drawn.title, "traces": traces, "layout": axes | {"hovermode": "closest"}}
 
