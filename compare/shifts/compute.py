@@ -20,10 +20,10 @@ from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.shifts import Shifts, over_shifts
-from geometries.track.wheelset import Position, SideName, Touch, settle, side_of
+from geometries.track.wheelset import Position, RollRule, SideName, Touch, settle, side_of
 
 SIDES: tuple[SideName, SideName] = ("left", "right")
-ABOUT = "about rails"  # shifts are those at the rails: flanges of any slope are reached
+ABOUT: RollRule = "about rails"  # shifts are those at the rails: flanges of any slope are reached
 SECOND = 0.5  # mm: touching points with a distance below this are stated
 BEYOND = 0.5  # mm beyond the amplitude of the conicity, up to which shifts are taken for it
 STEP = 0.5  # mm between these shifts

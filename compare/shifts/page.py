@@ -67,7 +67,7 @@ def _merged(parts: list[str]) -> list[str]:
 
 def shifts_within(dataset: xr.Dataset, ics: str, limit: float) -> str:
     """Return at which shifts both contacts agree with the reference to a limit, in words."""
-    worst = np.abs(difference(dataset, ics)).max("side")
+    worst = abs(difference(dataset, ics)).max("side")
     known = np.isfinite(worst.values)
     good = known & (worst.values <= limit)
     if np.all(good[known]):
@@ -88,7 +88,7 @@ def ranges(shifts: np.ndarray, good: np.ndarray) -> str:
 
 def worst_of(dataset: xr.Dataset, ics: str) -> xr.Dataset:
     """Return the contact in which some ICs differ most from the best."""
-    at = np.abs(difference(dataset, ics)).fillna(-1).argmax(["shift", "side"])
+    at = abs(difference(dataset, ics)).fillna(-1).argmax(["shift", "side"])
     return dataset.isel(at)
 
 

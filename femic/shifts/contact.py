@@ -361,7 +361,7 @@ def _outline(place: Place, grid: Grid, p: Array, ends: tuple[float, float]) -> A
     On a strip the squared pressure falls to 0 nearly linearly in x^2.
     """
     strips_in = np.flatnonzero(p.any(axis=0))
-    x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
+    x = np.asarray(grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2))
     half = [_half_length(x, p[:, strip], grid.dx) for strip in strips_in]
     s = place.touch.s_rail + grid.strips[strips_in]
     return np.array([[ends[0], *s, ends[1]], [0.0, *half, 0.0]])

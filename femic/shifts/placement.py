@@ -65,7 +65,8 @@ def _layout(
     specification: ShiftsFile, rails: tuple[Section, Section], wheels: tuple[Section, Section]
 ) -> Layout:
     track, wheelset = specification.track, specification.wheelset
-    backs = tuple(table.flange_back for table in specification.wheels)
+    left_wheel, right_wheel = specification.wheels
+    backs = left_wheel.flange_back, right_wheel.flange_back
     return lay_out(
         (rails[0].curve, rails[1].curve),
         (wheels[0].curve, wheels[1].curve),

@@ -32,7 +32,7 @@ def arc_points(radius, n):
 @cache
 def layout(kind="points", n=400):
     """Arcs on arcs that touch at the angle GAMMA without shift."""
-    m = 1435 / 2 + np.sqrt(2 * R_R * 10 - 10**2)  # half-distance of the rails' centres; gauge 10 mm deep
+    m = 1435 / 2 + np.sqrt(2 * R_R * 8 - 8**2)  # half-distance of the rails' centres; gauge 8 mm deep
     b = m - R_R * np.sin(GAMMA)
     back = 680 - b - R_W * np.sin(GAMMA)
     if kind == "points":
@@ -44,7 +44,7 @@ def layout(kind="points", n=400):
             for radius in (R_R, R_W)
         )
     wheelset = WheelsetDimensions(1360.0, R_0, back, b - 680)
-    return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 10.0, False), wheelset)
+    return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 8.0, False), wheelset)
 
 
 def place(shift, side, kind="points"):
