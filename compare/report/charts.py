@@ -68,8 +68,9 @@ class Curve:
 class Panel:
     """Curves over one abscissa; labels with units. `marks` and `levels` are places of dotted lines.
 
+    `to_scale`: both axes have the same scale. `limits_x`, `limits_y` are those of the axes at first.
     `least`: ordinates are never zoomed closer than this range at first, so that rounding looks like zero.
-    Names are those of the places 0, 1, ... on an axis without numbers. `to_scale`: both axes have one scale.
+    Names are those of the places 0, 1, ... on an axis without numbers.
     """
 
     title: str
@@ -84,6 +85,8 @@ class Panel:
     names_x: Sequence[str] = ()
     names_y: Sequence[str] = ()
     to_scale: bool = False
+    limits_x: tuple[float, float] | None = None
+    limits_y: tuple[float, float] | None = None
 
     @property
     def vanishes(self) -> bool:

@@ -69,6 +69,9 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
         "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
     }
+    for axis, limits in (("xaxis", panel.limits_x), ("yaxis", panel.limits_y)):
+        if limits is not None:
+            layout[axis]["range"] = list(limits)
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
         layout["annotations"] = [_remark("0 by symmetry")]

@@ -152,6 +152,7 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     for level in panel.levels:
         axes.axhline(level, color="grey", linestyle=":", linewidth=1)
     _scale(axes, panel)
+    axes.set(xlim=panel.limits_x, ylim=panel.limits_y)
     if panel.to_scale:
         axes.set_aspect("equal")
     if panel.vanishes:

@@ -30,6 +30,10 @@ COMMANDS = {  # by name: module and function, and the help text
         "contact:contact",
         "Contact with several ICs, without or with friction: pressures, patches, cost.",
     ),
+    "shifts": (
+        "shifts:shifts",
+        "A wheelset on its track at many lateral shifts: which ICs are good enough where.",
+    ),
     "sweep": ("sweep:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "fe-contact": (
         "fe_contact:fe_contact",

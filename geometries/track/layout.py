@@ -8,8 +8,10 @@ import scipy
 
 from geometries.arrays import Mask
 from geometries.errors import WrongInput
-from geometries.profiles.profile import Kind, Profile
-from geometries.track.curves import Curve, Moved, Samples, curve_through, sampled
+from geometries.profiles.placement import Curve
+from geometries.profiles.preparation import Prepared
+from geometries.profiles.profile import Kind
+from geometries.track.curves import Moved, Samples, sampled
 from geometries.track.graphs import STEEPEST, Graph, graphs
 
 SAMPLE_SPACING = 0.04  # mm along a curve: narrower minima of the gap may be missed
@@ -43,12 +45,12 @@ class WheelsetDimensions:
 
     `nominal_radius` is that of both wheels or (left, right), on the tape circle, `tape_circle` [mm] from the
     flange back. `flange_back` is the y of the flange back in the axes of the profile, for both or (left,
-    right); None takes the least y of a profile, if its face is there at least 85 degrees steep.
+    right), or None for one or both: the least y of the profile, if it is there at least 85 degrees steep.
     """
 
     flange_back_distance: float
     nominal_radius: float | tuple[float, float]
-    flange_back: float | tuple[float, float] | None = None
+    flange_back: float | tuple[float | None, float | None] | None = None
     tape_circle: float = 70.0
 
     def __post_init__(self) -> None:
@@ -103,24 +105,26 @@ class Layout:
 
 
 def lay_out(
-    rails: tuple[Profile | Curve, Profile | Curve],
-    wheels: tuple[Profile | Curve, Profile | Curve],
+    rails: tuple[Curve, Curve],
+    wheels: tuple[Curve, Curve],
     track: TrackDimensions,
     wheelset: WheelsetDimensions,
-    *,
-    least_spacing: float = 0.0,
 ) -> Layout:
     """Rails and wheels, (left, right) each, in their places. Their own axes: y to the field side, z up.
 
-    `least_spacing` [mm] is that of `geometries.track.curves.curve_through`, for profiles.
+    Curves are those of `geometries.profiles`: outlines of standards, and prepared profiles. Raises WrongInput
+    for a wheel as a rail and the reverse.
     """
-    rail_curves = [_curve(rail, "rail", least_spacing) for rail in rails]
-    wheel_curves = [_curve(wheel, "wheel", least_spacing) for wheel in wheels]
+    kinds: tuple[Kind, Kind] = ("rail", "wheel")
+    for curves, kind in zip((rails, wheels), kinds, strict=True):
+        for curve in curves:
+            _check_kind(curve, kind)
     radii = _both(wheelset.nominal_radius)
-    backs = (None, None) if wheelset.flange_back is None else _both(wheelset.flange_back)
+    backs = wheelset.flange_back
+    backs = backs if isinstance(backs, tuple) else (backs, backs)
     left, right = (
         _side(place_rail(rail, track), place_wheel(wheel, wheelset, radius, back))
-        for rail, wheel, radius, back in zip(rail_curves, wheel_curves, radii, backs, strict=True)
+        for rail, wheel, radius, back in zip(rails, wheels, radii, backs, strict=True)
     )
     return Layout(left, right, radii)
 
@@ -149,9 +153,10 @@ def place_rail(rail: Curve, track: TrackDimensions) -> Moved:
 
 
 def place_wheel(
-    wheel: Curve, wheelset: WheelsetDimensions, radius: float, flange_back: float | None
+    curve: Curve, wheelset: WheelsetDimensions, radius: float, flange_back: float | None
 ) -> PlacedWheel:
     """A wheel about the middle of its axle, with the nominal radius on its tape circle."""
+    wheel = Moved(curve, 0.0, (0.0, 0.0))
     samples = sampled(wheel, SAMPLE_SPACING)
     notes: tuple[str, ...] = ()
     if flange_back is None:
@@ -169,7 +174,7 @@ def place_wheel(
     t_tape = _crossing(wheel, 0, y, (samples.t[k - 1], samples.t[k]))
     z = float(wheel.position(t_tape)[1])
     offset = (wheelset.flange_back_distance / 2 - flange_back, -radius - z)
-    return PlacedWheel(Moved(wheel, 0.0, offset), t_tape, notes)
+    return PlacedWheel(Moved(curve, 0.0, offset), t_tape, notes)
 
 
 def _side(rail: Moved, wheel: PlacedWheel) -> Side:
@@ -181,13 +186,10 @@ def _side(rail: Moved, wheel: PlacedWheel) -> Side:
     return Side(rail, wheel.curve, graphs(sampled(rail, SAMPLE_SPACING)), samples, steepest, wheel.notes)
 
 
-def _curve(section: Profile | Curve, kind: Kind, least_spacing: float) -> Curve:
-    """The curve of a section; raises WrongInput for a wheel as a rail and the reverse."""
-    if not isinstance(section, Profile):
-        return section
-    if section.kind != kind:
-        raise WrongInput(f"{section.name or 'profile'}: is a {section.kind}, but a {kind} belongs here")
-    return curve_through(section.points, least_spacing)
+def _check_kind(curve: Curve, kind: Kind) -> None:
+    """Raise WrongInput for a prepared wheel as a rail and the reverse; other curves do not say it."""
+    if isinstance(curve, Prepared) and curve.kind != kind:
+        raise WrongInput(f"{curve.name or 'profile'}: is a {curve.kind}, but a {kind} belongs here")
 
 
 def _flange_back(samples: Samples) -> float:
@@ -203,7 +205,7 @@ def _flange_back(samples: Samples) -> float:
     return float(samples.points[0, k])
 
 
-def _extreme(curve: Curve, samples: Samples, axis: int, sign: int) -> tuple[float, float]:
+def _extreme(curve: Moved, samples: Samples, axis: int, sign: int) -> tuple[float, float]:
     """Arc length and value of the largest sign*(y or z) among samples, refined on the curve."""
     k = int(np.argmax(sign * samples.points[axis]))
     if 0 < k < len(samples.t) - 1:
@@ -215,7 +217,7 @@ def _extreme(curve: Curve, samples: Samples, axis: int, sign: int) -> tuple[floa
     return float(samples.t[k]), float(samples.points[axis, k])
 
 
-def _crossing(curve: Curve, axis: int, value: float, ends: tuple[float, float]) -> float:
+def _crossing(curve: Moved, axis: int, value: float, ends: tuple[float, float]) -> float:
     """Arc length between `ends` at which y (axis 0) or z (axis 1) has a value."""
     return float(scipy.optimize.brentq(lambda t: float(curve.position(t)[axis]) - value, *ends, xtol=1e-13))
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
-from geometries.track.curves import Curve, Moved
+from geometries.track.curves import Moved
 from geometries.track.graphs import Graph
 from geometries.track.layout import Layout, Side
 from geometries.track.touching import gap_minima, posed, wheel_graphs
@@ -93,7 +93,7 @@ class Below:
         return np.asarray(lowest - z)
 
 
-def _height(wheel: Curve, graph: Graph, y: Array) -> Array:
+def _height(wheel: Moved, graph: Graph, y: Array) -> Array:
     """Heights of the wheel's curve at y, on one of its graphs; nan beside it."""
     t = np.interp(y, graph.y, graph.t)
     for _ in range(NEWTON_STEPS):

@@ -7,7 +7,7 @@ import numpy as np
 
 from geometries.arrays import Array
 from geometries.errors import Failure
-from geometries.track.curves import Curve, Moved, Samples, turned
+from geometries.track.curves import Moved, Samples, turned
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import Side
 
@@ -16,7 +16,8 @@ HERMITE_ERROR = 1e-5  # mm: of sampled gaps; far above what smooth curves have
 NEWTON_STEPS = 60  # of one touching point; bisection alone needs 40
 Y_ROUNDING = 2e-12  # mm: equal y of rail and wheel, 760 mm from the middle
 ANGLE_ROUNDING = 1e-13  # rad: parallel tangents
-PARALLEL = 1e-10  # rad: what is left above this is no minimum but an end of its bracket
+PARALLEL = 1e-10  # rad: what is left above this is no minimum but an end of its bracket, or a joint
+JOINT = 1e-5  # rad: by which pieces of standards do not meet exactly
 SAME = 1e-6  # mm along the rail: two touching points nearer than this are one
 WIDER = 10  # times as wide a bracket, where the sampled gap is level to its error
 
@@ -70,10 +71,11 @@ def gap_minima(side: Side, shift: float, roll: float, within: float = SAMPLED_ER
     return [minimum for minimum in minima if minimum.gap <= minima[0].gap + within]
 
 
-def refined(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
+def refined(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
     """The minimum of the vertical gap between two arc lengths of the rail: Newton's method, confined to them.
 
-    The gap is stationary where the tangents are parallel at equal y. None if it is least at an end.
+    The gap is stationary where the tangents are parallel at equal y, or nearly so at a joint of pieces that
+    do not meet exactly. None if it is least at an end.
     """
     low, high = bracket
     t, turn = (low + high) / 2, np.inf
@@ -87,13 +89,14 @@ def refined(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: fl
         rate = float(rail.curvature(t) - wheel.curvature(t_wheel) * rail_tangent[0] / wheel_tangent[0])
         newton = t - turn / rate if rate > 0 else np.inf
         t = newton if low < newton < high else (low + high) / 2
-    if abs(turn) > PARALLEL:
+    between = bracket[0] < low and high < bracket[1]  # the angle changes its sign there
+    if abs(turn) > (JOINT if between else PARALLEL):
         return None
     gap = float(wheel.position(t_wheel)[1] - rail.position(t)[1])
     return Minimum(float(t), float(t_wheel), gap, float(np.arctan2(rail_tangent[1], rail_tangent[0])))
 
 
-def refined_near(rail: Curve, wheel: Curve, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
+def refined_near(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
     """The minimum in a bracket or, if the samples were too level to bracket it, near it."""
     minimum = refined(rail, wheel, bracket, t_wheel)
     if minimum is not None:
@@ -136,7 +139,7 @@ def _sampled_minima(
     return minima, min(ends, key=lambda end: end[2], default=None)
 
 
-def _below(wheel: Curve, y: float, t: float) -> float:
+def _below(wheel: Moved, y: float, t: float) -> float:
     """Arc length of the wheel at y, by Newton's method from a near one."""
     for _ in range(NEWTON_STEPS):
         apart = float(wheel.position(t)[0]) - y
@@ -153,7 +156,7 @@ def _angle_between(first: Array, second: Array) -> float:
     )
 
 
-def _no_touch(side: Side, wheel: Curve, end: tuple[float, float, float] | None) -> str:
+def _no_touch(side: Side, wheel: Moved, end: tuple[float, float, float] | None) -> str:
     """Why a wheel does not touch with a common tangent."""
     y_rail = np.concatenate([graph.y for graph in side.rail_graphs])
     y_wheel = wheel.position(side.wheel_samples.t)[0]

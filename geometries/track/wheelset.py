@@ -188,8 +188,8 @@ def touch_of(side: Side, minimum: Minimum, height: float) -> Touch:
     return Touch(
         s_rail=t_rail,
         s_wheel=t_wheel,
-        on_rail=side.rail.curve.position(t_rail),
-        on_wheel=side.wheel.curve.position(t_wheel),
+        on_rail=side.rail.curve.position(np.array(t_rail)),
+        on_wheel=side.wheel.curve.position(np.array(t_wheel)),
         point=side.rail.position(t_rail),
         angle=minimum.angle,
         radius=-float(side.wheel.position(t_wheel)[1]),

@@ -1,19 +1,31 @@
 import numpy as np
 import pytest
-from track_sections import BACKS, DEPTH, GAUGE, TRACK, WHEELSET, flanged, rail_points, wheel_points
+from track_sections import (
+    BACKS,
+    DEPTH,
+    GAUGE,
+    TRACK,
+    WHEELSET,
+    flanged,
+    rail_points,
+    rail_through,
+    wheel_points,
+    wheel_through,
+)
 
 from geometries.errors import WrongInput
+from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
-from geometries.track.curves import curve_through
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out, place_rail
 
-RAIL, WHEEL = Profile("rail", rail_points(tilt=0.03), "head"), Profile("wheel", wheel_points(), "tyre")
+RAIL = rail_through(rail_points(tilt=0.03))
+WHEEL = prepare(Profile("wheel", wheel_points(), "tyre"))
 
 
 @pytest.mark.parametrize("inclination", [False, 0.0, 1 / 40, 1 / 20])
 @pytest.mark.parametrize("depth", [5.0, 14.0, 19.0, 21.5])  # the face is undercut below 20 mm
 def test_the_gauge_is_the_least_y_down_to_its_depth(inclination, depth):
-    rail = place_rail(curve_through(rail_points()), TrackDimensions(GAUGE, depth, inclination))
+    rail = place_rail(rail_through(rail_points()), TrackDimensions(GAUGE, depth, inclination))
     t = np.linspace(*rail.limits, 200001)
     y, z = rail.position(t)
     # 0.5 um of arc length: at 5 mm of depth y changes less than the arc length does
@@ -24,8 +36,8 @@ def test_the_gauge_is_the_least_y_down_to_its_depth(inclination, depth):
 
 
 def test_an_inclined_rail_leans_to_the_middle_of_the_track():
-    upright = place_rail(curve_through(rail_points()), TrackDimensions(GAUGE, DEPTH, 0.0))
-    inclined = place_rail(curve_through(rail_points()), TrackDimensions(GAUGE, DEPTH, 1 / 20))
+    upright = place_rail(rail_through(rail_points()), TrackDimensions(GAUGE, DEPTH, 0.0))
+    inclined = place_rail(rail_through(rail_points()), TrackDimensions(GAUGE, DEPTH, 1 / 20))
     # the top of an ellipse of semi-axes a, c under a slope p: x = a^2 p / sqrt(a^2 p^2 + c^2) to the field
     x = 36**2 / 20 / np.hypot(36 / 20, 20)
     t = np.linspace(*upright.limits, 20001)
@@ -52,8 +64,8 @@ def test_a_steep_end_is_the_flange_back_and_noted():
     face = np.stack([np.full(60, -69.0), wheel_points()[1, 0] + np.linspace(40, 0.6, 60)])
     points = np.concatenate([face, wheel_points()], axis=1)
     given = WheelsetDimensions(BACKS, 460.0, -69.0)
-    found = lay_out((RAIL, RAIL), (Profile("wheel", points),) * 2, TRACK, WheelsetDimensions(BACKS, 460.0))
-    same = lay_out((RAIL, RAIL), (Profile("wheel", points),) * 2, TRACK, given)
+    found = lay_out((RAIL, RAIL), (wheel_through(points),) * 2, TRACK, WheelsetDimensions(BACKS, 460.0))
+    same = lay_out((RAIL, RAIL), (wheel_through(points),) * 2, TRACK, given)
     assert len(found.notes) == 2
     assert "left: the flange back is the least y" in found.notes[0]
     assert same.notes == ()
@@ -71,7 +83,7 @@ def test_the_field_face_of_a_wheel_is_not_its_flange():
     y, z = wheel_points()
     rim = np.stack([y, z + 30 * np.maximum(y - 54, 0) ** 2])
     plain = lay_out((RAIL, RAIL), (WHEEL, WHEEL), TRACK, WHEELSET)
-    layout = lay_out((RAIL, RAIL), (Profile("wheel", rim),) * 2, TRACK, WHEELSET)
+    layout = lay_out((RAIL, RAIL), (wheel_through(rim),) * 2, TRACK, WHEELSET)
     assert layout.left.steepest == pytest.approx(plain.left.steepest, abs=0.05)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from track_sections import brute_gaps
 
+from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
@@ -34,8 +35,8 @@ def points(path):
 
 @cache
 def manchester():
-    rail = Profile("rail", points(RAIL))
-    wheel = Profile("wheel", points(WHEEL) * [[-1.0], [1.0]])  # the file asks for mirrored y
+    rail = prepare(Profile("rail", points(RAIL)))
+    wheel = prepare(Profile("wheel", points(WHEEL) * [[-1.0], [1.0]]))  # the file asks for mirrored y
     return lay_out(
         (rail, rail),
         (wheel, wheel),

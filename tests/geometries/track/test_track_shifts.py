@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
-from track_sections import BACKS, TRACK, Circles, Cone, flanged, symmetric
+from track_sections import BACKS, TRACK, Circles, Cone, arc, flanged, symmetric, wheel_through
 
-from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.track.conicity import equivalent_conicity
-from geometries.track.curves import curve_through
 from geometries.track.layout import WheelsetDimensions, lay_out
 from geometries.track.shifts import JUMP_WIDTH, over_shifts
 from geometries.track.wheelset import settle
@@ -76,8 +74,8 @@ def test_the_equivalent_conicity_of_cones_without_roll_is_their_angle():
 
 def test_wheels_of_two_radii_roll_beside_the_middle():
     """Cones without roll: dr = 2 tan(gamma) y + 0.2 mm, zero at -0.1 / tan(gamma)."""
-    y = np.linspace(-71.0, 60.0, 7)
-    wheel, rail = curve_through(np.stack([y, 0.05 * y])), arc(300.0, 0.35, 0.35)
+    y = np.linspace(-71.0, 60.0, 9)
+    wheel, rail = wheel_through(np.stack([y, 0.05 * y])), arc(300.0)
     radii = WheelsetDimensions(BACKS, (460.1, 459.9), -70.0)
     shifts = over_shifts(lay_out((rail, rail), (wheel, wheel), TRACK, radii), [-6.0, -1.0, 4.0], roll=0.0)
     conicity = equivalent_conicity(*shifts.rolling_radius_differences(), 3.0)

@@ -1,18 +1,20 @@
 import numpy as np
 import pytest
 from track_sections import (
+    HALF_ANGLE,
     TRACK,
     WHEELSET,
     Circles,
     brute_gaps,
     flanged,
     rail_points,
+    rail_through,
     symmetric,
     wheel_points,
+    wheel_through,
 )
 
 from geometries.errors import Failure, WrongInput
-from geometries.track.curves import curve_through
 from geometries.track.layout import lay_out
 from geometries.track.strips import distances, strips
 from geometries.track.touching import wheel_graphs
@@ -43,7 +45,7 @@ def test_two_circles_overlap_in_a_lens(approach, shift):
     half, x, area = lens(CIRCLES.R_r, CIRCLES.R_w, np.hypot(*apart) - (CIRCLES.R_w - CIRCLES.R_r))
     tilt, opening = np.arctan2(-apart[0], apart[1]), np.arctan2(half, x)
     (strip,) = strips(layout, position, "left", approach)
-    expected = -CIRCLES.R_r * tilt + CIRCLES.R_r * np.array([-opening, opening])
+    expected = CIRCLES.R_r * (HALF_ANGLE - tilt + np.array([-opening, opening]))
     # rounding of 1e-13 mm of the heights over slopes of half / R_r
     tolerance = 1e-8 + 1e-10 / opening
     np.testing.assert_allclose(strip.s_rail, expected, rtol=0, atol=tolerance)
@@ -62,7 +64,7 @@ def test_distances_of_two_circles_along_the_normals_of_the_first():
     touch = position.right[0]
     s = touch.s_rail + np.linspace(-20, 20, 41)
     e = (CIRCLES.R_w - CIRCLES.R_r) * np.array([np.sin(touch.angle), -np.cos(touch.angle)])
-    n = np.array([np.sin(s / CIRCLES.R_r), np.cos(s / CIRCLES.R_r)])
+    n = np.array([np.sin(s / CIRCLES.R_r - HALF_ANGLE), np.cos(s / CIRCLES.R_r - HALF_ANGLE)])
     along = e @ n
     expected = along + np.sqrt(along**2 - e @ e + CIRCLES.R_w**2) - CIRCLES.R_r
     np.testing.assert_allclose(distances(layout, position, "right", s), expected, rtol=0, atol=1e-10)
@@ -139,8 +141,8 @@ def test_of_two_surfaces_of_a_wheel_above_each_other_the_lower_one_counts():
         [[60, 8], [59, 14], [50, 17], [30, 18], [-10, 18], [-20, 20], [-18, 24], [20, 26], [60, 27]]
     ).T
     layouts = [
-        lay_out((rail,) * 2, (curve_through(points),) * 2, TRACK, WHEELSET)
-        for rail in [curve_through(rail_points())]
+        lay_out((rail,) * 2, (wheel_through(points),) * 2, TRACK, WHEELSET)
+        for rail in [rail_through(rail_points())]
         for points in (np.stack([y, z]), np.concatenate([np.stack([y, z]), fold], axis=1))
     ]
     plain, folded = (settle(layout, 2.0) for layout in layouts)

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from track_sections import (
     BACKS,
+    HALF_ANGLE,
     TRACK,
     WHEELSET,
     Circles,
@@ -9,12 +10,14 @@ from track_sections import (
     brute_gaps,
     flanged,
     rail_points,
+    rail_through,
     symmetric,
     wheel_points,
+    wheel_through,
 )
 
 from geometries.errors import Failure, WrongInput
-from geometries.track.curves import Samples, curve_through
+from geometries.track.curves import Samples
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import lay_out
 from geometries.track.touching import refined, refined_near
@@ -67,8 +70,8 @@ def test_arcs_on_arcs_agree_with_the_linkage_of_their_centres(circles, shift):
     for touch, angle, turn in ((position.left[0], left, roll), (position.right[0], right, -roll)):
         radius = circles.r_0 + circles.R_w * (np.cos(circles.gamma) - np.cos(angle - turn))
         assert touch.radius == pytest.approx(radius, abs=1e-9)
-        assert touch.s_rail == pytest.approx(-circles.R_r * angle, abs=1e-8)
-        assert touch.s_wheel == pytest.approx(-circles.R_w * (angle - turn), abs=1e-8)
+        assert touch.s_rail == pytest.approx(circles.R_r * (HALF_ANGLE - angle), abs=1e-8)
+        assert touch.s_wheel == pytest.approx(circles.R_w * (HALF_ANGLE - angle + turn), abs=1e-8)
         assert touch.curvature_rail == pytest.approx(1 / circles.R_r, rel=1e-12)
         assert touch.curvature_wheel == pytest.approx(1 / circles.R_w, rel=1e-12)
 
@@ -113,8 +116,8 @@ def test_shifts_at_the_rails_lead_to_the_position_of_the_shift_of_the_axle(shift
 def test_a_steep_flange_is_reached_by_shifts_at_the_rails():
     """At 75 degrees heights fall with the shift of the axle: another position has the same with less roll."""
     y, z = wheel_points()
-    steep = curve_through(np.stack([y, z - 24 * (1 - np.tanh((y + 44) / 11))]))
-    rail = curve_through(rail_points())
+    steep = wheel_through(np.stack([y, z - 24 * (1 - np.tanh((y + 44) / 11))]))
+    rail = rail_through(rail_points())
     layout = lay_out((rail, rail), (steep, steep), TRACK, WHEELSET)
     flange, farther = (settle(layout, shift, roll="about rails") for shift in (8.0, 8.5))
     assert 75 < np.degrees(flange.left[0].angle) < np.degrees(farther.left[0].angle) < 77
@@ -298,20 +301,19 @@ def test_parts_of_a_curve_that_turn_back_or_are_steep_are_no_graphs():
 
 
 class Kinked:
-    """A rail with an edge at the top and a smooth bump 1 mm below it, against the protocol."""
+    """A rail with an edge at the top and a smooth bump 1 mm below it; t is y, against the protocol."""
 
-    limits = (-24.0, 40.0)
+    length = 64.0
 
-    def slope(self, t):
-        return -0.6 * np.sign(t) - 2 * (t - 25) / 9 * 15 * np.exp(-(((t - 25) / 3) ** 2))
+    def slope(self, y):
+        return -0.6 * np.sign(y) - 2 * (y - 25) / 9 * 15 * np.exp(-(((y - 25) / 3) ** 2))
 
     def position(self, t):
-        t = np.asarray(t)
-        return np.array([t, -0.6 * np.abs(t) + 15 * np.exp(-(((t - 25) / 3) ** 2))])
+        y = np.asarray(t) - 24
+        return np.array([y, -0.6 * np.abs(y) + 15 * np.exp(-(((y - 25) / 3) ** 2))])
 
-    def tangent(self, t):
-        slope = self.slope(np.asarray(t))
-        return np.array([1 + 0 * slope, slope]) / np.sqrt(1 + slope**2)
+    def inclination(self, t):
+        return -np.arctan(self.slope(np.asarray(t) - 24))
 
     def curvature(self, t):
         return 0.1 + 0 * np.asarray(t)
@@ -319,7 +321,7 @@ class Kinked:
 
 @pytest.mark.parametrize("within", [0.0, 50.0])
 def test_an_edge_is_refused_even_if_a_smooth_point_is_near(within):
-    wheel = curve_through(wheel_points(cone=0.0, hollow=0.0))
+    wheel = wheel_through(wheel_points(cone=0.0, hollow=0.0))
     layout = lay_out((Kinked(), Kinked()), (wheel, wheel), TRACK, WHEELSET)
     with pytest.raises(Failure, match="kinks: smooth the profiles"):
         settle(layout, 0.0, roll=0.0, within=within)
@@ -327,8 +329,8 @@ def test_an_edge_is_refused_even_if_a_smooth_point_is_near(within):
 
 def test_a_profile_that_ends_before_it_touches_is_refused():
     """A rail cut off on the gauge side of its touching point."""
-    rail = curve_through(rail_points()[:, :170])
-    wheel = curve_through(wheel_points())
+    rail = rail_through(rail_points()[:, :170])
+    wheel = wheel_through(wheel_points())
     layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
     with pytest.raises(Failure, match=r"least at y = .* where a profile ends"):
         settle(layout, 0.0)

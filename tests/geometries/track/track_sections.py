@@ -5,13 +5,31 @@ from functools import cache
 import numpy as np
 from scipy.optimize import fsolve
 
-from geometries.contours import arc
-from geometries.track.curves import curve_through
+from geometries.profiles.pieces import ArcPiece, Outline
+from geometries.profiles.preparation import prepare
+from geometries.profiles.profile import Profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 
 GAUGE, DEPTH, BACKS = 1435.0, 14.0, 1360.0
 TRACK = TrackDimensions(GAUGE, DEPTH, False)
 WHEELSET = WheelsetDimensions(BACKS, 460.0, -70.0)
+
+
+def rail_through(points):
+    return prepare(Profile("rail", points))
+
+
+def wheel_through(points):
+    return prepare(Profile("wheel", points))
+
+
+HALF_ANGLE = 0.35  # of arcs [rad]
+
+
+def arc(radius):
+    """An arc whose top is the origin, by arc length from its end at the gauge side."""
+    y, z = -radius * np.sin(HALF_ANGLE), radius * (np.cos(HALF_ANGLE) - 1)
+    return Outline((ArcPiece((y, z), -HALF_ANGLE, 1 / radius, 2 * HALF_ANGLE * radius),))
 
 
 def rail_points(width=36.0, height=20.0, tilt=0.0, n=400):
@@ -32,8 +50,8 @@ def wheel_points(cone=0.05, hollow=1e-4, root=-44.0, width=11.0, n=800):
 def flanged(rail_tilts=(0.0, 0.02), cones=(0.05, 0.04), offset=(0.0, 0.0, 0.0, 0.0)):
     """A layout of flanged wheels on round rails; `offset`: of the origins of rails and wheels (y, z)."""
     rail_offset, wheel_offset = np.array(offset[:2])[:, None], np.array(offset[2:])[:, None]
-    rails = [curve_through(rail_points(tilt=tilt) + rail_offset) for tilt in rail_tilts]
-    wheels = [curve_through(wheel_points(cone) + wheel_offset) for cone in cones]
+    rails = [rail_through(rail_points(tilt=tilt) + rail_offset) for tilt in rail_tilts]
+    wheels = [wheel_through(wheel_points(cone) + wheel_offset) for cone in cones]
     wheelset = WheelsetDimensions(BACKS, 460.0, -70.0 + offset[2])
     return lay_out(tuple(rails), tuple(wheels), TRACK, wheelset)
 
@@ -57,7 +75,7 @@ class Circles:
 
     @cache  # noqa: B019
     def layout(self):
-        rail, wheel = arc(self.R_r, 0.35, 0.35), arc(self.R_w, 0.35, 0.35)
+        rail, wheel = arc(self.R_r), arc(self.R_w)
         return lay_out((rail, rail), (wheel, wheel), TRACK, self.dimensions)
 
     def linkage(self, shift):
@@ -88,9 +106,9 @@ class Cone:
 
     @cache  # noqa: B019
     def layout(self):
-        y = np.linspace(-71.0, 60.0, 7)
-        wheel = curve_through(np.stack([y, np.tan(self.gamma) * y]))
-        rail = arc(self.R_r, 0.35, 0.35)
+        y = np.linspace(-71.0, 60.0, 9)
+        wheel = wheel_through(np.stack([y, np.tan(self.gamma) * y]))
+        rail = arc(self.R_r)
         return lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
 
 

@@ -1,0 +1,1 @@
+"""A wheelset at several lateral shifts (`femic shifts`): results of all contacts, charts and page."""

@@ -1,0 +1,190 @@
+"""Charts of a wheelset over its shifts: pressures, angles, radii, and where wheels touch their rails."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from compare.report.charts import Chart, Curve, Panel
+from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
+from compare.shifts.differences import difference, reference_label, reference_values
+from geometries.arrays import Array
+
+SHIFT = "shift to the left [mm]"
+STEEL, TYRE, PATCH = Look(INK, width=1.8), Look("#0072b2", width=1.8), Look("#d55e00", width=5.0)
+POINT = Look("#d55e00", "", "circle")
+SIDE_LOOKS = {"left": Look("#0072b2", "solid", "circle"), "right": Look("#d55e00", "dash", "square")}
+CONE = Look("#808080", "dot", width=1.2)
+NEAR = Look(INK, "solid", width=1.0)
+ACROSS, ABOVE, BELOW = 62.0, 22.0, 46.0  # mm of the drawn sections beside the rail's top, above and below it
+HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
+
+
+def pressures(dataset: xr.Dataset) -> Chart:
+    """Return p_max over the shift by side, and below it differences to the best ICs."""
+    panels = [_pressure(dataset, side) for side in dataset.side.values]
+    panels += [_difference(dataset, side) for side in dataset.side.values]
+    return Chart("pressures", {"": panels}, 2, alt="Largest pressures over the shift, and their differences")
+
+
+def _pressure(dataset: xr.Dataset, side: str) -> Panel:
+    own, looks = dataset.sel(side=side), looks_of(dataset.ics.values)
+    curves = [
+        Curve(
+            symbol_of(name),
+            dataset["shift"].values,
+            own.p_max.sel(ics=name).values,
+            looks[name],
+            own.estimate_p_max.sel(ics=name).values,
+        )
+        for name in drawing_order(dataset.ics.values)
+    ]
+    return Panel(f"{side} wheel", SHIFT, "p_max [MPa]", curves)
+
+
+def _difference(dataset: xr.Dataset, side: str) -> Panel:
+    looks = looks_of(dataset.ics.values)
+    curves = [
+        Curve(
+            symbol_of(name),
+            dataset["shift"].values,
+            100 * difference(dataset, name).sel(side=side).values,
+            looks[name],
+        )
+        for name in drawing_order(dataset.ics.values)
+        if np.isfinite(difference(dataset, name).values).any()
+    ]
+    up = f"p_max less that of {reference_label(dataset)} [%]"
+    return Panel(f"{side} wheel, difference", SHIFT, up, curves, levels=(-5.0, -1.0, 1.0, 5.0))
+
+
+def geometry(dataset: xr.Dataset) -> Chart:
+    """Return contact angles, changes of inclination across patches, rolling radii and their difference."""
+    best = reference_values(dataset, "angle")
+    panels = [
+        _by_side(dataset, dataset.contact_angle, "contact angle", "contact angle [deg]"),
+        _by_side(dataset, best, "change of inclination across the patch", "Δδ [deg]"),
+        _by_side(dataset, dataset.radius, "rolling radii", "rolling radius [mm]"),
+        _differences_of_radii(dataset),
+    ]
+    return Chart("geometry", {"": panels}, 2, alt="Contact angles and rolling radii over the shift")
+
+
+def _by_side(dataset: xr.Dataset, values: xr.DataArray, title: str, up: str) -> Panel:
+    curves = [
+        Curve(f"{side} wheel", dataset["shift"].values, values.sel(side=side).values, SIDE_LOOKS[str(side)])
+        for side in dataset.side.values
+    ]
+    return Panel(title, SHIFT, up, curves)
+
+
+def _differences_of_radii(dataset: xr.Dataset) -> Panel:
+    """Return rolling-radius differences, left minus right, with those of the equivalent cone."""
+    points = Curve(
+        "solved shifts", dataset["shift"].values, dataset.rrd.values, Look("#009e73", "solid", "diamond")
+    )
+    curves = (
+        [Curve("jumps included", dataset.near.values, dataset.rrd_near.values, NEAR)]
+        if dataset.sizes["near"]
+        else []
+    )
+    conicity, amplitude = dataset.attrs["conicity"], dataset.attrs["amplitude"]
+    if np.isfinite(conicity):
+        ends = np.array([-amplitude, amplitude])
+        curves.append(Curve(f"cone of {conicity:.3f}", ends, 2 * conicity * ends, CONE))
+    return Panel("rolling-radius difference", SHIFT, "left minus right [mm]", [points, *curves])
+
+
+def places(dataset: xr.Dataset) -> Chart:
+    """Return sections of both wheels on their rails with their patches, and the patches, a step per shift."""
+    steps = {}
+    for shift in dataset["shift"].values:
+        at = dataset.sel(shift=shift)
+        if np.isnan(at["roll"]):
+            continue
+        sections = [_section(dataset, at, str(side)) for side in dataset.side.values]
+        patches = [_patches(dataset, at, str(side)) for side in dataset.side.values]
+        steps[f"{shift:g} mm"] = [*sections, *patches]
+    start = min(steps, key=lambda label: abs(float(label.split()[0]) - _worst_shift(dataset)))
+    return Chart("touching", steps, 2, "shift", 1.15, start, alt="Where wheels touch their rails")
+
+
+def _worst_shift(dataset: xr.Dataset) -> float:
+    """Return the shift of the largest pressure."""
+    return float(dataset.p_max.max(["side", "ics"]).idxmax("shift"))
+
+
+def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
+    """Return the section of a side seen along the track: the left wheel is at the left."""
+    sign = -1 if side == "left" else 1
+    rail, wheel = dataset[f"rail_{side}"].values, wheel_in_place(dataset, at, side)
+    low = wheel[:, wheel[1] < HIGH]
+    top = float(rail[0, np.argmax(rail[1])])
+    curves = [
+        Curve("rail", sign * rail[0], rail[1], STEEL),
+        Curve("wheel", sign * low[0], low[1], TYRE),
+        *(replace(curve, x=sign * np.asarray(curve.x)) for curve in _on_rail(dataset, at, side)),
+        Curve("touching point", [sign * float(at.y.sel(side=side))], [float(at.z.sel(side=side))], POINT),
+    ]
+    angle, radius = (float(at[name].sel(side=side)) for name in ("contact_angle", "radius"))
+    return Panel(
+        f"{side} wheel: {angle:.1f}°, r = {radius:.2f} mm",
+        "lateral position [mm]",
+        "height [mm]",
+        curves,
+        to_scale=True,
+        limits_x=(sign * top - ACROSS, sign * top + ACROSS),
+        limits_y=(-BELOW, ABOVE),
+    )
+
+
+def wheel_in_place(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Array:
+    """Return points of a wheel at a shift in the axes of its side, (2, n) [mm]."""
+    sign = 1 if side == "left" else -1
+    y, z = dataset[f"wheel_{side}"].values
+    roll = sign * float(at["roll"]) / 1e3
+    cos, sin = np.cos(roll), np.sin(roll)
+    return np.array([cos * y - sin * z + sign * float(at.axle_shift), sin * y + cos * z + float(at.height)])
+
+
+def _on_rail(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Iterator[Curve]:
+    """Yield the parts of the rail that are in contact, with the best ICs."""
+    y, z = dataset[f"rail_{side}"].values
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))])
+    s = s - s[np.argmax(z)]
+    for low, high in patch_ranges(at, side):
+        inner = np.concatenate([[low], s[(s > low) & (s < high)], [high]])
+        yield Curve("patch", np.interp(inner, s, y), np.interp(inner, s, z), PATCH)
+
+
+def patch_ranges(at: xr.Dataset, side: str) -> list[tuple[float, float]]:
+    """Return the ranges of the patches of a side with the best ICs: arc lengths from the rail's top [mm]."""
+    own = at.sel(side=side)
+    known = [name for name in own.ics.values if np.isfinite(own.p_max.sel(ics=name))]
+    if not known:
+        return []
+    s = own.outline_s.sel(ics="C" if "C" in known else known[-1]).values
+    parts = np.split(s, np.flatnonzero(np.isnan(s)))
+    parts = [part[np.isfinite(part)] for part in parts]
+    return [(float(np.min(part)), float(np.max(part))) for part in parts if len(part)]
+
+
+def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
+    """Return the outlines of the patches of a side with all ICs; a left rail's field side is at the left."""
+    sign, looks = -1 if side == "left" else 1, looks_of(dataset.ics.values)
+    own = at.sel(side=side)
+    curves = []
+    for name in drawing_order(dataset.ics.values):
+        s, x = own.outline_s.sel(ics=name).values, own.outline_x.sel(ics=name).values
+        last = np.flatnonzero(np.isfinite(s))
+        if len(last):
+            until = last[-1] + 1
+            curves.append(
+                Curve(symbol_of(name), sign * s[:until], x[:until], replace(looks[name], marker=""))
+            )
+    across = "arc length on the rail from its top [mm]"
+    span = float(np.nanmax(np.abs(dataset.outline_x.values), initial=10.0))
+    return Panel(
+        f"{side} patch", across, "along the track [mm]", curves, to_scale=True, limits_y=(-span, span)
+    )

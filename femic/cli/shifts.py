@@ -1,0 +1,46 @@
+"""The command `shifts`: a wheelset on its track at many lateral shifts."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
+from femic.late import lazy_imports
+from geometries.errors import WrongInput
+
+with lazy_imports():
+    from compare.shifts import compute, page
+    from femic.shifts import specification as specifications
+
+
+def shifts(
+    specification: Annotated[
+        str | None, Parameter(help="TOML file, or the built-in s1002-on-60e1; `--show` prints one")
+    ] = None,
+    /,
+    *,
+    show: Annotated[
+        bool,
+        Parameter(negative="", help="print the built-in specification with every key"),
+    ] = False,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Solve the contacts of a wheelset at many lateral shifts; write shifts.nc and a report.
+
+    Both wheels stand on their rails; each contact is solved with several ICs, on a grid for all patches.
+    """
+    console = Console(highlight=False, markup=False)
+    if show:
+        console.print(specifications.example(), soft_wrap=True, end="")
+        return
+    if specification is None:
+        raise WrongInput("SPECIFICATION: name a TOML file; `femic shifts --show` prints an example")
+    name, text, file = specifications.load_shifts(specification)
+    folder: Path = work.out or OUT / name
+    with work.options(folder, console) as options:
+        dataset = compute.compute_shifts(file, text, options)
+        report = page.write_shifts(dataset, folder)
+    console.print(page.summary(dataset), soft_wrap=True)
+    announce(report, console)

@@ -1,0 +1,236 @@
+"""The file that specifies a wheelset on a track (TOML): its keys with units, defaults and meanings."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+
+from approx.variants import VARIANTS
+from femic.key_types import Amount, EachDistinct, EachOnce, Length, NameOf, Place, Several, Whole
+from femic.scenes.errors import bad_scene
+from femic.scenes.listing import as_toml
+from femic.scenes.messages import messages
+from femic.scenes.scene_table import SceneTable
+from geometries.errors import WrongInput
+from geometries.profiles.standards import STANDARDS
+
+BUILTIN = Path(__file__).parent / "builtin"
+EXAMPLE = "s1002-on-60e1"
+C = "C"
+
+
+class ProfileTable(SceneTable):
+    """The profile of a rail, and its material."""
+
+    profile: str = Field(
+        description="name of a standard profile, or a file relative to this one (docs/reference/profiles.md)"
+    )
+    axes: str | None = Field(
+        None, description="axes of the file, such as 'centre', where it does not say or show them"
+    )
+    unit: Literal["mm", "m", "inch"] | None = Field(
+        None, description="unit of the file, where it does not say or show it"
+    )
+    surface: Annotated[Whole, Field(ge=1)] | None = Field(
+        None, description="which of several running surfaces of the file: 1, 2, ..."
+    )
+    smoothing: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
+        0.0,
+        description="of a file: rms distance of the smoothed curve from the points [mm], the rms error of "
+        "the points; or cross-validation; 0: through all points",
+    )
+    E: Amount = Field(210_000.0, description="Young's modulus [MPa]")
+    nu: float = Field(0.28, ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999")
+
+    @property
+    def is_standard(self) -> bool:
+        """Whether the profile is a standard one."""
+        return self.profile in STANDARDS
+
+
+class WheelTable(ProfileTable):
+    """The profile of a wheel, and its material."""
+
+    flange_back: Place | None = Field(
+        None,
+        description="y of the flange back in the axes of the profile [mm]; default: the least y, if the "
+        "profile ends there in a face at least 85 degrees steep",
+    )
+
+
+class TrackTable(SceneTable):
+    """The track."""
+
+    gauge: Length = Field(1435.0, description="least distance of the rails down to gauge_depth [mm]")
+    gauge_depth: Length = Field(14.0, description="depth below the rail tops of the gauge [mm]")
+    rail_inclination: Annotated[float, Field(gt=-0.5, lt=0.5)] = Field(
+        0.025,
+        description="slope by which the profiles are turned to the middle of the track, 0.025 is 1:40; 0 "
+        "where they are inclined already",
+    )
+
+
+class WheelsetTable(SceneTable):
+    """The wheelset."""
+
+    flange_back_distance: Length = Field(1360.0, description="distance of the flange backs [mm]")
+    nominal_radius: Annotated[float, Field(ge=20, le=2000)] = Field(
+        460.0, description="radius of the wheels on the tape circle [mm]"
+    )
+    tape_circle: Length = Field(70.0, description="distance of the tape circle from the flange back [mm]")
+
+
+class ContactTable(SceneTable):
+    """The contacts, without friction."""
+
+    load: Amount = Field(90_000.0, description="vertical load of each wheel, perpendicular to the track [N]")
+    ics: Annotated[
+        Several[Annotated[str, AfterValidator(NameOf(lambda: [*VARIANTS, C]))]],
+        Field(min_length=1, description="ICs with which each contact is solved"),
+        EachOnce,
+    ] = ("A", "Bhat")
+    c_above_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
+        None,
+        description="solve contacts also with C where the rail's inclination changes across the patch by "
+        "more than this [deg], such as 20 (minutes each)",
+    )
+    elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
+        20, description="elements across the main patch, along x and s"
+    )
+
+
+class ShiftsFile(SceneTable):
+    """A wheelset on a track at several lateral shifts."""
+
+    title: str = Field("", description="heading of the report")
+    shifts: Annotated[
+        Several[Annotated[float, Field(ge=-50, le=50)]],
+        Field(
+            min_length=1,
+            description="lateral shifts of the wheelset to the left at the rails [mm]; default: -8 ... 8",
+        ),
+        EachDistinct,
+    ] = tuple(float(shift) for shift in range(-8, 9))
+    conicity_amplitude: Length = Field(
+        3.0, description="half of the lateral motion for the equivalent conicity [mm]"
+    )
+    rail: ProfileTable = Field(description="both rails, or the left one if right_rail is given")
+    wheel: WheelTable = Field(description="both wheels, or the left one if right_wheel is given")
+    right_rail: ProfileTable | None = Field(None, description="the right rail; default: as the left one")
+    right_wheel: WheelTable | None = Field(None, description="the right wheel; default: as the left one")
+    track: TrackTable = Field(TrackTable(), description="the track")
+    wheelset: WheelsetTable = Field(WheelsetTable(), description="the wheelset")
+    contact: ContactTable = Field(ContactTable(), description="the contacts, without friction")
+
+    @model_validator(mode="after")
+    def _growing(self) -> "ShiftsFile":
+        if list(self.shifts) != sorted(self.shifts):
+            raise ValueError("shifts must grow: sort them")
+        return self
+
+    @property
+    def rails(self) -> tuple[ProfileTable, ProfileTable]:
+        """The left and the right rail."""
+        return self.rail, self.right_rail or self.rail
+
+    @property
+    def wheels(self) -> tuple[WheelTable, WheelTable]:
+        """The left and the right wheel."""
+        return self.wheel, self.right_wheel or self.wheel
+
+
+def builtin_names() -> list[str]:
+    """Return the names of the built-in specifications."""
+    return sorted(path.stem for path in BUILTIN.glob("*.toml"))
+
+
+def load_shifts(name_or_path: str) -> tuple[str, str, ShiftsFile]:
+    """Return name, text and specification of a built-in name or a TOML file; raise WrongInput.
+
+    Names of profile files are made relative to the working directory.
+    """
+    is_builtin = name_or_path in builtin_names()
+    path = BUILTIN / f"{name_or_path}.toml" if is_builtin else Path(name_or_path)
+    if not path.is_file():
+        raise WrongInput(
+            f"SPECIFICATION {name_or_path!r}: no such file, no built-in one "
+            f"({', '.join(builtin_names())}); "
+            "`femic shifts --show` prints one with every key"
+        )
+    try:
+        text = path.read_text(encoding="utf-8")
+        table = tomllib.loads(text)
+    except ValueError as error:
+        raise WrongInput(f"{path}: not TOML: {error}; compare with `femic shifts --show`") from error
+    return path.stem, text, specification_of(table, path)
+
+
+def specification_of(table: Mapping[str, Any], path: Path) -> ShiftsFile:
+    """Return the specification of a table; raise WrongInput with all errors. `path` is that of its file."""
+    try:
+        file = ShiftsFile.model_validate(table)
+    except ValidationError as error:
+        raise bad_scene(path, messages(error.errors())) from error
+    placed = {key: _placed(key, profile, path.parent) for key, profile in _profiles(file)}
+    return file.model_copy(update=placed)
+
+
+def _profiles(file: ShiftsFile) -> Iterator[tuple[str, ProfileTable]]:
+    for key in ("rail", "wheel", "right_rail", "right_wheel"):
+        if (table := getattr(file, key)) is not None:
+            yield key, table
+
+
+def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
+    """Return the table with its file's path relative to the working directory; raise WrongInput."""
+    kind = "wheel" if isinstance(table, WheelTable) else "rail"
+    if table.is_standard:
+        if STANDARDS[table.profile].kind != kind:
+            raise WrongInput(f"{key}.profile = {table.profile!r}: is no {kind}; name another profile")
+        of_file = sorted({"axes", "unit", "surface", "smoothing"} & table.model_fields_set)
+        if of_file:
+            raise WrongInput(
+                f"{key}.{of_file[0]}: is of files, and {table.profile} is a standard profile: leave it out"
+            )
+        return table
+    path = folder / table.profile
+    if not path.is_file():
+        raise WrongInput(
+            f"{key}.profile = {table.profile!r}: no such file beside the specification, and no standard "
+            f"profile ({', '.join(STANDARDS)})"
+        )
+    return table.model_copy(update={"profile": str(path)})
+
+
+def example(name: str = EXAMPLE) -> str:
+    """Return a built-in specification with every key and its meaning."""
+    table = tomllib.loads((BUILTIN / f"{name}.toml").read_text(encoding="utf-8"))
+    lines = [*_entries(ShiftsFile, table)]
+    for key, field in ShiftsFile.model_fields.items():
+        model = _table_of(field.annotation)
+        if model is None:
+            continue
+        is_optional = field.default is None
+        lines += ["", f"# {field.description}", f"{'# ' if is_optional else ''}[{key}]"]
+        lines += [] if is_optional else _entries(model, table.get(key, {}))
+    return "\n".join(lines) + "\n"
+
+
+def _entries(model: type[BaseModel], table: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of a table that are no tables: as in the file, or their defaults as comments."""
+    for key, field in model.model_fields.items():
+        if _table_of(field.annotation) is not None:
+            continue
+        if key in table:
+            yield f"{key} = {as_toml(table[key])}  # {field.description}"
+        else:
+            value = "..." if field.is_required() or field.default is None else as_toml(field.default)
+            yield f"# {key} = {value}  # {field.description}"
+
+
+def _table_of(annotation: Any) -> type[BaseModel] | None:
+    """Return the table of an annotation, also of an optional one; None of others."""
+    kinds = [annotation, *getattr(annotation, "__args__", ())]
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, SceneTable)), None)

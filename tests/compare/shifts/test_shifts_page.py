@@ -1,0 +1,204 @@
+"""The page of `femic shifts`: its sentences, tables and charts against the dataset; stored contacts."""
+
+import json
+
+import numpy as np
+import pytest
+
+from compare.report.interactive import as_json
+from compare.shifts import compute, figures, page
+from compare.shifts.differences import difference, reference_names, reference_values
+from femic.cache.store import Store
+from femic.reference.run_options import RunOptions, Watch
+from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact
+from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable
+from geometries.errors import Failure
+from geometries.grids import Grid
+
+SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
+FILE = ShiftsFile(
+    shifts=SHIFTS,
+    conicity_amplitude=0.5,
+    rail=ProfileTable(profile="60E1"),
+    wheel=WheelTable(profile="cone-1-20"),
+    right_wheel=WheelTable(profile="cone-1-20", nu=0.3),
+    contact=ContactTable(ics=("A", "Bhat"), c_above_deg=20.0),
+)
+SHARES = {-2.0: 0.005, -1.0: 0.0, 0.0: 0.02, 1.0: -0.07, 2.0: 0.2}  # of A, left; the right wheel: half of it
+
+
+def numbers(where, ics):
+    shift = where.position.given_shift
+    share = SHARES[shift] * (1.0 if where.side == "left" else 0.5) if ics == "A" else 0.0
+    s = np.linspace(-5, 5, 31)
+    outline = np.stack([where.touch.s_rail + s, 6 * np.sqrt(1 - (s / 5) ** 2)])
+    low, high = float(outline[0, 0]), float(outline[0, -1])
+    patch = PatchNumbers(1.0, (low, high), 6.0, 1000 * (1 + share), outline)
+    return ICsNumbers(ics, 1000 * (1 + share), 3.0, 0.1, 9e4, 4e3, 20 + shift, 6.0, 5.0, 0.5, (patch,))
+
+
+def fake(where, *_):
+    ics = ["A", "Bhat"] + (["C"] if where.position.given_shift == 2.0 and where.side == "left" else [])
+    return SideContact(
+        tuple(numbers(where, name) for name in ics), Grid(40, 40, 0.5, 0.4), 9e4, ("a remark",)
+    )
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compute, "contact_at", fake)
+        return compute.compute_shifts(FILE, "text of the file")
+
+
+def test_the_dataset_has_what_the_contacts_have(dataset):
+    assert dataset.p_max.dims == ("shift", "side", "ics")
+    assert list(dataset.ics.values) == ["A", "Bhat", "C"]
+    assert dataset.attrs["alike"] == 0
+    for shift, share in SHARES.items():
+        left = dataset.p_max.sel(shift=shift, side="left", ics="A").item()
+        assert left == pytest.approx(1000 * (1 + share), rel=1e-12)
+    assert np.isfinite(dataset.p_max.sel(ics="C")).sum() == 1
+    # the cone: left minus right is 2 tan(gamma) times the shift of the axle, nearly
+    np.testing.assert_allclose(dataset.rrd, 2 / 20 * dataset.axle_shift, rtol=0.1, atol=1e-9)
+    assert dataset.attrs["conicity"] == pytest.approx(0.05, rel=0.1)
+
+
+def test_the_best_ics_are_c_where_it_is_known(dataset):
+    names = reference_names(dataset)
+    assert names.sel(shift=2.0, side="left").item() == "C"
+    assert names.sel(shift=1.0, side="left").item() == "Bhat"
+    assert np.all(reference_values(dataset, "p_max").values == 1000)
+    assert np.isfinite(difference(dataset, "Bhat")).sum() == 1
+    assert difference(dataset, "A").sel(shift=1.0, side="right").item() == pytest.approx(-0.035)
+
+
+def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset):
+    text = page.summary(dataset)
+    assert text.count(". ") == 2
+    assert text.endswith(".")
+    assert "within 1 % at -2 to -1 mm, within 5 % at -2 to 0 mm and within 10 % at -2 to 1 mm" in text
+    assert "The worst is 2 mm, left wheel" in text
+    assert "22 degrees" in text
+    assert "1200 MPa instead of 1000 MPa (+20.0 %)" in text
+    assert f"{dataset.attrs['conicity']:.3f}" in text
+
+
+def test_limits_that_hold_at_all_shifts_are_said_once(dataset):
+    same = dataset.copy(deep=True)
+    same["p_max"] = same.p_max * 0 + 1000
+    assert "within 1 % at all shifts." in page.summary(same)
+    assert "5 %" not in page.summary(same)
+
+
+def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
+    table = page.answer_table(dataset)
+    cells = {row.name: [cell.text for cell in row.filled] for row in table.rows}
+    assert cells["A"] == [
+        "-2 ... -1 mm",
+        "-2 ... 0 mm",
+        "-2 ... 1 mm",
+        "2 mm, left",
+        "1200",
+        "1000",
+        "+20.00",
+    ]
+    assert cells["B̂"][-1] == "+0.00"
+
+
+def test_the_charts_have_the_numbers_of_the_dataset(dataset):
+    content = json.loads(as_json(figures.pressures(dataset)))
+    traces = {trace["name"]: trace for trace in content["steps"][0][0]["traces"] if "name" in trace}
+    np.testing.assert_allclose(traces["A"]["y"], dataset.p_max.sel(side="left", ics="A"), rtol=1e-5)
+    differences = {trace["name"]: trace for trace in content["steps"][0][2]["traces"]}
+    np.testing.assert_allclose(
+        differences["A"]["y"], 100 * difference(dataset, "A").sel(side="left"), rtol=1e-5, atol=1e-9
+    )
+
+
+def test_wheels_are_drawn_on_their_rails(dataset):
+    """In place, no point of a wheel is below the rail, and the touching point is on both."""
+    for shift in SHIFTS:
+        at = dataset.sel(shift=shift)
+        for side in ("left", "right"):
+            y, z = figures.wheel_in_place(dataset, at, side)
+            rail = dataset[f"rail_{side}"].values
+            head = rail[:, rail[1] > -10]
+            gap = np.interp(head[0], *np.array(sorted(zip(y, z, strict=True))).T) - head[1]
+            assert np.min(gap) == pytest.approx(0, abs=2e-3)  # of polygons 0.25 mm long on a radius of 80 mm
+            where = float(at.y.sel(side=side))
+            assert np.interp(where, *head) == pytest.approx(float(at.z.sel(side=side)), abs=2e-3)
+            (patch,) = figures.patch_ranges(at, side)
+            assert np.mean(patch) == pytest.approx(float(at.s_rail.sel(side=side)), abs=1e-9)
+
+
+def test_the_left_wheel_is_drawn_at_the_left(dataset):
+    left, right, *_ = figures.places(dataset).steps["1 mm"]
+    assert max(np.max(curve.points[0]) for curve in left.curves) < 0
+    assert min(np.min(curve.points[0]) for curve in right.curves) > 0
+
+
+def test_the_page_is_written_with_everything_left_out(dataset, tmp_path):
+    with_refusal = dataset.assign_attrs(
+        refused=json.dumps({"8": "the left wheel climbs its rail", "1, left": "no"})
+    )
+    path = page.write_shifts(with_refusal, tmp_path)
+    text = path.read_text()
+    assert "the left wheel climbs its rail" in text
+    assert "a remark" in text
+    assert "at 8 mm the wheelset cannot stand" in text
+    assert (tmp_path / "shifts.nc").is_file()
+
+
+def test_finished_contacts_are_kept_and_failures_are_told(tmp_path, monkeypatch):
+    """A second run takes the first contacts from the store, and solves the one that was interrupted."""
+    solved, said = [], []
+
+    def interrupted(where, *rest):
+        solved.append((where.position.given_shift, where.side))
+        if len(solved) == 3:
+            raise KeyboardInterrupt
+        if where.position.given_shift == 1.0 and where.side == "right":
+            raise Failure("not found")
+        return fake(where, *rest)
+
+    monkeypatch.setattr(compute, "contact_at", interrupted)
+    file = FILE.model_copy(update={"shifts": (0.0, 1.0)})
+    options = RunOptions(1, Store(tmp_path), Watch(on_stage=said.append))
+    with pytest.raises(KeyboardInterrupt):
+        compute.compute_shifts(file, "", options)
+    result = compute.compute_shifts(file, "", options)
+    assert solved == [(0.0, "left"), (0.0, "right"), (1.0, "left"), (1.0, "left"), (1.0, "right")]
+    assert sum("stored by an earlier run" in text for text in said) == 2
+    assert json.loads(result.attrs["refused"]) == {"1, right": "not found"}
+    assert np.isnan(result.p_max.sel(shift=1.0, side="right")).all()
+    assert np.isfinite(result.p_max.sel(shift=1.0, side="left", ics="A"))
+
+
+def test_alike_sides_are_solved_once(monkeypatch):
+    solved = []
+
+    def counted(where, *rest):
+        solved.append((where.position.given_shift, where.side))
+        return fake(where, *rest)
+
+    monkeypatch.setattr(compute, "contact_at", counted)
+    result = compute.compute_shifts(FILE.model_copy(update={"right_wheel": None, "shifts": (-1.0, 0.0, 1.0)}))
+    assert solved == [(-1.0, "left"), (-1.0, "right"), (0.0, "left")]
+    mirrored = result.p_max.sel(shift=[1.0, 0.0, -1.0], side="right").values
+    np.testing.assert_array_equal(result.p_max.sel(side="left").values, mirrored)
+    # outlines are told from the top of each rail: those of alike sides are the same
+    one, other = (
+        result.outline_s.sel(shift=shift, side=side, ics="A").values
+        for shift, side in ((1.0, "left"), (-1.0, "right"))
+    )
+    np.testing.assert_allclose(one, other, rtol=0, atol=2e-2)
+
+
+def test_shifts_at_which_nothing_stands_are_refused():
+    with pytest.raises(Failure, match="none is possible"):
+        compute.compute_shifts(replace_shifts(FILE, (40.0,)))
+
+
+def replace_shifts(file, shifts):
+    return file.model_copy(update={"shifts": shifts})

@@ -1,0 +1,162 @@
+"""Contacts of a wheelset on circular arcs: Hertz, the balance of the load, mirrored sides, two patches."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.shifts import contact as module
+from femic.shifts.contact import Place, Wanted, bodies_at, contact_at
+from femic.shifts.specification import ProfileTable, WheelTable
+from geometries.materials import Material
+from geometries.profiles.pieces import ArcPiece, Outline
+from geometries.profiles.preparation import prepare
+from geometries.profiles.profile import Profile
+from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
+from geometries.track.wheelset import settle
+
+R_R, R_W, R_0, GAMMA = 80.0, 110.0, 460.0, 0.06  # radii of rail, wheel and tape circle [mm]; angle [rad]
+HALF = 0.5  # rad of the arcs
+RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
+STEEL = Material(RAIL.E, RAIL.nu)
+
+
+def arc_points(radius, n):
+    """Points of an arc whose top is the origin."""
+    angle = np.linspace(-HALF, HALF, n)
+    return radius * np.stack([np.sin(angle), np.cos(angle) - 1])
+
+
+@cache
+def layout(kind="points", n=400):
+    """Arcs on arcs that touch at the angle GAMMA without shift."""
+    m = 1435 / 2 + np.sqrt(2 * R_R * 8 - 8**2)  # half-distance of the rails' centres; gauge 8 mm deep
+    b = m - R_R * np.sin(GAMMA)
+    back = 680 - b - R_W * np.sin(GAMMA)
+    if kind == "points":
+        rail = prepare(Profile("rail", arc_points(R_R, n)))
+        wheel = prepare(Profile("wheel", arc_points(R_W, n)))
+    else:
+        rail, wheel = (
+            Outline((ArcPiece(tuple(arc_points(radius, 2)[:, 0]), -HALF, 1 / radius, 2 * HALF * radius),))
+            for radius in (R_R, R_W)
+        )
+    wheelset = WheelsetDimensions(1360.0, R_0, back, b - 680)
+    return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 8.0, False), wheelset)
+
+
+def place(shift, side, kind="points"):
+    return Place(layout(kind), settle(layout(kind), shift, roll="about rails"), side)
+
+
+def solved(shift, side, load, kind="points", **wanted):
+    return contact_at(place(shift, side, kind), RAIL, WHEEL, Wanted(load, ("A", "Bhat"), **wanted))
+
+
+@pytest.mark.parametrize(("shift", "side"), [(0.0, "left"), (1.0, "left"), (1.0, "right")])
+def test_small_contacts_of_sampled_arcs_are_those_of_hertz(shift, side):
+    """Curvatures 1/R_r - 1/R_w across and cos(delta)/r along; A of half-spaces has no other error."""
+    load = 300.0
+    where = place(shift, side)
+    angle = where.touch.angle - where.roll
+    surfaces = PointContact(
+        float(np.cos(angle) / where.touch.radius), 1 / R_R - 1 / R_W, combined_modulus(STEEL, STEEL)
+    )
+    normal = load / np.cos(where.touch.angle)
+    exact = surfaces.at_load(normal)
+    half_spaces, _ = contact_at(where, RAIL, WHEEL, Wanted(load, ("A", "Bhat"), elements=32)).numbers
+    assert half_spaces.p_max == pytest.approx(exact.p_max, abs=2 * half_spaces.estimate_p_max)
+    assert half_spaces.p_max == pytest.approx(exact.p_max, rel=0.01)
+    assert half_spaces.b == pytest.approx(exact.b, rel=0.02)
+    assert half_spaces.a == pytest.approx(exact.a, rel=0.02)
+    assert half_spaces.angle == pytest.approx(np.degrees(2 * exact.b / R_R), rel=0.02)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_vertical_load_is_the_given_one_and_the_lateral_force_follows_the_contact_angle(side):
+    """Small patch: lateral / vertical = tan(contact angle); beyond, the balance holds for B-hat."""
+    contact = solved(3.0, side, 2000.0)
+    touch = place(3.0, side).touch
+    for numbers in contact.numbers:
+        assert numbers.vertical == pytest.approx(2000.0, rel=1e-4)
+        assert numbers.lateral / numbers.vertical == pytest.approx(np.tan(touch.angle), rel=0.03)
+    assert contact.numbers[1].vertical == pytest.approx(2000.0, rel=2e-6)
+
+
+def test_contacts_of_a_symmetric_wheelset_are_mirrored():
+    """Two independent solutions; positions agree to rounding, iterations end at their tolerance."""
+    for one, other in zip(solved(2.0, "left", 9e4).numbers, solved(-2.0, "right", 9e4).numbers, strict=True):
+        for name in ("p_max", "approach", "vertical", "lateral", "angle", "a", "b"):
+            assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-4), name
+
+
+def test_sampled_arcs_give_the_contact_of_exact_ones():
+    for one, other in zip(
+        solved(1.0, "left", 9e4).numbers, solved(1.0, "left", 9e4, "arcs").numbers, strict=True
+    ):
+        assert one.p_max == pytest.approx(other.p_max, rel=1e-3)
+        assert one.angle == pytest.approx(other.angle, rel=1e-2)
+
+
+def test_both_bodies_touch_at_the_origin_with_one_inclination():
+    """The rail is turned with the roll, the wheel is not; both contours start at the touching point."""
+    where = place(3.0, "left")
+    bodies = bodies_at(where, RAIL, WHEEL)
+    lower, upper = bodies["lower"], bodies["upper"]
+    assert where.roll != 0
+    assert float(lower.contour.inclination(0.0)) == pytest.approx(where.roll - where.touch.angle, abs=1e-12)
+    assert float(upper.contour.inclination(0.0)) == pytest.approx(where.roll - where.touch.angle, abs=1e-9)
+    np.testing.assert_allclose(lower.contour.position(0.0), 0, atol=1e-12)
+    assert upper.rolling_radius == where.touch.radius
+    assert np.isinf(lower.rolling_radius)
+
+
+def test_finer_elements_change_pressures_within_their_estimates():
+    coarse, fine = (solved(1.0, "left", 9e4, elements=n).numbers[1] for n in (12, 30))
+    assert coarse.p_max == pytest.approx(fine.p_max, abs=coarse.estimate_p_max + fine.estimate_p_max)
+
+
+def bumpy(lower):
+    """A layout of cylinders on rails with two bumps; the second one is `lower` [mm] by so much."""
+    y = np.linspace(-30, 30, 1201)
+    bumps = 3 * np.exp(-(((y + 12) / 9) ** 2)) + (3 - lower) * np.exp(-(((y - 12) / 9) ** 2)) - 0.02 * y**2
+    rail = prepare(Profile("rail", np.stack([y, bumps])))
+    wheel = prepare(Profile("wheel", np.stack([np.linspace(-70, 60, 131), np.zeros(131)])))
+    track = TrackDimensions(1435.0, 3.0, False)
+    return lay_out((rail, rail), (wheel, wheel), track, WheelsetDimensions(1360.0, 460.0, -70.0, 72.0))
+
+
+def test_two_patches_share_the_load_on_one_grid():
+    """Nearly equal bumps: both carry; the lower, the less. Far lower: the main patch is alone."""
+    shares = []
+    for lower in (0.0, 0.02, 0.5):
+        own = bumpy(lower)
+        where = Place(own, settle(own, 0.0, roll="about rails"), "left")
+        contact = contact_at(where, RAIL, WHEEL, Wanted(9e4, ("A",)))
+        (numbers,) = contact.numbers
+        assert sum(patch.share for patch in numbers.patches) == pytest.approx(1, rel=1e-9)
+        assert contact.notes == ()
+        shares.append(sorted(patch.share for patch in numbers.patches))
+    both, less, alone = shares
+    np.testing.assert_allclose(both, 0.5, atol=0.02)
+    assert len(less) == 2
+    assert less[0] < 0.45
+    assert alone == [pytest.approx(1)]
+
+
+def test_c_is_solved_only_above_its_angle(monkeypatch):
+    """The angle of this contact is 7 to 9 degrees; C itself is replaced by A, as it would take minutes."""
+    asked = []
+    solve = module._solved
+
+    def solved_without_c(bodies, wanted, load, grid, options):
+        asked.append(wanted.ics)
+        return solve(bodies, replace(wanted, ics=("A",)), load, grid, options)
+
+    monkeypatch.setattr(module, "_solved", solved_without_c)
+    solved(1.0, "left", 9e4, c_above_deg=30.0)
+    assert asked == [("A", "Bhat")]
+    solved(1.0, "left", 9e4, c_above_deg=2.0)
+    assert asked[1:] == [("A", "Bhat"), ("C",)]

@@ -1,0 +1,74 @@
+"""The file that specifies a wheelset: its keys, what is refused, and the example."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from femic.shifts.placement import place
+from femic.shifts.specification import builtin_names, example, load_shifts
+from geometries.errors import WrongInput
+from geometries.profiles.files import write_profile
+from geometries.profiles.standards import standard_profile
+
+MINIMAL = '[rail]\nprofile = "60E1"\n[wheel]\nprofile = "S1002"\n'
+
+
+def loaded(tmp_path, text):
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    return load_shifts(str(path))[2]
+
+
+def test_the_least_that_must_be_said(tmp_path):
+    file = loaded(tmp_path, MINIMAL)
+    assert file.shifts == tuple(range(-8, 9))
+    assert file.contact.load == 90_000
+    assert file.rails[0] == file.rails[1]
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_the_example_shows_every_key_and_is_the_built_in_file(name):
+    text = example(name)
+    from_example, from_file = tomllib.loads(text), load_shifts(name)[2]
+    assert from_example["rail"]["profile"] == from_file.rail.profile
+    assert tuple(from_example["shifts"]) == from_file.shifts
+    commented = "\n".join(line.removeprefix("# ") for line in text.splitlines())
+    for table in (from_file, from_file.rail, from_file.wheel, from_file.contact, from_file.track):
+        for key in type(table).model_fields:
+            assert f"{key} = " in commented or f"[{key}]" in commented, key
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (MINIMAL.replace("60E1", "S1002"), "is no rail"),
+        (MINIMAL.replace("60E1", "nothing.prr"), "no such file beside the specification"),
+        (MINIMAL + "[contact]\nload = -1.0\n", "contact.load"),
+        (MINIMAL + '[contact]\nics = ["D"]\n', "contact.ics"),
+        ("shifts = [1.0, 0.0]\n" + MINIMAL, "must grow"),
+        ("shifts = [60.0]\n" + MINIMAL, "at most 50"),
+        (MINIMAL.replace('60E1"', '60E1"\nsmoothing = 0.02'), "is of files"),
+        (MINIMAL + "[track]\ngage = 1435.0\n", "unknown key"),
+        ("[rail", "not TOML"),
+    ],
+)
+def test_wrong_files_are_refused(tmp_path, text, says):
+    with pytest.raises(WrongInput, match=says):
+        loaded(tmp_path, text)
+
+
+def test_a_missing_file_names_the_way_to_an_example():
+    with pytest.raises(WrongInput, match="--show"):
+        load_shifts("no-such.toml")
+
+
+def test_profiles_of_files_and_standards_are_the_same(tmp_path):
+    """The standard rail written to a file; a spline through points 0.1 mm apart."""
+    write_profile(standard_profile("60E1", 0.1), tmp_path / "rail.prr")
+    of_file = place(loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr")))
+    exact = place(loaded(tmp_path, MINIMAL))
+    t = np.linspace(10, 110, 500)
+    one, other = (placed.layout.left.rail.position(t) for placed in (of_file, exact))
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-3)  # arc lengths differ at corners of the spline
+    assert any("rail" in note for note in of_file.notes)
