@@ -176,14 +176,20 @@ def _reading(dataset: xr.Dataset) -> str:
         if "Bhat" in best and np.any(reference_names(dataset).values == "Bhat")
         else ""
     )
+    of_c = (
+        "C is of bodies with flanks of 60 degrees beside the contact; its estimate has the change by nearer "
+        "supports in it. "
+        if np.any(reference_names(dataset).values == "C")
+        else ""
+    )
     alike = (
         "Both sides are alike: the right contact at a shift is the left one at the opposite shift. "
         if dataset.attrs["alike"]
         else ""
     )
     return (
-        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{alike}Bands: estimated "
-        f"errors of p_max by the size of the elements, which all ICs of a contact share. {ELASTIC}"
+        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{alike}Bands: "
+        f"estimated errors of p_max by the size of the elements, which all ICs of a contact share. {ELASTIC}"
     )
 
 

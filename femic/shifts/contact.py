@@ -21,8 +21,9 @@ from femic.contact.normal import NormalContact
 from femic.contact.pairs.automatic_grid import sizing_of
 from femic.contact.pairs.contact_size import Size, contact_size
 from femic.contact.pairs.frictionless import SolvedContact, solve_frictionless
-from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.quantities import angle
+from femic.contact.pairs.supports import other_supports
 from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
@@ -35,13 +36,16 @@ from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import Patch
-from geometries.profiles.placement import contour_at
+from geometries.profiles.placement import STEEPEST, contour_at
 from geometries.surfaces import LOWER, UPPER
 from geometries.track.layout import Layout
 from geometries.track.strips import Strip, strips
 from geometries.track.wheelset import Position, SideName, Touch, side_of
 
 SIZING = "Bhat"  # the ICs that size grids and balance the load
+C_FLANK = float(
+    np.radians(60.0)
+)  # of the bodies of C: steeper ones are pillars that bend under lateral forces
 BALANCE, BALANCE_STEPS = 1e-6, 8  # of the vertical load, as a share of it
 MOST_STRIPS = 256  # of a grid over several patches
 MOST_ALONG_X = 160  # elements of such a grid, and of finer ones
@@ -130,12 +134,17 @@ class Wanted:
     c_above_deg: float | None = None
 
 
-def bodies_at(place: Place, rail: ProfileTable, wheel: ProfileTable) -> dict[str, Body]:
-    """Return rail and wheel as bodies seen from the touching point; raises WrongInput."""
+def bodies_at(
+    place: Place, rail: ProfileTable, wheel: ProfileTable, steepest: float = STEEPEST
+) -> dict[str, Body]:
+    """Return rail and wheel seen from the touching point, with flanks where they are `steepest` [rad].
+
+    Raises WrongInput where they are steeper at the touching point.
+    """
     side, touch = side_of(place.layout, place.side), place.touch
     turn = side.rail.angle - place.roll
-    lower = contour_at(side.rail.curve, touch.s_rail, turn=turn)
-    upper = contour_at(side.wheel.curve, touch.s_wheel)
+    lower = contour_at(side.rail.curve, touch.s_rail, turn=turn, steepest=steepest)
+    upper = contour_at(side.wheel.curve, touch.s_wheel, steepest=steepest)
     domain = EngineTable().domain
     return {
         "lower": Body(LOWER, lower, Material(rail.E, rail.nu), domain),
@@ -195,22 +204,57 @@ def contact_at(
     wanted: Wanted,
     options: RunOptions = DEFAULT,
 ) -> SideContact:
-    """Return the contact of a side in a position with all ICs. Raises Failure and WrongInput."""
+    """Return the contact of a side in a position with all ICs. Raises Failure and WrongInput.
+
+    C is left out, with a sentence, where it has no solution.
+    """
+    others = tuple(name for name in wanted.ics if name != C) or (SIZING,)
+    without_c = replace(wanted, ics=others)
     bodies = bodies_at(place, rail, wheel)
-    load = wanted.load * np.cos(place.touch.angle - place.roll) / np.cos(place.touch.angle)
-    grid, notes = _grid(place, bodies, wanted, float(load))
-    grid = _refined(bodies, wanted, float(load), grid)
-    grid, load = _balanced(place, bodies, wanted, float(load), grid)
-    without_c = replace(wanted, ics=tuple(name for name in wanted.ics if name != C) or (SIZING,))
+    grid, load, notes = _fitted(place, bodies, without_c)
     solved = _solved(bodies, without_c, load, grid, options)
-    largest = max(angle(contact.on_grid, contact.normal) for contact in solved)
-    beyond = wanted.c_above_deg is not None and largest > wanted.c_above_deg
-    if C in wanted.ics or beyond:
-        with_c = replace(wanted, ics=(C,))
-        solved = [*solved, *_solved(bodies, with_c, load, grid, options)]
-    if C in wanted.ics and SIZING not in wanted.ics and without_c.ics == (SIZING,):
-        solved = solved[1:]
-    return SideContact(tuple(_numbers(place, contact) for contact in solved), grid, load, notes)
+    numbers = tuple(_numbers(place, contact) for contact in solved)
+    contact = SideContact(numbers, grid, load, notes)
+    beyond = wanted.c_above_deg is not None and max(row.angle for row in numbers) > wanted.c_above_deg
+    if C not in wanted.ics and not beyond:
+        return contact
+    try:
+        return _with_c(place, rail, wheel, replace(wanted, ics=(*others, C)), options)
+    except Failure as failure:
+        return replace(contact, notes=(*notes, f"C is left out: {failure}"))
+
+
+def _with_c(
+    place: Place, rail: ProfileTable, wheel: ProfileTable, wanted: Wanted, options: RunOptions
+) -> SideContact:
+    """Return the contact with all ICs and C, of bodies with flanks as C has them, on a grid of their own.
+
+    The estimated error of C has the change by nearer supports in it. Raises Failure.
+    """
+    inclination = abs(place.touch.angle - place.roll)
+    if inclination >= C_FLANK:
+        raise Failure(
+            f"the contact angle is {np.degrees(inclination):.1f} degrees; the bodies of C end in flanks of "
+            f"{np.degrees(C_FLANK):.0f} degrees"
+        )
+    bodies = bodies_at(place, rail, wheel, C_FLANK)
+    grid, load, notes = _fitted(place, bodies, wanted)
+    solved = _solved(bodies, wanted, load, grid, options)
+    problem = problem_of(bodies, replace(wanted, ics=(C,)), load, grid)
+    on_grid = pair_on_grid(problem, grid)
+    nearer = next(other_supports(problem, on_grid, options)).operator(on_grid, friction=False)
+    change = abs(
+        float(np.max(on_grid.solve(nearer, Loading(load)).normal.p)) - float(np.max(solved[-1].normal.p))
+    )
+    *others, c = (_numbers(place, contact) for contact in solved)
+    return SideContact((*others, replace(c, estimate_p_max=c.estimate_p_max + change)), grid, load, notes)
+
+
+def _fitted(place: Place, bodies: dict[str, Body], wanted: Wanted) -> tuple[Grid, float, tuple[str, ...]]:
+    """Return a grid, the load perpendicular to the axle [N], and sentences about what is left out."""
+    load = float(wanted.load * np.cos(place.touch.angle - place.roll) / np.cos(place.touch.angle))
+    grid, notes = _grid(place, bodies, wanted, load)
+    return *_balanced(place, bodies, wanted, load, _refined(bodies, wanted, load, grid)), notes
 
 
 def _solved(

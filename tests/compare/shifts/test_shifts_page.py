@@ -95,9 +95,9 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
     table = page.answer_table(dataset)
     cells = {row.name: [cell.text for cell in row.filled] for row in table.rows}
     assert cells["A"] == [
-        "-2 ... -1 mm",
-        "-2 ... 0 mm",
-        "-2 ... 1 mm",
+        "-2 to -1 mm",
+        "-2 to 0 mm",
+        "-2 to 1 mm",
         "2 mm, left",
         "1200",
         "1000",
