@@ -1,4 +1,4 @@
-"""The keys of scene and campaign files as rows of tables, from the declarations that check these files."""
+"""The keys of scenes, campaigns and wheelsets as rows of tables, from what checks these files."""
 
 import re
 from collections.abc import Iterator
@@ -17,6 +17,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, table_in
 from femic.scenes.load import builtin_names, load_scene
+from femic.shifts.specification import ContactTable, ShiftsFile, TrackTable, WheelsetTable, WheelTable
 
 UNIT = re.compile(r" ?\[(mm|MPa|N|deg|1/mm)\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
@@ -26,6 +27,12 @@ RANGES = {
     (-LARGEST_LENGTH, LARGEST_LENGTH): "place",
     (1 / LARGEST, LARGEST): "amount",
     (-LARGEST, LARGEST): "signed amount",
+}
+SHIFT_TABLES: dict[str, Any] = {  # of a specification of femic shifts
+    "wheel": WheelTable,
+    "track": TrackTable,
+    "wheelset": WheelsetTable,
+    "contact": ContactTable,
 }
 CONTAINERS = ("effective", "lines")  # keys of a scene with tables of several kinds
 
@@ -43,6 +50,8 @@ def scene_keys() -> dict[str, Any]:
         "campaign": rows(CampaignFile),
         "axis": rows(AxisTable),
         "kinds": list(KINDS),
+        "shifts": rows(ShiftsFile, "rail", "right_rail", "right_wheel", *SHIFT_TABLES),
+        "shift_tables": {name: rows(table) for name, table in SHIFT_TABLES.items()},
         "builtin": {name: load_scene(name).title for name in builtin_names()},
     }
 

@@ -182,10 +182,7 @@ def test_smoothing_brings_noise_near_the_exact_arc(tmp_path):
 
 def test_s1002_on_60e1_touches_where_the_wheelset_touches():
     """Contact centres, turn and rolling radius are those of a wheelset at 6 mm, to a micrometre."""
-    rail, wheel = (
-        contour_at(curve, arc_length_at(curve, 0.0))  # the origins of both lie on them
-        for curve in (standard("60E1").outline, standard("S1002").outline)
-    )
+    rail, wheel = standard("60E1").outline, standard("S1002").outline
     track = TrackDimensions(gauge=1435.0, gauge_depth=14.0, rail_inclination=1 / 40)
     wheels = WheelsetDimensions(1360.0, 500.0, flange_back=-70.0)
     position = settle(lay_out((rail, rail), (wheel, wheel), track, wheels), 6.0)
