@@ -72,6 +72,7 @@ def test_flange_and_tread_of_the_benchmark():
     assert settle(manchester(), 6.3).left[0].angle > 1.0
 
 
+@pytest.mark.slow
 def test_equivalent_conicity_is_that_of_new_profiles():
     """The brute force's rolling-radius differences give it within what polygons are worth."""
     layout = manchester()

@@ -29,6 +29,7 @@ def test_jumps_to_the_flange_are_found_and_are_two_points_of_contact():
     assert difference > 5  # mm: the radius jumps
 
 
+@pytest.mark.slow
 def test_a_jump_is_found_wherever_the_shifts_are():
     layout = symmetric()
     coarse, fine = (over_shifts(layout, np.linspace(7.3, 8.1, n)).jumps for n in (2, 4))
