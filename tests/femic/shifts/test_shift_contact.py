@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from geometries.profiles.pieces import ArcPiece, Outline
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.wheelset import settle
+from geometries.track.wheelset import curves_in_place, settle
 
 R_R, R_W, R_0, GAMMA = 80.0, 110.0, 460.0, 0.06  # radii of rail, wheel and tape circle [mm]; angle [rad]
 HALF = 0.5  # rad of the arcs
@@ -55,6 +56,19 @@ def place(shift, side, kind="points"):
 
 def solved(shift, side, load, kind="points", **wanted):
     return contact_at(place(shift, side, kind), RAIL, WHEEL, Wanted(load, ("A", "Bhat"), **wanted))
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_forces_turn_into_the_track_as_the_wheel_does(side):
+    """A force along the wheel's surface, in axes parallel to the axle, is along the wheel in its place."""
+    where = place(5.0, side)
+    _, wheel = curves_in_place(where.layout, where.position, side)
+    assert abs(where.roll) > 1e-5
+    delta = float(wheel.curve.inclination(np.array(10.0)))
+    force = np.array([0.0, np.cos(delta), -np.sin(delta)])
+    on_grid = SimpleNamespace(resultant=lambda _: SimpleNamespace(force=force))
+    in_track = module._in_track(where, on_grid, SimpleNamespace(tractions=None))
+    np.testing.assert_allclose(in_track, wheel.tangent(10.0), atol=1e-12)
 
 
 @pytest.mark.parametrize(("shift", "side"), [(0.0, "left"), (1.0, "left"), (1.0, "right")])
