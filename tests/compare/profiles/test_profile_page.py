@@ -14,18 +14,14 @@ from compare.report.interactive import as_json
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.profiles.standards import STANDARDS
 from tests.pages import widest
-
-ERROR = 0.02  # mm, of the points below along the normal
+from tests.samples import ERROR, write_head
 
 
 @pytest.fixture
 def head(tmp_path, monkeypatch):
     """A folder with a file of an arc of 30 mm, its crown at (2, 1), with errors of alternating sign."""
     monkeypatch.chdir(tmp_path)
-    angle = np.linspace(-1.4, 1.4, 241)
-    radius = 30 + ERROR * (-1.0) ** np.arange(241)
-    points = np.stack([2 + radius * np.sin(angle), radius * np.cos(angle) - 29])
-    np.savetxt(tmp_path / "mine.txt", points.T, fmt="%.12f")
+    write_head(tmp_path / "mine.txt")
     return tmp_path
 
 

@@ -1,12 +1,9 @@
 """Points of the sample files of profiles, which lie beside the project."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-SAMPLES = Path(os.environ.get("FEMIC_PROFILES", Path(__file__).parents[4] / "shared" / "profiles"))
+from tests.samples import SAMPLES
 
 
 def sample(name):

@@ -1,17 +1,12 @@
 """Measured profiles and those of a benchmark, which are not part of this project."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile, write_profile
+from tests.samples import SAMPLES
 
-FOLDER = Path(
-    os.environ.get("FEMIC_PROFILES", Path(__file__).resolve().parents[3].parent / "shared" / "profiles")
-)
 RAILS = {
     "MBench_UIC60_v3.prr": {},
     "MBench_UIC60_v3.ban": {"axes": "centre"},
@@ -34,15 +29,15 @@ WHEELS = [
 
 
 def sample(name, **asked):
-    if not (FOLDER / name).exists():
-        pytest.skip(f"{FOLDER / name} is missing; FEMIC_PROFILES names the folder of the samples")
-    return read_profile(FOLDER / name, **asked)
+    if not (SAMPLES / name).exists():
+        pytest.skip(f"{SAMPLES / name} is missing; FEMIC_PROFILES names the folder of the samples")
+    return read_profile(SAMPLES / name, **asked)
 
 
 def raw(name):
     """All pairs of numbers at the beginnings of lines behind the header, read without the reader."""
     pairs = []
-    for line in (FOLDER / name).read_text().splitlines():
+    for line in (SAMPLES / name).read_text().splitlines():
         try:
             pairs.append([float(word) for word in line.replace('"', "# ").split()[:2]])
         except ValueError:
@@ -119,7 +114,7 @@ def test_height_and_thickness_of_the_flange_are_those_in_the_header(name):
     """Sh and Sd, measured by the device: from its y = 0, 70 mm to the tread, and 10 mm below it."""
     y, z = sample(name).points
     header = dict(
-        line.split("=", 1) for line in (FOLDER / name).read_text().splitlines() if line.count("=") == 1
+        line.split("=", 1) for line in (SAMPLES / name).read_text().splitlines() if line.count("=") == 1
     )
     tip = np.argmin(z[: len(z) // 2])
     tread = np.interp(70, y[tip:], z[tip:])
@@ -162,7 +157,7 @@ def test_the_worn_wheel_is_thinner_and_higher_than_a_new_one():
 
 def test_the_two_surfaces_of_a_guard_rail():
     sample("guard_rail_test.ban", axes="centre up", surface=1)
-    path = FOLDER / "guard_rail_test.ban"
+    path = SAMPLES / "guard_rail_test.ban"
     with pytest.raises(WrongInput, match=r"surface: there are 2 \(1: lines 35 to .* 2: lines"):
         read_profile(path, axes="centre up")
     running, guard = (read_profile(path, axes="centre up", surface=k).points for k in (1, 2))

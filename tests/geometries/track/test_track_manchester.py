@@ -1,6 +1,5 @@
 """Wheel S1002 on rail UIC60 of the Manchester benchmark: against polygons of the points of the files."""
 
-import os
 from functools import cache
 from pathlib import Path
 
@@ -14,14 +13,14 @@ from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.shifts import over_shifts
 from geometries.track.wheelset import settle
+from tests.samples import SAMPLES
 
 ROOT = Path(__file__).parents[3]
-FOLDER = Path(os.environ.get("FEMIC_PROFILES", ROOT.parent / "shared/profiles"))
-RAIL, WHEEL = FOLDER / "MBench_UIC60_v3.prr", FOLDER / "MBench_S1002_v3.prw"
+RAIL, WHEEL = SAMPLES / "MBench_UIC60_v3.prr", SAMPLES / "MBench_S1002_v3.prw"
 
 pytestmark = pytest.mark.skipif(
     not (RAIL.exists() and WHEEL.exists()),
-    reason=f"no profiles in {FOLDER}; set FEMIC_PROFILES to their folder",
+    reason=f"no profiles in {SAMPLES}; set FEMIC_PROFILES to their folder",
 )
 
 
