@@ -90,6 +90,7 @@ def test_a_factor_of_1_is_no_factor_and_that_of_a_half_is_half_of_the_coefficien
     assert half.largest_work == pytest.approx(there.largest_work, rel=1e-5)
     assert np.any(there.stick)
     np.testing.assert_array_equal(half.slip_state.open, there.slip_state.open)
+    np.testing.assert_allclose(half.slip_state.friction, there.slip_state.friction)
     assert np.max(np.abs(half.p - here.p)) > 0.02 * here.p.max()
 
 
