@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from femic.interface.contact import solve_contact as solve_contact
     from femic.interface.figures import plot_contact as plot_contact
     from femic.interface.figures import plot_ics as plot_ics
+    from femic.interface.figures import plot_profile as plot_profile
     from femic.interface.ics import compare_ics as compare_ics
     from femic.interface.ics import compute_ics as compute_ics
     from femic.interface.ics import line_along_s as line_along_s
@@ -36,7 +37,10 @@ if TYPE_CHECKING:
     from femic.interface.matrices import label_matrix as label_matrix
     from femic.interface.matrices import write_for_contact as write_for_contact
     from femic.interface.options import Options as Options
+    from femic.interface.profiles import Profile as Profile
+    from femic.interface.profiles import write_profile as write_profile
     from femic.interface.scenes import run_scene as run_scene
+    from femic.interface.shifts import compute_shifts as compute_shifts
     from femic.scenes.load import load_scene as load_scene
     from geometries.errors import Failure as Failure
     from geometries.errors import WrongInput as WrongInput
@@ -55,11 +59,13 @@ _MODULES = {
         "TransientRolling",
         "solve_contact",
     ),
-    "femic.interface.figures": ("plot_contact", "plot_ics"),
+    "femic.interface.figures": ("plot_contact", "plot_ics", "plot_profile"),
     "femic.interface.ics": ("compare_ics", "compute_ics", "line_along_s", "line_along_x", "points"),
     "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),
     "femic.interface.options": ("Options",),
+    "femic.interface.profiles": ("Profile", "write_profile"),
     "femic.interface.scenes": ("run_scene",),
+    "femic.interface.shifts": ("compute_shifts",),
     "femic.scenes.load": ("load_scene",),
     "geometries.errors": ("Failure", "WrongInput"),
     "geometries.grids": ("Grid",),

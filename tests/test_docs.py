@@ -172,7 +172,7 @@ def quick_start(tmp_path_factory):
 
 def test_the_quick_start_runs(quick_start):
     _, blocks, names = quick_start
-    assert blocks == 11
+    assert blocks == 14
     errors = names["errors"].error.sel(variant="C", j="n")
     assert np.all(errors <= 0.1)
     assert names["fitted"].fit.rms.item() < 0.1
@@ -198,6 +198,15 @@ def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
     assert np.all(names["curve"].zero_creepage < 0)
     stiff, soft = (names["compressed"].approach.sel(ics=name).squeeze() for name in ("Bhat", "mine"))
     assert np.all(soft > stiff)
+
+
+def test_profiles_of_the_quick_start_are_on_a_wheelset_whose_sides_are_alike(quick_start):
+    """The written standard is read with the rms error it is smoothed by; the middle has no side."""
+    _, _, names = quick_start
+    assert np.sqrt(np.mean(names["measured"].data.residual.values ** 2)) == pytest.approx(0.005, rel=1e-3)
+    left, right = (names["study"].p_max.sel({"shift": 0.0, "side": side}) for side in ("left", "right"))
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+    assert names["study"].conicity == pytest.approx(1 / 20, rel=0.05)  # of a cone
 
 
 def test_rolling_example_has_consistent_forces():

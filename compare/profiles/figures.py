@@ -18,32 +18,41 @@ ALONG = "arc length s from the gauge side [mm]"
 
 def section(understood: Understood) -> Chart:
     """Return the points and the curve to scale."""
+    return chart_of("section", [_section(understood)], 1, 1.5)
+
+
+def over_length(understood: Understood) -> Chart:
+    """Return residual, inclination and curvature over the arc length."""
+    panels = list(_over_length(understood))
+    return chart_of("over_length", panels, len(panels))
+
+
+def all_panels(understood: Understood) -> Chart:
+    """Return all panels: the section to scale, residual, inclination and curvature over the arc length."""
+    return chart_of("profile", [_section(understood), *_over_length(understood)], 2)
+
+
+def _section(understood: Understood) -> Panel:
     figure = understood.figure
     (y, z), (y_points, z_points) = figure.curve, figure.points
     curves = [
         Curve(_points_label(understood), y_points, z_points, POINTS),
         Curve(_curve_label(understood), y, z, CURVE, notes=list(_notes_of_curve(figure))),
     ]
-    across = "y [mm], to the field side"
-    panel = Panel("", across, "z [mm], upwards", curves, to_scale=True)
-    return chart_of("section", [panel], 1, 1.5)
+    return Panel("", "y [mm], to the field side", "z [mm], upwards", curves, to_scale=True)
 
 
-def over_length(understood: Understood) -> Chart:
-    """Return residual, inclination and curvature over the arc length."""
+def _over_length(understood: Understood) -> Iterator[Panel]:
     figure, label = understood.figure, _curve_label(understood)
+    if understood.is_smoothed:
+        residual = Curve("points", figure.places, UM * figure.residual, POINTS)
+        yield Panel("Residual", ALONG, "points above the curve [µm]", [residual], levels=(0.0,))
     known = 0 < figure.curvature_noise < np.inf
     band = figure.curvature_noise if known else None
     inclination = Curve(label, figure.s, np.degrees(figure.inclination), CURVE)
     curvature = Curve(label, figure.s, figure.curvature, CURVE, band)
-    panels = [
-        Panel("Inclination", ALONG, "inclination [deg]", [inclination], levels=(-STEEPEST, STEEPEST)),
-        Panel("Curvature", ALONG, "curvature [1/mm]", [curvature], levels=(0.0,)),
-    ]
-    if understood.is_smoothed:
-        residual = Curve("points", figure.places, UM * figure.residual, POINTS)
-        panels.insert(0, Panel("Residual", ALONG, "points above the curve [µm]", [residual], levels=(0.0,)))
-    return chart_of("over_length", panels, len(panels))
+    yield Panel("Inclination", ALONG, "inclination [deg]", [inclination], levels=(-STEEPEST, STEEPEST))
+    yield Panel("Curvature", ALONG, "curvature [1/mm]", [curvature], levels=(0.0,))
 
 
 def _points_label(understood: Understood) -> str:

@@ -101,7 +101,7 @@ class Body:
     def __post_init__(self) -> None:
         if not isinstance(self.contour, SceneTable):
             raise WrongInput(
-                f"contour = {self.contour!r}: make it with arc, ellipse, plane or through_points"
+                f"contour = {self.contour!r}: make it with arc, ellipse, plane, through_points or Profile.at"
             )
         contour = checked(BodyTable, self.table).contour.contour()
         bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)

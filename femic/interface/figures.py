@@ -8,9 +8,12 @@ from matplotlib.figure import Figure
 from compare.contact.figures import surfaces
 from compare.friction.pages import main_chart
 from compare.ics.curves import chart_in
+from compare.profiles.figures import all_panels
 from compare.report import static
 from compare.report.charts import Chart
 from compare.report.notebooks import in_a_frame
+from compare.shifts.figures import pressures
+from femic.interface.profiles import Profile
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
@@ -27,13 +30,21 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
 
 
 def plot_contact(contact: xr.Dataset) -> Figure:
-    """Draw contacts with all ICs, of a dataset of `solve_contact`.
+    """Draw contacts with all ICs, of a dataset of `solve_contact` or `compute_shifts`.
 
     Without friction: pressures [MPa] on the surface, with the edges of patches. Of steady rolling:
     creep-force curves; of transient rolling: forces over the rolled distance [mm]. Of compression: the share
-    of the contact area that slides, over the load [N].
+    of the contact area that slides, over the load [N]. Of a wheelset at several shifts: largest pressures
+    [MPa] over the shift [mm].
     """
+    if "shift" in contact.dims:
+        return _for_notebooks(pressures(contact))
     return _for_notebooks((main_chart if "friction" in contact.dims else surfaces)(contact))
+
+
+def plot_profile(profile: Profile) -> Figure:
+    """Draw how a profile was understood: section [mm], residual [µm], inclination [degrees], curvature."""
+    return _for_notebooks(all_panels(profile.understood))
 
 
 def _for_notebooks(chart: Chart) -> Figure:

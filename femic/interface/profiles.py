@@ -1,0 +1,106 @@
+"""Profiles of rails and wheels: read or standard, how they were understood, placed as contours, written."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import xarray as xr
+
+from compare.profiles.understood import Understood, of_file, of_standard, to_dataset
+from femic.interface.bodies import checked, given
+from femic.scenes.profiles import ProfileTable, Reading, prepared_file
+from geometries.errors import WrongInput
+from geometries.profiles import files, standards
+from geometries.profiles.profile import Kind
+
+AS_IT_IS = Reading()
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A rail or a wheel: the profile of a `file`, smoothed, or a `standard` one such as "60E1".
+
+    What the file does not show has to be given: its `kind`, "rail" or "wheel"; `axes`, where y grows and z
+    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several.
+    `tolerance` is the rms distance of the points from the curve [mm], or "cross-validation", which finds it;
+    with 0 the curve goes through all points. Raises WrongInput.
+    """
+
+    file: str | Path | None = None
+    standard: str | None = None
+    kind: Kind | None = None
+    axes: str | None = None
+    unit: str | None = None
+    surface: int | None = None
+    tolerance: float | Literal["cross-validation"] = 0.0
+    understood: Understood = field(init=False, repr=False, compare=False)  # not public
+
+    def __post_init__(self) -> None:
+        if (self.file is None) == (self.standard is None):
+            raise WrongInput("give either file or standard, one of them")
+        if self.standard is not None and self._reading != AS_IT_IS:
+            raise WrongInput(
+                f"standard = {self.standard!r}: leave out kind, axes, unit, surface and tolerance, which are "
+                "of files"
+            )
+        object.__setattr__(self, "understood", self._understood())
+
+    @property
+    def data(self) -> xr.Dataset:
+        """The curve over its arc length s [mm] from the gauge side, its points, and how it was understood.
+
+        y grows to the field side, z upwards. `residual` [mm] is the distance of the points from the curve;
+        `inclination` [rad] is positive where the curve falls as y grows. The attribute `notes` has sentences
+        about what was done.
+        """
+        return to_dataset(self.understood)
+
+    def at(
+        self,
+        y_centre: float | None = None,
+        *,
+        s_centre: float | None = None,
+        rail_inclination: float = 0.0,
+        turn_deg: float = 0.0,
+        steepest_deg: float = 85.0,
+    ) -> ProfileTable:
+        """Return the contour with its contact centre at `y_centre` [mm], or at an arc length `s_centre` [mm].
+
+        The section is turned about it: by a `rail_inclination`, such as 0.025 for 1:40, and by `turn_deg`
+        [degrees] from y to z; a wheel with a rolling radius cannot be turned. Where it is steeper than
+        `steepest_deg` [degrees] the contour goes on along its tangent. Raises WrongInput.
+        """
+        of_file: dict[str, Any] = {
+            "profile_kind": self.kind,
+            "axes": self.axes,
+            "unit": self.unit,
+            "surface": self.surface,
+        }
+        if self.file is not None:
+            of_file |= {"file": str(Path(self.file).absolute()), "tolerance": self.tolerance}
+        place = {"y_centre": y_centre, "s_centre": s_centre, "rail_inclination": rail_inclination}
+        turn = {"turn_deg": turn_deg, "steepest_deg": steepest_deg}
+        keys = given({"standard": self.standard} | of_file | place | turn)
+        contour = checked(ProfileTable, {"kind": "profile"} | keys)
+        contour.contour()  # raises for places that are not on the profile
+        return contour
+
+    @property
+    def _reading(self) -> Reading:
+        """How the file is read."""
+        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance)
+
+    def _understood(self) -> Understood:
+        """Return the profile as it is understood; raise WrongInput for one that cannot be read."""
+        if self.standard is not None:
+            return of_standard(self.standard, standards.standard(self.standard))
+        path = Path(self.file or "")
+        return of_file(prepared_file(path, self._reading), path.name)
+
+
+def write_profile(profile: Profile, path: str | Path) -> None:
+    """Write a profile, smoothed if it has a tolerance, as a spline block in mm: .prr (rail), .prw (wheel).
+
+    Reading the file gives the same points [mm]. Raises WrongInput.
+    """
+    files.write_profile(profile.understood.as_points(), path)

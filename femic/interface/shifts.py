@@ -1,0 +1,53 @@
+"""A wheelset on its track at several lateral shifts."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+import xarray as xr
+
+from compare.shifts import compute
+from femic.interface.bodies import given, plain
+from femic.interface.options import DEFAULT, Options
+from femic.interface.profiles import Profile
+from femic.scenes.load import merged
+from femic.shifts.specification import specification_of
+from geometries.errors import WrongInput
+from geometries.profiles.profile import Kind
+
+NAME = Path("shifts")  # of specifications that Python describes, in messages
+
+
+def compute_shifts(
+    rail: Profile,
+    wheel: Profile,
+    shifts: Sequence[float],
+    *,
+    tables: Mapping[str, Any] | None = None,
+    options: Options = DEFAULT,
+) -> xr.Dataset:
+    """Set a wheelset on its track at lateral `shifts` [mm], and solve the contacts of both wheels.
+
+    `tables` has further keys of a specification (docs/how-to/shifts.md): of "track", "wheelset", "contact",
+    with the load and the ICs, and of "rail" and "wheel", such as E and flange_back. Of `options` only
+    workers, store and report count.
+
+    Variables of the result have units and meanings: where rail and wheel touch and rolling radii, by shift
+    and side; forces, pressures [MPa] and patches also by ICs. What is not possible is NaN, and the attribute
+    `refused` has the reasons. Raises WrongInput, and Failure where no shift is possible.
+    """
+    profiles = {"rail": _table(rail, "rail"), "wheel": _table(wheel, "wheel")}
+    table = plain(merged({"shifts": shifts, **profiles}, tables or {}))
+    return compute.compute_shifts(specification_of(table, NAME), tomlkit.dumps(table), options.run)
+
+
+def _table(profile: Profile, kind: Kind) -> dict[str, Any]:
+    """Return the keys of a profile in a specification; raise WrongInput for one of the other kind."""
+    if (seen := profile.understood.kind) != kind:
+        raise WrongInput(f"{kind}: the profile of a {seen}")
+    if profile.standard is not None:
+        return {"profile": profile.standard}
+    of_file = {"axes": profile.axes, "unit": profile.unit, "surface": profile.surface}
+    name = str(Path(profile.file or "").absolute())  # no standard profile has such a name
+    return given({"profile": name, "smoothing": profile.tolerance} | of_file)

@@ -1,0 +1,192 @@
+"""Profiles in Python: read, placed and written as in scene files; a wheelset of them against Hertz."""
+
+import numpy as np
+import pytest
+
+import femic
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.interface.scenes import scene_of
+from geometries.profiles.standards import standard_profile
+from tests.samples import ERROR, write_head
+
+STEEL = femic.Material(E=210e3, nu=0.28)
+RADIUS, CROWN = 30.0, 2.0  # mm, of the arc in the file, and y of its crown
+AXES = {"kind": "rail", "axes": "field up", "unit": "mm"}
+RAIL, CONE = femic.Profile(standard="60E1"), femic.Profile(standard="cone-1-20")
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory):
+    """An arc from a file whose points err, smoothed."""
+    path = tmp_path_factory.mktemp("profiles") / "head.txt"
+    write_head(path)
+    return femic.Profile(path, **AXES, tolerance=ERROR)
+
+
+def test_an_arc_of_a_file_has_the_ics_of_the_exact_one(head):
+    """Points whose errors alternate by 20 µm are smoothed to the arc; ICs off the crown, along s."""
+    plane = femic.Body(femic.plane(), STEEL)
+    rails = head.at(CROWN, steepest_deg=60.0), femic.arc(RADIUS, 60.0)
+    ours, exact = (
+        femic.compute_ics(
+            femic.Pair(plane, femic.Body(rail, STEEL), reference_length=10.0),
+            femic.Patch(0.3, 0.2, s=4.0),
+            [femic.line_along_s(x=1.6, reach=8.0, points=15)],
+            ["A", "Bhat"],
+        ).ic
+        for rail in rails
+    )
+    assert np.max(np.abs(ours - exact)) < 1e-3 * np.max(np.abs(exact))
+
+
+def test_the_data_say_how_the_file_was_understood(head):
+    data = head.data
+    assert data.attrs["kind"] == "rail"
+    assert "1 unit of the file is 1 mm, as given" in data.attrs["notes"]
+    assert np.sqrt(np.mean(data.residual**2)) == pytest.approx(ERROR, rel=1e-3)
+    middle = data.sel(s=slice(5, data.s.max() - 5))
+    np.testing.assert_allclose(np.hypot(middle.y - CROWN, middle.z - 1 + RADIUS), RADIUS, atol=2e-3)
+    np.testing.assert_allclose(np.sin(middle.inclination), (middle.y - CROWN) / RADIUS, atol=2e-3)
+
+
+def test_the_contact_centre_is_the_same_by_y_and_by_arc_length():
+    crown = RAIL.data.s.max().item() / 2  # of a symmetric head
+    s = np.linspace(-20, 20, 41)
+    by_y, by_s = (place.contour() for place in (RAIL.at(0.0), RAIL.at(s_centre=crown)))
+    np.testing.assert_allclose(by_y.position(s), by_s.position(s), atol=1e-9)
+    assert by_y.inclination(0.0) == pytest.approx(0, abs=1e-12)
+
+
+def test_a_rail_leans_by_its_inclination_and_its_turn():
+    """The crown is level; turned with its field side upwards it falls to the track centre."""
+    placed = RAIL.at(0.0, rail_inclination=1 / 40, turn_deg=2.0).contour()
+    assert placed.inclination(0.0) == pytest.approx(-np.arctan(1 / 40) - np.radians(2), abs=1e-12)
+
+
+def test_contours_end_where_they_are_steepest():
+    contour = RAIL.at(0.0, steepest_deg=50.0).contour()
+    np.testing.assert_allclose(np.degrees(contour.inclination([-50, 50])), [-50, 50], rtol=1e-9)
+
+
+def test_pairs_of_profiles_are_those_of_a_scene_file():
+    """The placed profiles are the tables of the built-in scene, and make its bodies."""
+    file = femic.load_pair("s1002-on-60e1")
+    wheel, rail = (femic.Profile(standard=name) for name in ("S1002", "60E1"))
+    keys = [
+        {
+            key: getattr(body.contour, key)
+            for key in ("y_centre", "rail_inclination", "turn_deg", "steepest_deg")
+        }
+        for body in (file.upper, file.lower)
+    ]
+    upper, lower = (profile.at(**own) for profile, own in zip((wheel, rail), keys, strict=True))
+    ours = femic.Pair(
+        femic.Body(upper, file.upper.material, file.upper.rolling_radius, file.upper.hub_radius),
+        femic.Body(lower, file.lower.material),
+        reference_length=file.reference_length,
+    )
+    first, second = (scene_of(pair, femic.Options(), {}).bodies for pair in (ours, file))
+    s = np.linspace(-15, 15, 61)
+    for body in ("upper", "lower"):
+        positions = [bodies[body].contour.position(s) for bodies in (first, second)]
+        np.testing.assert_array_equal(*positions)
+
+
+def test_profiles_are_written_and_read_back(head, tmp_path):
+    """Standards point by point; a smoothed file as its smooth curve."""
+    femic.write_profile(RAIL, tmp_path / "60E1.prr")
+    again = femic.Profile(tmp_path / "60E1.prr").data
+    np.testing.assert_array_equal([again.point_y, again.point_z], standard_profile("60E1").points)
+    femic.write_profile(head, tmp_path / "head.prr")
+    smooth = femic.Profile(tmp_path / "head.prr").data
+    inner = smooth.isel(point=slice(20, -20))
+    np.testing.assert_allclose(np.hypot(inner.point_y - CROWN, inner.point_z - 1 + RADIUS), RADIUS, atol=2e-3)
+
+
+def test_the_figure_shows_section_residual_inclination_and_curvature(head):
+    panels = femic.plot_profile(head).axes
+    assert [panel.get_title() for panel in panels] == ["", "Residual", "Inclination", "Curvature"]
+    drawn = panels[3].lines[0].get_ydata()
+    np.testing.assert_allclose(drawn, head.data.curvature)
+    assert len(femic.plot_profile(RAIL).axes) == 3  # a standard has no residual
+
+
+@pytest.fixture(scope="module")
+def study():
+    """A cone on the crown of a rail, radius 300 mm, with small loads."""
+    tables = {"conicity_amplitude": 0.5, "contact": {"ics": ["A"], "load": 1e3}, "wheel": {"E": 105e3}}
+    return femic.compute_shifts(RAIL, CONE, [0.0, 1.0], tables=tables)
+
+
+def test_a_cone_on_the_crown_presses_as_hertz_says(study):
+    """Across, 300 mm on a straight line; along, the rolling radius by the cosine of the contact angle."""
+    at = study.sel(shift=0.0, side="left", ics="A")
+    angle = np.radians(at.contact_angle.item())
+    assert np.tan(angle) == pytest.approx(1 / 20, rel=1e-6)
+    modulus = combined_modulus(femic.Material(105e3, 0.28), STEEL)
+    along = np.cos(angle) / at.radius.item()
+    hertz = PointContact(along, 1 / 300, modulus).at_load(1e3 / np.cos(angle))
+    assert at.p_max.item() == pytest.approx(hertz.p_max, rel=0.01)
+    assert study.refused == "{}"
+
+
+def test_both_sides_carry_the_load_and_are_mirrored(study):
+    np.testing.assert_allclose(study.vertical, 1e3, rtol=1e-6)
+    middle = study.sel(shift=0.0)
+    np.testing.assert_allclose(middle.p_max.sel(side="left"), middle.p_max.sel(side="right"), rtol=1e-9)
+    moved = study.sel(shift=1.0)
+    assert moved.radius.sel(side="left") > moved.radius.sel(side="right")
+
+
+def test_a_measured_rail_is_solved_as_it_was_read_and_smoothed(head, monkeypatch):
+    """The specification that is solved has the file with its axes, unit and tolerance, and further keys."""
+    seen = []
+    monkeypatch.setattr("compare.shifts.compute.compute_shifts", lambda file, *_: seen.append(file))
+    femic.compute_shifts(head, CONE, [0.0], tables={"rail": {"nu": 0.3}})
+    (rail,) = (file.rail for file in seen)
+    assert (rail.profile, rail.axes, rail.unit) == (str(head.file), "field up", "mm")
+    assert (rail.smoothing, rail.nu, seen[0].wheel.profile) == (ERROR, 0.3, "cone-1-20")
+
+
+def test_the_figure_of_a_study_has_its_pressures(study):
+    left = femic.plot_contact(study).axes[0]
+    (curve,) = (line for line in left.lines if len(line.get_xdata()) == 2)
+    np.testing.assert_allclose(curve.get_xdata(), study["shift"])
+    np.testing.assert_allclose(curve.get_ydata(), study.p_max.sel(side="left", ics="A"))
+
+
+WRONG = {
+    "nothing": (femic.Profile, "give either file or standard"),
+    "both": (lambda: femic.Profile("a.prr", "60E1"), "give either file or standard"),
+    "smoothed standard": (lambda: femic.Profile(standard="60E1", tolerance=0.01), "'60E1': leave out"),
+    "standard": (lambda: femic.Profile(standard="61E1"), "'61E1': not among .*60E1"),
+    "no file": (lambda: femic.Profile("nowhere.prr"), "nowhere.prr"),
+    "no place": (RAIL.at, "either y_centre or s_centre"),
+    "beside": (lambda: RAIL.at(99.0), r"y_centre = 99\.0"),
+    "steepest": (lambda: RAIL.at(0.0, steepest_deg=90.0), r"steepest_deg = 90\.0"),
+    "turned wheel": (
+        lambda: scene_of(
+            femic.Pair(
+                femic.Body(CONE.at(0.0, turn_deg=1.0), STEEL, 460.0), femic.Body(femic.plane(), STEEL)
+            ),
+            femic.Options(),
+            {},
+        ),
+        "turn",
+    ),
+    "wheel as rail": (lambda: femic.compute_shifts(CONE, CONE, [0.0]), "rail: the profile of a wheel"),
+    "key": (lambda: femic.compute_shifts(RAIL, CONE, [0.0], tables={"contact": {"lod": 1}}), "lod"),
+    "shifts": (lambda: femic.compute_shifts(RAIL, CONE, [1.0, 0.0]), "shifts must grow"),
+}
+
+
+@pytest.mark.parametrize(("make", "message"), WRONG.values(), ids=WRONG)
+def test_wrong_profiles_are_refused_with_the_reason(make, message):
+    with pytest.raises(femic.WrongInput, match=message):
+        make()
+
+
+def test_a_file_without_its_kind_is_asked_for_it(tmp_path):
+    write_head(tmp_path / "head.txt")
+    with pytest.raises(femic.WrongInput, match="give kind = 'rail' or 'wheel'"):
+        femic.Profile(tmp_path / "head.txt")
