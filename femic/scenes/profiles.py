@@ -17,16 +17,16 @@ from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.content import UNITS
 from geometries.profiles.files import read_profile
+from geometries.profiles.named import NAMED, named
 from geometries.profiles.pieces import Outline
 from geometries.profiles.placement import arc_length_at
 from geometries.profiles.preparation import Prepared, prepare
 from geometries.profiles.profile import Kind
 from geometries.profiles.splines import spline_contour
-from geometries.profiles.standards import STANDARDS, standard
 
 ExistingFile = Annotated[FilePath, Strict(False)]
 Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
-StandardName = Annotated[str, AfterValidator(NameOf(lambda: STANDARDS))]
+StandardName = Annotated[str, AfterValidator(NameOf(lambda: NAMED))]
 Tolerance = Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"]
 OF_FILES = ("profile_kind", "axes", "unit", "surface", "tolerance")  # keys
 READ = 8  # files that are kept
@@ -45,7 +45,8 @@ class ProfileTable(SceneTable):
         None, description="file of the profile (docs/reference/profiles.md has the formats)"
     )
     standard: StandardName | None = Field(
-        None, description="instead of a file: a standard profile (femic profiles lists them)"
+        None,
+        description="instead of a file: a profile of the package (femic profiles lists them)",
     )
     profile_kind: Kind | None = Field(None, description="where the file does not say it")
     axes: str | None = Field(
@@ -104,12 +105,12 @@ class ProfileTable(SceneTable):
 
     def of_kind(self) -> Kind:
         """Return whether it is a rail or a wheel; raise WrongInput for a file that cannot be read."""
-        return standard(self.standard).kind if self.standard is not None else self._prepared().kind
+        return named(self.standard).kind if self.standard is not None else self._prepared().kind
 
     def contour(self) -> Contour:
         """Return the contour at the contact centre; raise WrongInput for files and keys that have none."""
         curve: Prepared | Outline
-        curve = standard(self.standard).outline if self.standard is not None else self._prepared()
+        curve = named(self.standard).outline if self.standard is not None else self._prepared()
         with _in_keys(self._place):
             centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
             assert centre is not None

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 from femic.shifts.specification import ProfileTable, ShiftsFile
 from geometries.profiles.files import read_profile
+from geometries.profiles.named import named
 from geometries.profiles.placement import Curve
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Kind
-from geometries.profiles.standards import standard
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
 
 
@@ -42,10 +42,10 @@ class Placed:
 
 
 def section_of(table: ProfileTable, kind: Kind) -> Section:
-    """Return the curve of a table: exact of a standard profile, prepared of a file. Raises WrongInput."""
+    """Return the curve of a table: of a profile of the package, or prepared of a file. Raises WrongInput."""
     if table.is_standard:
-        entry = standard(table.profile)
-        return Section(table.profile, entry.outline, (f"{entry.title}; from {entry.source}, exact.",))
+        entry = named(table.profile)
+        return Section(table.profile, entry.outline, (entry.origin,))
     profile = read_profile(table.profile, kind, axes=table.axes, unit=table.unit, surface=table.surface)
     prepared = prepare(profile, table.smoothing)
     return Section(profile.name, prepared, prepared.notes)
