@@ -20,11 +20,14 @@ from geometries.profiles.content import UNITS
 from geometries.profiles.files import ENDINGS, write_profile
 from geometries.profiles.named import NAMED, Worn
 from geometries.profiles.profile import Kind
+from geometries.profiles.sections import SectionChoice
 
 with lazy_imports():
     from compare.profiles import page, places, understood
 
-ARGUMENTS = re.compile(r"\b(give )?(kind|axes|unit|surface|tolerance) = ")  # in messages of the readers
+ARGUMENTS = re.compile(
+    r"\b(give )?(kind|axes|unit|surface|section|tolerance) = "
+)  # in messages of the readers
 
 
 @Parameter(name="*")
@@ -44,6 +47,12 @@ class FileOptions:
     surface: Annotated[
         int | None, Parameter(help="number of the running surface, where a file has several")
     ] = None
+    section: Annotated[
+        int | None, Parameter(help="of a list of sections (.slcs, .slcw): the number of the section")
+    ] = None
+    section_at: Annotated[
+        float | None, Parameter(help="instead of --section: its position, in the unit of the list")
+    ] = None
     tolerance: Annotated[
         float | Literal["cross-validation"],
         Parameter(
@@ -55,7 +64,8 @@ class FileOptions:
     @property
     def reading(self) -> Reading:
         """How files are read."""
-        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance)
+        choice = SectionChoice(self.section, self.section_at)
+        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, choice)
 
 
 NO_OPTIONS = FileOptions()
@@ -116,9 +126,7 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
             f"{', '.join(NAMED)}"
         )
     if options != NO_OPTIONS:
-        raise WrongInput(
-            f"{name}: a profile of the package: leave out --kind, --axes, --unit, --surface and --tolerance"
-        )
+        raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
     entry = NAMED[name]
     return understood.of_worn(name, entry) if isinstance(entry, Worn) else understood.of_standard(name, entry)
 

@@ -1,13 +1,14 @@
 """The profiles of a specification as curves, in their places on track and wheelset."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
+from femic.scenes.profiles import Reading, prepared_file
 from femic.shifts.specification import ProfileTable, ShiftsFile
-from geometries.profiles.files import read_profile
 from geometries.profiles.named import named
 from geometries.profiles.placement import Curve
-from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Kind
+from geometries.profiles.sections import SectionChoice
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
 
 
@@ -46,9 +47,10 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
     if table.is_standard:
         entry = named(table.profile)
         return Section(table.profile, entry.outline, (entry.origin,))
-    profile = read_profile(table.profile, kind, axes=table.axes, unit=table.unit, surface=table.surface)
-    prepared = prepare(profile, table.smoothing)
-    return Section(profile.name, prepared, prepared.notes)
+    choice = SectionChoice(table.section, table.section_at)
+    how = Reading(kind, table.axes, table.unit, table.surface, table.smoothing, choice)
+    prepared = prepared_file(Path(table.profile), how)
+    return Section(prepared.name, prepared, prepared.notes)
 
 
 def place(specification: ShiftsFile) -> Placed:

@@ -37,6 +37,12 @@ class ProfileTable(SceneTable):
     surface: Annotated[Whole, Field(ge=1)] | None = Field(
         None, description="which of several running surfaces of the file: 1, 2, ..."
     )
+    section: Annotated[Whole, Field(ge=1)] | None = Field(
+        None, description="of a list of sections (.slcs, .slcw): the number of the section, from 1 on"
+    )
+    section_at: float | None = Field(
+        None, description="instead of section: its position, in the unit of the list"
+    )
     smoothing: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
         0.0,
         description="of a file: rms distance of the smoothed curve from the points [mm], the rms error of "
@@ -190,7 +196,9 @@ def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
     if table.is_standard:
         if NAMED[table.profile].kind != kind:
             raise WrongInput(f"{key}.profile = {table.profile!r}: is no {kind}; name another profile")
-        of_file = sorted({"axes", "unit", "surface", "smoothing"} & table.model_fields_set)
+        of_file = sorted(
+            {"axes", "unit", "surface", "section", "section_at", "smoothing"} & table.model_fields_set
+        )
         if of_file:
             raise WrongInput(
                 f"{key}.{of_file[0]}: is of files, and {table.profile} is one of the package: leave it out"
