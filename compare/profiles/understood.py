@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from geometries.profiles.named import Worn
 from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, figure_of, sampled
 from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.standards import Standard, standard_profile
@@ -16,10 +18,14 @@ UM = 1e3  # per mm
 
 @dataclass(frozen=True, eq=False)
 class Understood:
-    """A profile: where it comes from, what a figure shows of it, and a function that makes it as points."""
+    """A profile: where it comes from, what a figure shows of it, and a function that makes it as points.
+
+    `file` is the path of its file, absolute; of the package, its name.
+    """
 
     kind: Kind
     source: str
+    file: str
     figure: ProfileFigure
     is_exact: bool  # a standard: its curve is no fit to points
     is_smoothed: bool
@@ -31,8 +37,18 @@ class Understood:
         return float(self.figure.s[-1])
 
 
-def of_file(prepared: Prepared, file: str) -> Understood:
+def of_file(prepared: Prepared, path: Path) -> Understood:
     """Return a profile of a file by the curve that was made of it."""
+    return _of_prepared(prepared, path.name, str(path.resolve()))
+
+
+def of_worn(name: str, worn: Worn) -> Understood:
+    """Return a worn profile of the package."""
+    return _of_prepared(worn.outline, f"{name}, {worn.source}", name)
+
+
+def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
+    """Return a profile by the curve that was made of its points."""
     is_smoothed = prepared.smoothing.length > 0
 
     def as_points() -> Profile:
@@ -40,7 +56,8 @@ def of_file(prepared: Prepared, file: str) -> Understood:
             return sampled(prepared, prepared.length / (len(prepared.places) - 1))
         return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
 
-    return Understood(prepared.kind, file, figure_of(prepared, SPACING), False, is_smoothed, as_points)
+    figure = figure_of(prepared, SPACING)
+    return Understood(prepared.kind, source, file, figure, False, is_smoothed, as_points)
 
 
 def of_standard(name: str, standard: Standard) -> Understood:
@@ -60,7 +77,7 @@ def of_standard(name: str, standard: Standard) -> Understood:
         notes=(f"{len(outline.pieces)} exact pieces by {standard.source}.",),
     )
     return Understood(
-        standard.kind, standard.title, figure, True, False, lambda: standard_profile(name, SPACING)
+        standard.kind, standard.title, name, figure, True, False, lambda: standard_profile(name, SPACING)
     )
 
 
@@ -83,6 +100,7 @@ def to_dataset(understood: Understood) -> xr.Dataset:
             "name": figure.name,
             "kind": understood.kind,
             "source": understood.source,
+            "file": understood.file,
             "curvature_noise": figure.curvature_noise,
             "notes": "\n".join(figure.notes),
         },

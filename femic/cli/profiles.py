@@ -18,13 +18,16 @@ from femic.scenes.profiles import Reading, prepared_file
 from geometries.errors import WrongInput
 from geometries.profiles.content import UNITS
 from geometries.profiles.files import ENDINGS, write_profile
+from geometries.profiles.named import NAMED, Worn
 from geometries.profiles.profile import Kind
-from geometries.profiles.standards import STANDARDS
+from geometries.profiles.sections import SectionChoice
 
 with lazy_imports():
-    from compare.profiles import page, understood
+    from compare.profiles import page, places, understood
 
-ARGUMENTS = re.compile(r"\b(give )?(kind|axes|unit|surface|tolerance) = ")  # in messages of the readers
+ARGUMENTS = re.compile(
+    r"\b(give )?(kind|axes|unit|surface|section|tolerance) = "
+)  # in messages of the readers
 
 
 @Parameter(name="*")
@@ -44,6 +47,12 @@ class FileOptions:
     surface: Annotated[
         int | None, Parameter(help="number of the running surface, where a file has several")
     ] = None
+    section: Annotated[
+        int | None, Parameter(help="of a list of sections (.slcs, .slcw): the number of the section")
+    ] = None
+    section_at: Annotated[
+        float | None, Parameter(help="instead of --section: its position, in the unit of the list")
+    ] = None
     tolerance: Annotated[
         float | Literal["cross-validation"],
         Parameter(
@@ -55,14 +64,15 @@ class FileOptions:
     @property
     def reading(self) -> Reading:
         """How files are read."""
-        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance)
+        choice = SectionChoice(self.section, self.section_at)
+        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, choice)
 
 
 NO_OPTIONS = FileOptions()
 
 
 def profiles(
-    *names: Annotated[str, Parameter(help="files, or names of standard profiles; none: list these")],
+    *names: Annotated[str, Parameter(help="files, or names of profiles of the package; none: list these")],
     options: FileOptions = NO_OPTIONS,
     write: Annotated[
         Path | None,
@@ -73,14 +83,14 @@ def profiles(
     ] = None,
     out: Annotated[Path | None, Parameter(help="folder for the results; default out/profiles")] = None,
 ) -> None:
-    """List the standard profiles, or show how files were understood: axes, smoothing, curvature."""
+    """List the profiles of the package, or show how files were understood: axes, smoothing, curvature."""
     console = Console(width=TABLE_WIDTH, highlight=False)
     if not names:
         console.print(_standards())
         return
     ones = [_understood(name, options) for name in names]
-    targets = [(out or OUT / "profiles") / one.figure.name for one in ones]
-    _check_targets([target.name for target in targets], [one.kind for one in ones], write)
+    _check([one.file for one in ones], [one.kind for one in ones], write)
+    targets = places.folders_of(ones, out or OUT / "profiles")
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)
@@ -92,43 +102,44 @@ def profiles(
 
 
 def _standards() -> Table:
-    """Return the standard profiles as a table."""
+    """Return the profiles of the package as a table."""
     table = Table("name", "kind", "title", "source", box=None, pad_edge=False)
-    for name, entry in STANDARDS.items():
+    for name, entry in NAMED.items():
         table.add_row(name, entry.kind, entry.title, entry.source)
     return table
 
 
 def _understood(name: str, options: FileOptions) -> "understood.Understood":
-    """Return a profile of a file, or a standard of a name; raise WrongInput."""
+    """Return a profile of a file, or one of the package of a name; raise WrongInput."""
     path = Path(name)
     if path.exists():
         try:
             prepared = prepared_file(path, options.reading)  # raises before anything heavy is loaded
         except WrongInput as error:
             raise WrongInput(ARGUMENTS.sub(r"\1--\2 ", str(error))) from error
-        return understood.of_file(prepared, path.name)
-    if name not in STANDARDS:
-        similar = [known for known in STANDARDS if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
+        return understood.of_file(prepared, path)
+    if name not in NAMED:
+        similar = [known for known in NAMED if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
         hint = f"did you mean {' or '.join(similar)}? " if similar else ""
         raise WrongInput(
-            f"profile {name!r}: no such file and no standard profile; {hint}Standard: {', '.join(STANDARDS)}"
+            f"profile {name!r}: no such file, and none of the package; {hint}Of the package: "
+            f"{', '.join(NAMED)}"
         )
     if options != NO_OPTIONS:
-        raise WrongInput(
-            f"{name}: a standard profile: leave out --kind, --axes, --unit, --surface and --tolerance"
-        )
-    return understood.of_standard(name, STANDARDS[name])
+        raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
+    entry = NAMED[name]
+    return understood.of_worn(name, entry) if isinstance(entry, Worn) else understood.of_standard(name, entry)
 
 
-def _check_targets(names: Sequence[str], kinds: Sequence[Kind], write: Path | None) -> None:
-    """Raise WrongInput where profiles would be written over each other, or a file has another ending."""
-    if len(set(names)) < len(names):
-        raise WrongInput(f"FILE: {', '.join(names)}: two have the same name; rename a file")
+def _check(files: Sequence[str], kinds: Sequence[Kind], write: Path | None) -> None:
+    """Raise WrongInput for a profile that is given twice, and for a file to write with another ending."""
+    twice = next((file for k, file in enumerate(files) if file in files[:k]), None)
+    if twice is not None:
+        raise WrongInput(f"{twice}: given twice; leave one out")
     if write is None:
         return
-    if len(names) > 1:
-        raise WrongInput(f"--write {write}: {len(names)} profiles; give one")
+    if len(files) > 1:
+        raise WrongInput(f"--write {write}: {len(files)} profiles; give one")
     if ENDINGS.get(write.suffix.lower()) != kinds[0]:
         ending = next(ending for ending, kind in ENDINGS.items() if kind == kinds[0])
         raise WrongInput(f"--write {write}: the name of a {kinds[0]}'s file must end in {ending}")

@@ -17,19 +17,21 @@ from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.content import UNITS
 from geometries.profiles.files import read_profile
+from geometries.profiles.named import NAMED, named
 from geometries.profiles.pieces import Outline
 from geometries.profiles.placement import arc_length_at
 from geometries.profiles.preparation import Prepared, prepare
-from geometries.profiles.profile import Kind
+from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.sections import LISTS, SectionChoice, read_section
 from geometries.profiles.splines import spline_contour
-from geometries.profiles.standards import STANDARDS, standard
 
 ExistingFile = Annotated[FilePath, Strict(False)]
 Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
-StandardName = Annotated[str, AfterValidator(NameOf(lambda: STANDARDS))]
+StandardName = Annotated[str, AfterValidator(NameOf(lambda: NAMED))]
 Tolerance = Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"]
-OF_FILES = ("profile_kind", "axes", "unit", "surface", "tolerance")  # keys
+OF_FILES = ("profile_kind", "axes", "unit", "surface", "section", "section_at", "tolerance")  # keys
 READ = 8  # files that are kept
+NO_SECTION = SectionChoice()  # of a file that is no list
 KIND = re.compile(r"\bkind\b")  # an argument; as a key it says what a contour is
 ARGUMENTS = {  # by which functions ask for a place
     "turn the contour (turn)": "turn the section (turn_deg)",
@@ -45,7 +47,8 @@ class ProfileTable(SceneTable):
         None, description="file of the profile (docs/reference/profiles.md has the formats)"
     )
     standard: StandardName | None = Field(
-        None, description="instead of a file: a standard profile (femic profiles lists them)"
+        None,
+        description="instead of a file: a profile of the package (femic profiles lists them)",
     )
     profile_kind: Kind | None = Field(None, description="where the file does not say it")
     axes: str | None = Field(
@@ -56,6 +59,12 @@ class ProfileTable(SceneTable):
     unit: Unit | None = Field(None, description="unit of the file, where it does not show it")
     surface: Annotated[Whole, Field(ge=1)] | None = Field(
         None, description="number of the running surface in the file, where it has several"
+    )
+    section: Annotated[Whole, Field(ge=1)] | None = Field(
+        None, description="of a list of sections (.slcs, .slcw): the number of the section, from 1 on"
+    )
+    section_at: float | None = Field(
+        None, description="instead of section: its position, in the unit of the list"
     )
     tolerance: Tolerance = Field(
         0.0,
@@ -104,12 +113,12 @@ class ProfileTable(SceneTable):
 
     def of_kind(self) -> Kind:
         """Return whether it is a rail or a wheel; raise WrongInput for a file that cannot be read."""
-        return standard(self.standard).kind if self.standard is not None else self._prepared().kind
+        return named(self.standard).kind if self.standard is not None else self._prepared().kind
 
     def contour(self) -> Contour:
         """Return the contour at the contact centre; raise WrongInput for files and keys that have none."""
         curve: Prepared | Outline
-        curve = standard(self.standard).outline if self.standard is not None else self._prepared()
+        curve = named(self.standard).outline if self.standard is not None else self._prepared()
         with _in_keys(self._place):
             centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
             assert centre is not None
@@ -126,24 +135,34 @@ class ProfileTable(SceneTable):
     def _prepared(self) -> Prepared:
         """Return the smooth curve of the file; raise WrongInput with the keys to add."""
         assert self.file is not None
-        how = Reading(self.profile_kind, self.axes, self.unit, self.surface, self.tolerance)
+        how = Reading(
+            self.profile_kind,
+            self.axes,
+            self.unit,
+            self.surface,
+            self.tolerance,
+            SectionChoice(self.section, self.section_at),
+        )
         with _in_keys(""):
             return prepared_file(self.file, how)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a file is read and smoothed: the arguments of `read_profile` and `prepare`."""
+    """How a file is read and smoothed: the arguments of `read_profile`, `read_section` and `prepare`."""
 
     kind: Kind | None = None
     axes: str | None = None
     unit: str | None = None
     surface: int | None = None
     tolerance: float | Literal["cross-validation"] = 0.0
+    section: SectionChoice = NO_SECTION
 
 
 def prepared_file(path: Path, how: Reading) -> Prepared:
     """Return the smooth curve of a file; raise WrongInput, with the path, where there is none."""
+    if _is_list(path):
+        return _prepared_by(path, how)  # its profiles may have changed, not the list
     try:
         seen = path.stat()
     except OSError:
@@ -154,11 +173,33 @@ def prepared_file(path: Path, how: Reading) -> Prepared:
 @lru_cache(maxsize=READ)
 def _prepared(path: Path, how: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
     """Return the smooth curve of a file as it was seen: which it is, its time and size."""
-    profile = read_profile(path, how.kind, axes=how.axes, unit=how.unit, surface=how.surface)
+    return _prepared_by(path, how)
+
+
+def _is_list(path: Path) -> bool:
+    return path.suffix.lower() in LISTS
+
+
+def _prepared_by(path: Path, how: Reading) -> Prepared:
+    """Return the smooth curve of a file, or of a section of a list."""
+    profile = _profile(path, how)
     try:
         return prepare(profile, how.tolerance)
     except (WrongInput, Failure) as error:
         raise WrongInput(f"{path}: {error}") from error
+
+
+def _profile(path: Path, how: Reading) -> Profile:
+    """Return the profile of a file, or of a section of a list."""
+    options = {"axes": how.axes, "unit": how.unit}
+    if not _is_list(path):
+        if how.section != NO_SECTION:
+            raise WrongInput(f"{path}: section and section_at are of lists of sections ({', '.join(LISTS)})")
+        return read_profile(path, how.kind, **options, surface=how.surface)
+    profile = read_section(path, how.section, **options, surface=how.surface)
+    if how.kind not in {None, profile.kind}:
+        raise WrongInput(f"{path}: kind = '{how.kind}': it is a list of {profile.kind}s; leave it out")
+    return profile
 
 
 @contextmanager

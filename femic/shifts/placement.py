@@ -1,13 +1,14 @@
 """The profiles of a specification as curves, in their places on track and wheelset."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
+from femic.scenes.profiles import Reading, prepared_file
 from femic.shifts.specification import ProfileTable, ShiftsFile
-from geometries.profiles.files import read_profile
+from geometries.profiles.named import named
 from geometries.profiles.placement import Curve
-from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Kind
-from geometries.profiles.standards import standard
+from geometries.profiles.sections import SectionChoice
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
 
 
@@ -42,13 +43,14 @@ class Placed:
 
 
 def section_of(table: ProfileTable, kind: Kind) -> Section:
-    """Return the curve of a table: exact of a standard profile, prepared of a file. Raises WrongInput."""
+    """Return the curve of a table: of a profile of the package, or prepared of a file. Raises WrongInput."""
     if table.is_standard:
-        entry = standard(table.profile)
-        return Section(table.profile, entry.outline, (f"{entry.title}; from {entry.source}, exact.",))
-    profile = read_profile(table.profile, kind, axes=table.axes, unit=table.unit, surface=table.surface)
-    prepared = prepare(profile, table.smoothing)
-    return Section(profile.name, prepared, prepared.notes)
+        entry = named(table.profile)
+        return Section(table.profile, entry.outline, (entry.origin,))
+    choice = SectionChoice(table.section, table.section_at)
+    how = Reading(kind, table.axes, table.unit, table.surface, table.smoothing, choice)
+    prepared = prepared_file(Path(table.profile), how)
+    return Section(prepared.name, prepared, prepared.notes)
 
 
 def place(specification: ShiftsFile) -> Placed:

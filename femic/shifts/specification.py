@@ -14,7 +14,7 @@ from femic.scenes.listing import as_toml
 from femic.scenes.messages import messages
 from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
-from geometries.profiles.standards import STANDARDS
+from geometries.profiles.named import NAMED
 
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
@@ -25,7 +25,8 @@ class ProfileTable(SceneTable):
     """The profile of a rail, and its material."""
 
     profile: str = Field(
-        description="name of a standard profile, or a file relative to this one (docs/reference/profiles.md)"
+        description="name of a profile of the package (femic profiles lists them), or a file relative to "
+        "this one (docs/reference/profiles.md)"
     )
     axes: str | None = Field(
         None, description="axes of the file, such as 'centre', where it does not say or show them"
@@ -35,6 +36,12 @@ class ProfileTable(SceneTable):
     )
     surface: Annotated[Whole, Field(ge=1)] | None = Field(
         None, description="which of several running surfaces of the file: 1, 2, ..."
+    )
+    section: Annotated[Whole, Field(ge=1)] | None = Field(
+        None, description="of a list of sections (.slcs, .slcw): the number of the section, from 1 on"
+    )
+    section_at: float | None = Field(
+        None, description="instead of section: its position, in the unit of the list"
     )
     smoothing: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
         0.0,
@@ -46,8 +53,8 @@ class ProfileTable(SceneTable):
 
     @property
     def is_standard(self) -> bool:
-        """Whether the profile is a standard one."""
-        return self.profile in STANDARDS
+        """Whether the profile is one of the package."""
+        return self.profile in NAMED
 
 
 class WheelTable(ProfileTable):
@@ -187,19 +194,21 @@ def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
     """Return the table with its file's path relative to the working directory; raise WrongInput."""
     kind = "wheel" if isinstance(table, WheelTable) else "rail"
     if table.is_standard:
-        if STANDARDS[table.profile].kind != kind:
+        if NAMED[table.profile].kind != kind:
             raise WrongInput(f"{key}.profile = {table.profile!r}: is no {kind}; name another profile")
-        of_file = sorted({"axes", "unit", "surface", "smoothing"} & table.model_fields_set)
+        of_file = sorted(
+            {"axes", "unit", "surface", "section", "section_at", "smoothing"} & table.model_fields_set
+        )
         if of_file:
             raise WrongInput(
-                f"{key}.{of_file[0]}: is of files, and {table.profile} is a standard profile: leave it out"
+                f"{key}.{of_file[0]}: is of files, and {table.profile} is one of the package: leave it out"
             )
         return table
     path = folder / table.profile
     if not path.is_file():
         raise WrongInput(
-            f"{key}.profile = {table.profile!r}: no such file beside the specification, and no standard "
-            f"profile ({', '.join(STANDARDS)})"
+            f"{key}.profile = {table.profile!r}: no such file beside the specification, and no "
+            f"profile of the package ({', '.join(NAMED)})"
         )
     return table.model_copy(update={"profile": str(path)})
 

@@ -109,7 +109,7 @@ def _checked(kind: Kind | None, axes: str | None, unit: str | None, surface: int
 def _content(source: Source) -> Content:
     """What the file says, by its format."""
     if source.path.suffix.lower() in (".slcs", ".slcw"):
-        raise source.refused("a list of sections; read_sections reads it")
+        raise source.refused("a list of sections: read_sections and read_section read it")
     if is_spline_block(source):
         return read_spline_block(source)
     return read_miniprof(source) if is_miniprof(source) else read_columns(source)

@@ -10,7 +10,7 @@ scale * (offset + number). Files are sought beside the list.
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -30,6 +30,9 @@ from geometries.profiles.text import (
 )
 
 COMMENTS = '!%"'
+LISTS = (".slcs", ".slcw")  # endings
+DESCRIBED = 6  # sections in a message
+SAME_POSITION = 1e-9  # rounding, as a share of the list's length
 MAX_SECTIONS = 10_000
 SECTION = re.compile(r"(\S+?)[\s,]+(?:'([^']+)'|(\S+))")
 INTERPOLATIONS: dict[int, Literal["spline", "approximating"]] = {1: "spline", 2: "approximating"}
@@ -59,6 +62,35 @@ class Sections:
     interpolation: Literal["spline", "approximating"]
     kinks: tuple[int, ...] = ()
     accelerations: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class SectionChoice:
+    """One section of a list: by its number from 1 on, or by its position in the unit of the list."""
+
+    number: int | None = None
+    position: float | None = None
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A section in a list: line, position and file."""
+
+    line: int
+    position: float
+    file: str
+
+
+@dataclass(frozen=True)
+class _Listed:
+    """What a list says, before any profile is read."""
+
+    source: Source
+    named: list[_Named]
+    method: int
+    kinks: tuple[int, ...]
+    accelerations: tuple[int, ...]
+    places: list[tuple[float | None, ...]]
 
 
 @dataclass(frozen=True)
@@ -101,8 +133,75 @@ def read_sections(
     `axes`, `unit` and `surface` are those of `read_profile`, for all files. Raises WrongInput with the path
     and the line of the list, and for a profile that cannot be read with its own, too.
     """
-    source = read_source(Path(path))
-    if source.path.suffix.lower() not in (".slcs", ".slcw"):
+    listed = _listed(Path(path))
+    kind = kind_by_name(listed.source)
+    profiles = _profiles(listed, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface))
+    sections = tuple(
+        Section(named.position, profile, place)
+        for named, profile, place in zip(listed.named, profiles, listed.places, strict=True)
+    )
+    return Sections(sections, INTERPOLATIONS[listed.method], listed.kinks, listed.accelerations)
+
+
+def read_section(
+    path: str | Path,
+    choice: SectionChoice,
+    *,
+    axes: str | None = None,
+    unit: str | None = None,
+    surface: int | None = None,
+) -> Profile:
+    """Profile of one section of a list; other arguments and errors are those of `read_sections`.
+
+    Between sections there is none: the surface there is a spline along features through all sections, which
+    is not evaluated.
+    """
+    listed = _listed(Path(path))
+    k = _chosen(listed, choice)
+    alone = replace(listed, named=[listed.named[k]])
+    kind = kind_by_name(listed.source)
+    (profile,) = _profiles(
+        alone, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface)
+    )
+    position = alone.named[0].position
+    note = f"Section {k + 1} of {len(listed.named)} of {listed.source.path.name}, at {position:g}."
+    return replace(profile, name=f"{listed.source.path.stem}-{k + 1}", notes=(note, *profile.notes))
+
+
+def _chosen(listed: _Listed, choice: SectionChoice) -> int:
+    """Index of a section. Raises WrongInput, with the sections of the list, where there is none."""
+    named, source = listed.named, listed.source
+    there_are = f"; {source.path.name} has {_described(named)}"
+    if (choice.number is None) == (choice.position is None):
+        both = "give one of both" if choice.number is not None else "give section or section_at"
+        raise source.refused(f"section: a number, or section_at: a position: {both}{there_are}")
+    if choice.number is not None:
+        if not 1 <= choice.number <= len(named):
+            raise source.refused(f"section = {choice.number}: must be 1 ... {len(named)}{there_are}")
+        return choice.number - 1
+    position = float(choice.position or 0.0)
+    first, last = named[0].position, named[-1].position
+    away = [abs(section.position - position) for section in named]
+    if min(away) <= SAME_POSITION * max(last - first, abs(first), abs(last)):
+        return away.index(min(away))
+    where = (
+        "lies between sections, where profiles are not interpolated"
+        if first < position < last
+        else "lies beyond the list"
+    )
+    raise source.refused(f"section_at = {position:g}: {where}: give the position of a section{there_are}")
+
+
+def _described(named: list[_Named]) -> str:
+    """Numbers, positions and files of sections."""
+    parts = [f"{k}: at {each.position:g}, {each.file}" for k, each in enumerate(named, 1)]
+    return "; ".join(parts if len(parts) <= DESCRIBED else [*parts[: DESCRIBED - 1], "...", parts[-1]])
+
+
+def _listed(path: Path) -> _Listed:
+    """What a list says. Raises WrongInput."""
+    source = read_source(path)
+    if source.path.suffix.lower() not in LISTS:
         raise source.refused("a list of sections must end in .slcs (rail) or .slcw (wheel)")
     content = ((k, text) for k, line in enumerate(source.lines, 1) if (text := uncommented(line, COMMENTS)))
     lines = _Lines(source, content)
@@ -118,34 +217,28 @@ def read_sections(
         _places(lines, what, number_of, features)
         for what, number_of in (("kinks", kinks), ("accelerations", accelerations))
     )
-    places = [_features(lines, placing, features, position) for _, position, _ in named]
+    places = [_features(lines, placing, features, section.position) for section in named]
     _check_end(lines)
-    kind = kind_by_name(source)
-    profiles = _profiles(
-        source, named, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface)
-    )
-    sections = tuple(
-        Section(position, profile, place)
-        for (_, position, _), profile, place in zip(named, profiles, places, strict=True)
-    )
-    return Sections(sections, INTERPOLATIONS[method], kinked, accelerated)
+    return _Listed(source, named, method, kinked, accelerated, places)
 
 
-def _named(lines: _Lines, placing: list[float]) -> tuple[int, float, str]:
-    """Line, position and file of the next section."""
+def _named(lines: _Lines, placing: list[float]) -> _Named:
+    """The next section."""
     line, text = lines.following("section")
     match = SECTION.match(text)
     if match is None:
         raise lines.source.wrong(line, f"{shortened(text)}: position and 'file' of a section are expected")
     position = number(lines.source, line, match[1], "position")
-    return line, placing[1] * (placing[0] + position), match[2] or match[3]
+    return _Named(line, placing[1] * (placing[0] + position), match[2] or match[3])
 
 
-def _check_growing(source: Source, named: list[tuple[int, float, str]]) -> None:
+def _check_growing(source: Source, named: list[_Named]) -> None:
     """Raise WrongInput where positions do not grow."""
-    for (_, before, _), (line, position, _) in pairwise(named):
-        if not position > before:
-            raise source.wrong(line, f"position {position:g} after {before:g}: positions must grow")
+    for before, after in pairwise(named):
+        if not after.position > before.position:
+            raise source.wrong(
+                after.line, f"position {after.position:g} after {before.position:g}: positions must grow"
+            )
 
 
 def _places(lines: _Lines, what: str, count: int, features: int) -> tuple[int, ...]:
@@ -175,16 +268,14 @@ def _check_end(lines: _Lines) -> None:
         )
 
 
-def _profiles(
-    source: Source, named: list[tuple[int, float, str]], reader: Callable[[Path], Profile]
-) -> list[Profile]:
+def _profiles(listed: _Listed, reader: Callable[[Path], Profile]) -> list[Profile]:
     """Profiles of the sections; a file that is named several times is read once."""
     read: dict[str, Profile] = {}
-    for line, _, name in named:
-        if name not in read:
-            path = source.path.parent / name.replace("\\", "/")
+    for section in listed.named:
+        if section.file not in read:
+            path = listed.source.path.parent / section.file.replace("\\", "/")
             try:
-                read[name] = reader(path)
+                read[section.file] = reader(path)
             except WrongInput as error:
-                raise source.wrong(line, str(error)) from None
-    return [read[name] for _, _, name in named]
+                raise listed.source.wrong(section.line, str(error)) from None
+    return [read[section.file] for section in listed.named]

@@ -50,6 +50,11 @@ class Standard:
         """The exact curve."""
         return Outline(self.pieces())
 
+    @property
+    def origin(self) -> str:
+        """A sentence about what the curve is."""
+        return f"{self.title}; from {self.source}, exact."
+
 
 def standard(name: str) -> Standard:
     """Return a standard profile by its name in `STANDARDS`; raise WrongInput."""

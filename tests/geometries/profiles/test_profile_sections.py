@@ -4,7 +4,7 @@ from profile_texts import block_text, rail
 
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile
-from geometries.profiles.sections import read_sections
+from geometries.profiles.sections import SectionChoice, read_section, read_sections
 
 LIST = """! a crossing
   2.0  1000.0      % S_OFFSET, S_SCALE
@@ -106,7 +106,49 @@ def test_a_wrong_profile_is_named_by_both_files_and_lines(folder):
 def test_the_ending_says_what_a_file_is(folder):
     with pytest.raises(WrongInput, match=r"must end in \.slcs"):
         read_sections(folder / "a.prr")
-    with pytest.raises(WrongInput, match="read_sections reads it"):
+    with pytest.raises(WrongInput, match="read_sections and read_section"):
         read_profile(save(folder, LIST))
     with pytest.raises(WrongInput, match="kind = 'wheel'"):
         read_sections(save(folder, LIST, "list.slcw"))
+
+
+def test_one_section_by_its_number_or_its_position(folder):
+    path = save(folder, LIST)
+    for number, position, moved in ((1, 1000.0, 0), (2, 2500.0, 1), (3, 5000.0, 0)):
+        for choice in (SectionChoice(number=number), SectionChoice(position=position)):
+            profile = read_section(path, choice)
+            np.testing.assert_allclose(profile.points, shifted(moved), rtol=0, atol=1e-12)
+            assert profile.name == f"list-{number}"
+            assert profile.notes[0] == f"Section {number} of 3 of list.slcs, at {position:g}."
+
+
+def test_only_the_profile_of_the_section_is_read(folder):
+    (folder / "sub/b.prr").unlink()
+    path = save(folder, LIST)
+    assert read_section(path, SectionChoice(number=1)).name == "list-1"
+    with pytest.raises(WrongInput, match=r"line 7: .*No such file"):
+        read_section(path, SectionChoice(number=2))
+
+
+@pytest.mark.parametrize(
+    ("choice", "word"),
+    [
+        (SectionChoice(), "give section or section_at"),
+        (SectionChoice(1, 1000.0), "give one of both"),
+        (SectionChoice(4), r"section = 4: must be 1 \.\.\. 3"),
+        (SectionChoice(position=1200.0), "lies between sections, where profiles are not interpolated"),
+        (SectionChoice(position=999.0), "lies beyond the list"),
+    ],
+)
+def test_a_section_that_is_none_is_refused_with_those_of_the_list(folder, choice, word):
+    with pytest.raises(WrongInput, match=word) as error:
+        read_section(save(folder, LIST), choice)
+    assert str(error.value).endswith(
+        "list.slcs has 1: at 1000, a.prr; 2: at 2500, sub\\b.prr; 3: at 5000, a.prr"
+    )
+
+
+def test_long_lists_are_abridged_in_messages(folder):
+    rows = "".join(f"{k} a.prr\n" for k in range(9))
+    with pytest.raises(WrongInput, match=r"5: at 4, a\.prr; \.\.\.; 9: at 8, a\.prr$"):
+        read_section(save(folder, f"0 1\n9\n0 0 0\n1\n{rows}"), SectionChoice())
