@@ -83,7 +83,8 @@ class Ellipse:
 
     def angle(self, s: Array) -> Array:
         """Eccentric angle from the crown at arc length s, shape of s."""
-        return invert(self.arc_length, self._speed, s, np.linspace(-np.pi, np.pi, 2049))
+        phi = np.linspace(-np.pi, np.pi, 2049)
+        return invert(self.arc_length, self._speed, s, (phi, self.arc_length(phi)))
 
     def arc_length(self, phi: Array) -> Array:
         """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral; shape of phi."""
@@ -119,7 +120,8 @@ class Spline:
 
     def parameter(self, s: Array) -> Array:
         """Spline parameter at arc length s, shape of s."""
-        return invert(self.arc_length, self._speed, s, self.curve.x)
+        lengths = self.to_knots - self._from_first(np.array(self.t_centre))
+        return invert(self.arc_length, self._speed, s, (self.curve.x, lengths))
 
     def arc_length(self, t: Array) -> Array:
         """Arc length [mm] from the contact centre to parameter t, shape of t."""
@@ -143,16 +145,19 @@ def length_between(curve: "PPoly", start: Array, end: Array) -> Array:
 
 
 def invert(
-    length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, table: Array
+    length: Callable[[Array], Array],
+    speed: Callable[[Array], Array],
+    s: Array,
+    table: tuple[Array, Array],
 ) -> Array:
-    """Parameters t with length(t) = s, shape of s: interpolation in a table of t, then Newton's method.
+    """Parameters t with length(t) = s, shape of s: interpolation in a table, then Newton's method.
 
-    `length` grows with t, and `speed` is its derivative. Raises Failure where Newton's method does not
-    converge.
+    `length` grows with t, and `speed` is its derivative; the `table` has values of t and their lengths.
+    Raises Failure where Newton's method does not converge.
     """
-    lengths = length(table)
-    tolerance = LENGTH_ROUNDING * float(np.ptp(lengths))
-    t = np.interp(s, lengths, table)
+    known, lengths = table
+    tolerance = LENGTH_ROUNDING * float(lengths[-1] - lengths[0])
+    t = np.interp(s, lengths, known)
     for _ in range(NEWTON_STEPS):
         defect = length(t) - s
         if np.max(np.abs(defect), initial=0.0) <= tolerance:

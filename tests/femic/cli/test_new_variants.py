@@ -53,7 +53,7 @@ def test_run_compares_new_variants_with_c(scene, tmp_path, monkeypatch):
     assert "symbol of Btilde" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("motion", ["none", "compression", "transient"])
+@pytest.mark.parametrize("motion", ["none", "compression", pytest.param("transient", marks=pytest.mark.slow)])
 def test_contact_is_solved_with_new_variants(motion, scene, tmp_path, monkeypatch):
     """Without friction nn alone counts."""
     register(monkeypatch)

@@ -240,6 +240,10 @@ def test_ten_decades_of_load_are_similar(order, decades):
     here = solve(FLAT, motion, Loading(LOAD))
     there = solve(problem, replace(motion, rigid=size * motion.rigid, dx=larger.dx), Loading(size**3 * LOAD))
     same(there, here, size)
+    assert there.approach == pytest.approx(size**2 * here.approach, rel=1e-5)
+    assert np.sum(there.p, axis=(0, 1)) == pytest.approx(
+        size * np.sum(here.p, axis=(0, 1)), rel=1e-4, abs=1e-6 * size * np.sum(here.p)
+    )
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -268,6 +272,8 @@ def test_ics_as_a_matrix_give_the_same_contact(order):
     motion = rolls(problem, order)
     here, there = (solve(of, motion, Loading(2000.0)) for of in (problem, by_matrix(problem)))
     same(there, here)
+    assert there.approach == pytest.approx(here.approach, rel=1e-5)
+    assert np.max(here.p[..., X]) > 0.05 * here.p.max()  # it is no contact without friction
 
 
 @each_problem
