@@ -26,7 +26,7 @@ with lazy_imports():
     from compare.profiles import page, places, understood
 
 ARGUMENTS = re.compile(
-    r"\b(give )?(kind|axes|unit|surface|section|tolerance) = "
+    r"\b(give )?(kind|axes|unit|surface|section|section_at|tolerance) = "
 )  # in messages of the readers
 
 
@@ -116,7 +116,7 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
         try:
             prepared = prepared_file(path, options.reading)  # raises before anything heavy is loaded
         except WrongInput as error:
-            raise WrongInput(ARGUMENTS.sub(r"\1--\2 ", str(error))) from error
+            raise WrongInput(ARGUMENTS.sub(_option, str(error))) from error
         return understood.of_file(prepared, path)
     if name not in NAMED:
         similar = [known for known in NAMED if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
@@ -129,6 +129,11 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
         raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
     entry = NAMED[name]
     return understood.of_worn(name, entry) if isinstance(entry, Worn) else understood.of_standard(name, entry)
+
+
+def _option(argument: re.Match[str]) -> str:
+    """Return an argument of the readers in a message as the option of the command."""
+    return f"{argument[1] or ''}--{argument[2].replace('_', '-')} "
 
 
 def _check(files: Sequence[str], kinds: Sequence[Kind], write: Path | None) -> None:

@@ -17,7 +17,10 @@ with lazy_imports():
 
 def shifts(
     specification: Annotated[
-        str | None, Parameter(help="TOML file, or the built-in s1002-on-60e1; `--show` prints one")
+        str | None,
+        Parameter(
+            help="TOML file, or a built-in one: s1002-on-60e1, s1002-on-60e1-worn; `--show` prints one"
+        ),
     ] = None,
     /,
     *,

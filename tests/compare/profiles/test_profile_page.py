@@ -27,7 +27,9 @@ def head(tmp_path, monkeypatch):
 
 def understood(tolerance=0.0):
 
-    return of_file(prepared_file(Path("mine.txt"), Reading("rail", "field", tolerance=tolerance)), "mine.txt")
+    return of_file(
+        prepared_file(Path("mine.txt"), Reading("rail", "field", tolerance=tolerance)), Path("mine.txt")
+    )
 
 
 @pytest.mark.usefixtures("head")

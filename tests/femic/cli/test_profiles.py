@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
-from geometries.profiles.files import read_profile
-from geometries.profiles.standards import STANDARDS
+from geometries.profiles.files import read_profile, write_profile
+from geometries.profiles.named import NAMED
+from geometries.profiles.standards import standard_profile
 from tests.samples import ERROR, write_head
 
 
@@ -20,10 +21,18 @@ def head(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_list_has_every_standard_with_its_kind(capsys):
+def write_list(folder):
+    """Write a list of the sections 60E1 at 0 and 54E1 at 5."""
+    for name, standard in (("a.prr", "60E1"), ("b.prr", "54E1")):
+        write_profile(standard_profile(standard, 1.0), folder / name)
+    text = "0 1\n2\n0 0 0\n1\n0 'a.prr'\n5 'b.prr'\n"
+    (folder / "list.slcs").write_text(text, encoding="utf-8")
+
+
+def test_list_has_every_profile_of_the_package_with_its_kind(capsys):
     assert exit_code(["profiles"]) == DONE
     text = capsys.readouterr().out
-    for name, entry in STANDARDS.items():
+    for name, entry in NAMED.items():
         assert re.search(rf"^{name} +{entry.kind} ", text, re.MULTILINE)
 
 
@@ -62,19 +71,74 @@ def test_profile_is_written_back_as_read_or_smoothed():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["60E1", "61E1"], r"no such file and no standard profile; did you mean 60E1"),
+        (["60E1", "61E1"], r"no such file, and none of the package; did you mean 60E1"),
         (["mine.txt"], r"mine\.txt: kind: .*give --kind 'rail'"),
         (["mine.txt", "--kind", "rail"], r"mine\.txt: axes: .*give --axes 'field'"),
         (["mine.txt", "--kind", "rail", "--axes", "left"], r"--axes 'left'"),
         (["bad.txt", "--kind", "rail"], r"bad\.txt, line 2: "),
-        (["S1002", "--axes", "up"], r"S1002: a standard profile: leave out"),
-        (["S1002", "S1002"], r"two have the same name"),
+        (["S1002", "--axes", "up"], r"S1002: a profile of the package: leave out"),
+        (["S1002", "S1002"], r"S1002: given twice"),
+        (["mine.txt", "mine.txt", "--kind", "rail", "--axes", "field"], r"mine\.txt: given twice"),
+        (["mine.txt", "--kind", "rail", "--section", "1"], r"section and section_at are of lists"),
+        (
+            ["list.slcs"],
+            r"list\.slcs: .*give section or section_at; list\.slcs has 1: at 0, a\.prr; 2: at 5, b\.prr",
+        ),
+        (["list.slcs", "--section", "3"], r"--section 3: must be 1 \.\.\. 2"),
+        (["list.slcs", "--section-at", "2"], r"--section-at 2: lies between sections"),
+        (["list.slcs", "--section", "1", "--kind", "wheel"], r"--kind 'wheel': it is a list of rails"),
         (["S1002", "--write", "a.prr"], r"--write a\.prr: .*must end in \.prw"),
         (["S1002", "60E1", "--write", "a.prw"], r"--write a\.prw: 2 profiles; give one"),
     ],
 )
 def test_what_is_missing_or_wrong_is_refused_before_anything_is_written(arguments, message, head, capsys):
     (head / "bad.txt").write_text("0 1\n1 x\n", encoding="utf-8")
+    write_list(head)
     assert exit_code(["profiles", *arguments]) == WRONG_INPUT
     assert re.search(message, capsys.readouterr().err)
     assert not (head / "out").exists()
+
+
+def files_of_pages(folder):
+    """The files of all pages, by the names of their folders."""
+    result = {}
+    for path in folder.glob("out/profiles/*/profile.nc"):
+        with xr.open_dataset(path) as dataset:
+            result[path.parent.name] = dataset.attrs["file"]
+    return result
+
+
+def test_no_page_is_written_over_that_of_another_file(head):
+    """A folder has the name of the file, else its ending, too, else its folders; files stay in theirs."""
+    given = ["--kind", "rail", "--axes", "field"]
+    for folder in ("one", "two"):
+        (head / folder).mkdir()
+        write_head(head / folder / "mine.txt")
+    (head / "mine.dat").write_bytes((head / "mine.txt").read_bytes())
+    assert exit_code(["profiles", "mine.txt", "mine.dat", *given]) == DONE
+    assert exit_code(["profiles", "one/mine.txt", "two/mine.txt", *given]) == DONE
+    expected = {
+        "mine": str(head / "mine.txt"),
+        "mine-dat": str(head / "mine.dat"),
+        "mine-txt": str(head / "one/mine.txt"),
+        "two-mine-txt": str(head / "two/mine.txt"),
+    }
+    assert files_of_pages(head) == expected
+    assert exit_code(["profiles", "two/mine.txt", "mine.txt", *given]) == DONE
+    assert files_of_pages(head) == expected
+
+
+def test_page_of_a_worn_profile_says_where_it_comes_from(head, capsys):
+    assert exit_code(["profiles", "S1002-worn"]) == DONE
+    assert "worn from S1002 by the law in docs/theory/wheel-on-rail.md" in capsys.readouterr().out
+    assert files_of_pages(head) == {"S1002-worn": "S1002-worn"}
+
+
+def test_page_of_a_section_has_its_number(head, capsys):
+    write_list(head)
+    for number, position, width in ((1, 0, 72.0), (2, 5, 70.0)):  # widths of the heads near 60E1 and 54E1
+        assert exit_code(["profiles", "list.slcs", "--section-at", f"{position}"]) == DONE
+        with xr.open_dataset(head / f"out/profiles/list-{number}/profile.nc") as dataset:
+            assert float(np.ptp(dataset.y.values)) == pytest.approx(width, abs=2.5)
+            assert dataset.attrs["notes"].startswith(f"Section {number} of 2 of list.slcs, at {position}.")
+    capsys.readouterr()

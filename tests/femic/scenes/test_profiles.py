@@ -21,14 +21,17 @@ from femic.scenes.errors import BadScene
 from femic.scenes.listing import as_toml
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
+from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile, write_profile
+from geometries.profiles.named import NAMED
 from geometries.profiles.placement import arc_length_at, contour_at
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.splines import spline_contour
-from geometries.profiles.standards import STANDARDS, standard
+from geometries.profiles.standards import STANDARDS, standard, standard_profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.wheelset import settle
+from geometries.track.worn_standards import TRACK, WHEELSET
 
 R = 15.0  # mm
 STEEL = {"E": 210e3, "nu": 0.28}
@@ -322,3 +325,35 @@ def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatc
     assert re.search(r"lower\.contour\.file = rail\.txt, line 3: ", message)
     assert len(message.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_worn_scene_touches_where_the_worn_wheelset_touches():
+    """Contact centres, turn and rolling radius are those of the built-in specification at 6.4 mm."""
+    rail, wheel = NAMED["60E1-worn"].outline, NAMED["S1002-worn"].outline
+    position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, WHEELSET), 6.4, roll="about rails")
+    touch, scene = position.left[0], load_scene("s1002-on-60e1-worn")
+    file = scene_of_text(scene.text, Path())
+    lower, upper = file.lower, file.upper
+    assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=2e-3)
+    assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=2e-3)
+    assert lower.contour.turn == pytest.approx(np.arctan(1 / 40) - position.roll, abs=2e-6)
+    assert upper.rolling_radius == pytest.approx(touch.radius, abs=1e-3)
+    angles = [float(body.contour.inclination(0.0)) for body in scene.bodies.values()]
+    assert angles[0] == pytest.approx(angles[1], abs=2e-4)
+
+
+def test_section_of_a_list_is_the_contour_of_its_profile(tmp_path):
+    write_profile(standard_profile("60E1", 0.2), tmp_path / "b.prr")
+    write_profile(standard_profile("54E1", 0.2), tmp_path / "a.prr")
+    (tmp_path / "rail.slcs").write_text("0 1\n2\n0 0 0\n1\n0 a.prr\n1 b.prr\n")
+    of_list = {"kind": "profile", "file": str(tmp_path / "rail.slcs"), "y_centre": 5.0}
+    alone = of_list | {"file": str(tmp_path / "b.prr")}
+    s = np.linspace(-10, 10, 50)
+    expected = scene_with(alone).bodies["lower"].contour.position(s)
+    for choice in ({"section": 2}, {"section_at": 1.0}):
+        contour = scene_with(of_list | choice).bodies["lower"].contour
+        np.testing.assert_array_equal(contour.position(s), expected)
+    with pytest.raises(WrongInput, match=r"contour\.file = .*section_at; rail\.slcs has 1: at 0, a\.prr"):
+        scene_with(of_list)
+    with pytest.raises(WrongInput, match=r"section and section_at are of lists"):
+        scene_with(alone | {"section": 1})

@@ -10,6 +10,7 @@ from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
 from geometries.profiles.standards import standard_profile
+from geometries.track.worn_standards import unworn
 
 MINIMAL = '[rail]\nprofile = "60E1"\n[wheel]\nprofile = "S1002"\n'
 
@@ -43,12 +44,16 @@ def test_the_example_shows_every_key_and_is_the_built_in_file(name):
     ("text", "says"),
     [
         (MINIMAL.replace("60E1", "S1002"), "is no rail"),
-        (MINIMAL.replace("60E1", "nothing.prr"), "no such file beside the specification"),
+        (
+            MINIMAL.replace("60E1", "nothing.prr"),
+            "no such file beside the specification, and no profile of the package",
+        ),
         (MINIMAL + "[contact]\nload = -1.0\n", "contact.load"),
         (MINIMAL + '[contact]\nics = ["D"]\n', "contact.ics"),
         ("shifts = [1.0, 0.0]\n" + MINIMAL, "must grow"),
         ("shifts = [60.0]\n" + MINIMAL, "at most 50"),
         (MINIMAL.replace('60E1"', '60E1"\nsmoothing = 0.02'), "is of files"),
+        (MINIMAL.replace('60E1"', '60E1"\nsection = 2'), "rail.section: is of files"),
         (MINIMAL + "[track]\ngage = 1435.0\n", "unknown key"),
         ("[rail", "not TOML"),
     ],
@@ -72,3 +77,30 @@ def test_profiles_of_files_and_standards_are_the_same(tmp_path):
     one, other = (placed.layout.left.rail.position(t) for placed in (of_file, exact))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3)  # arc lengths differ at corners of the spline
     assert any("rail" in note for note in of_file.notes)
+
+
+def test_a_section_of_a_list_is_a_profile(tmp_path):
+    """The second section is 60E1; the first one, 54E1, has another curve."""
+    for name, section in (("a.prr", "54E1"), ("b.prr", "60E1")):
+        write_profile(standard_profile(section, 0.1), tmp_path / name)
+    (tmp_path / "track.slcs").write_text("0 1000\n2\n0 0 0\n1\n0 'a.prr'\n1.5 'b.prr'\n")
+    exact = place(loaded(tmp_path, MINIMAL)).rails[0].curve
+    for key in ("section = 2", "section_at = 1500.0"):
+        section = place(loaded(tmp_path, MINIMAL.replace('60E1"', f'track.slcs"\n{key}'))).rails[0]
+        assert section.name == "track-2"
+        np.testing.assert_allclose(
+            section.curve.position(np.linspace(10, 110, 50)),
+            exact.position(np.linspace(10, 110, 50)),
+            atol=1e-3,
+        )
+    with pytest.raises(WrongInput, match=r"give section or section_at; track\.slcs has 1: at 0"):
+        place(loaded(tmp_path, MINIMAL.replace("60E1", "track.slcs")))
+
+
+def test_the_worn_pair_keeps_its_gauge():
+    """Rails worn in their place are where the built-in specification lays them out, to 0.05 mm."""
+    left = place(load_shifts("s1002-on-60e1-worn")[2]).layout.left
+    unworn_left = unworn().left
+    assert left.rail.offset[0] == pytest.approx(unworn_left.rail.offset[0], abs=0.05)
+    assert left.wheel.offset[0] == pytest.approx(unworn_left.wheel.offset[0], abs=1e-9)
+    assert left.rail.angle == unworn_left.rail.angle
