@@ -59,7 +59,7 @@ WORN: Mapping[str, Worn] = MappingProxyType(
         ),
     }
 )
-NAMED: Mapping[str, Standard | Worn] = MappingProxyType(STANDARDS | WORN)
+NAMED: Mapping[str, Standard | Worn] = MappingProxyType({**STANDARDS, **WORN})
 
 
 def named(name: str) -> Standard | Worn:

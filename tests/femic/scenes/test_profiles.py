@@ -2,6 +2,7 @@
 
 import pickle
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -328,9 +329,10 @@ def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatc
 
 
 def test_worn_scene_touches_where_the_worn_wheelset_touches():
-    """Contact centres, turn and rolling radius are those of the built-in specification at 6.4 mm."""
+    """Contact centres, turn and rolling radius are those of a wheelset at 6.4 mm, to 2 micrometres."""
     rail, wheel = NAMED["60E1-worn"].outline, NAMED["S1002-worn"].outline
-    position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, WHEELSET), 6.4, roll="about rails")
+    wheelset = replace(WHEELSET, nominal_radius=500.0)
+    position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, wheelset), 6.4, roll="about rails")
     touch, scene = position.left[0], load_scene("s1002-on-60e1-worn")
     file = scene_of_text(scene.text, Path())
     lower, upper = file.lower, file.upper
