@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from geometries.profiles.named import Worn
+from geometries.profiles.named import Worn, named
 from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, figure_of, sampled
 from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.standards import Standard, standard_profile
@@ -42,8 +42,14 @@ def of_file(prepared: Prepared, path: Path) -> Understood:
     return _of_prepared(prepared, path.name, str(path.resolve()))
 
 
-def of_worn(name: str, worn: Worn) -> Understood:
-    """Return a worn profile of the package."""
+def of_package(name: str) -> Understood:
+    """Return a profile of the package, standard or worn, by its name; raise WrongInput."""
+    entry = named(name)
+    return _of_worn(name, entry) if isinstance(entry, Worn) else _of_standard(name, entry)
+
+
+def _of_worn(name: str, worn: Worn) -> Understood:
+    """Return a worn profile."""
     return _of_prepared(worn.outline, f"{name}, {worn.source}", name)
 
 
@@ -60,7 +66,7 @@ def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
     return Understood(prepared.kind, source, file, figure, False, is_smoothed, as_points)
 
 
-def of_standard(name: str, standard: Standard) -> Understood:
+def _of_standard(name: str, standard: Standard) -> Understood:
     """Return a standard profile; its points are the ends of its pieces."""
     outline, joints = standard.outline, standard.outline.joints
     s = np.unique(np.concatenate([equal_steps(outline.length, SPACING), joints]))

@@ -18,7 +18,7 @@ from femic.scenes.profiles import Reading, prepared_file
 from geometries.errors import WrongInput
 from geometries.profiles.content import UNITS
 from geometries.profiles.files import ENDINGS, write_profile
-from geometries.profiles.named import NAMED, Worn
+from geometries.profiles.named import NAMED
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 
@@ -127,8 +127,7 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
         )
     if options != NO_OPTIONS:
         raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
-    entry = NAMED[name]
-    return understood.of_worn(name, entry) if isinstance(entry, Worn) else understood.of_standard(name, entry)
+    return understood.of_package(name)
 
 
 def _option(argument: re.Match[str]) -> str:

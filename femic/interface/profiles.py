@@ -6,24 +6,26 @@ from typing import Any, Literal
 
 import xarray as xr
 
-from compare.profiles.understood import Understood, of_file, of_standard, to_dataset
+from compare.profiles.understood import Understood, of_file, of_package, to_dataset
 from femic.interface.bodies import checked, given
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
 from geometries.errors import WrongInput
-from geometries.profiles import files, standards
+from geometries.profiles import files
 from geometries.profiles.profile import Kind
+from geometries.profiles.sections import SectionChoice
 
 AS_IT_IS = Reading()
 
 
 @dataclass(frozen=True)
 class Profile:
-    """A rail or a wheel: the profile of a `file`, smoothed, or a `standard` one such as "60E1".
+    """A rail or a wheel: the profile of a `file`, smoothed, or one of the package, such as "60E1" (`standard`).
 
     What the file does not show has to be given: its `kind`, "rail" or "wheel"; `axes`, where y grows and z
-    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several.
-    `tolerance` is the rms distance of the points from the curve [mm], or "cross-validation", which finds it;
-    with 0 the curve goes through all points. Raises WrongInput.
+    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several. A list of
+    sections (.slcs, .slcw) has a number `section` from 1 on, or a position `section_at`. `tolerance` is the rms
+    distance of the points from the curve [mm], or "cross-validation", which finds it; with 0 the curve goes
+    through all points. Raises WrongInput.
     """
 
     file: str | Path | None = None
@@ -32,6 +34,8 @@ class Profile:
     axes: str | None = None
     unit: str | None = None
     surface: int | None = None
+    section: int | None = None
+    section_at: float | None = None
     tolerance: float | Literal["cross-validation"] = 0.0
     understood: Understood = field(init=False, repr=False, compare=False)  # not public
 
@@ -40,8 +44,8 @@ class Profile:
             raise WrongInput("give either file or standard, one of them")
         if self.standard is not None and self._reading != AS_IT_IS:
             raise WrongInput(
-                f"standard = {self.standard!r}: leave out kind, axes, unit, surface and tolerance, which are "
-                "of files"
+                f"standard = {self.standard!r}: leave out kind, axes, unit, surface, section and tolerance, "
+                "which are of files"
             )
         object.__setattr__(self, "understood", self._understood())
 
@@ -75,6 +79,8 @@ class Profile:
             "axes": self.axes,
             "unit": self.unit,
             "surface": self.surface,
+            "section": self.section,
+            "section_at": self.section_at,
         }
         if self.file is not None:
             of_file |= {"file": str(Path(self.file).absolute()), "tolerance": self.tolerance}
@@ -88,14 +94,15 @@ class Profile:
     @property
     def _reading(self) -> Reading:
         """How the file is read."""
-        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance)
+        section = SectionChoice(self.section, self.section_at)
+        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, section)
 
     def _understood(self) -> Understood:
         """Return the profile as it is understood; raise WrongInput for one that cannot be read."""
         if self.standard is not None:
-            return of_standard(self.standard, standards.standard(self.standard))
+            return of_package(self.standard)
         path = Path(self.file or "")
-        return of_file(prepared_file(path, self._reading), path.name)
+        return of_file(prepared_file(path, self._reading), path)
 
 
 def write_profile(profile: Profile, path: str | Path) -> None:

@@ -48,6 +48,6 @@ def _table(profile: Profile, kind: Kind) -> dict[str, Any]:
         raise WrongInput(f"{kind}: the profile of a {seen}")
     if profile.standard is not None:
         return {"profile": profile.standard}
-    of_file = {"axes": profile.axes, "unit": profile.unit, "surface": profile.surface}
+    of_file = {key: getattr(profile, key) for key in ("axes", "unit", "surface", "section", "section_at")}
     name = str(Path(profile.file or "").absolute())  # no standard profile has such a name
     return given({"profile": name, "smoothing": profile.tolerance} | of_file)

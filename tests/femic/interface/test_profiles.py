@@ -49,6 +49,28 @@ def test_the_data_say_how_the_file_was_understood(head):
     np.testing.assert_allclose(np.sin(middle.inclination), (middle.y - CROWN) / RADIUS, atol=2e-3)
 
 
+def test_a_section_of_a_list_is_the_profile_of_its_file(tmp_path, head):
+    femic.write_profile(head, tmp_path / "head.prr")
+    femic.write_profile(RAIL, tmp_path / "other.prr")
+    (tmp_path / "rail.slcs").write_text("0 1\n2\n0 0 0\n1\n0 head.prr\n1000 other.prr\n")
+    by_number = femic.Profile(tmp_path / "rail.slcs", section=1)
+    by_position = femic.Profile(tmp_path / "rail.slcs", section_at=1000.0)
+    for section, file in ((by_number, "head.prr"), (by_position, "other.prr")):
+        alone = femic.Profile(tmp_path / file)
+        np.testing.assert_array_equal(section.data.z, alone.data.z)
+        assert section.at(0.0).contour().limits == alone.at(0.0).contour().limits
+
+
+def test_a_worn_profile_of_the_package_lies_within_the_new_one():
+    y = np.linspace(-30, 30, 13)
+    new, worn = (
+        np.interp(y, data.y, data.z)
+        for data in (femic.Profile(standard=name).data for name in ("60E1", "60E1-worn"))
+    )
+    assert np.all(worn < new + 0.01)  # mm, of smoothing
+    assert np.max(new - worn) > 0.5
+
+
 def test_the_contact_centre_is_the_same_by_y_and_by_arc_length():
     crown = RAIL.data.s.max().item() / 2  # of a symmetric head
     s = np.linspace(-20, 20, 41)
