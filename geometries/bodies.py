@@ -117,6 +117,11 @@ class Body:
         return self.depth < self.domain.far_radius
 
     @property
+    def extent(self) -> tuple[float, float]:
+        """Arc lengths [mm] between which loads and lines may lie."""
+        return self.contour.extent if self.outline is None else self.s_range
+
+    @property
     def symmetric(self) -> bool:
         """Whether the section is its own mirror image in y -> -y, supports included."""
         return self.contour.symmetric and (self.outline is None or self.outline.symmetric)
@@ -171,5 +176,5 @@ def section_end(body: Body, direction: int) -> float:
 
 def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
     """Return the range of arc lengths [mm] that the contours of all bodies cover."""
-    starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
+    starts, ends = zip(*(body.extent for body in bodies.values()), strict=True)
     return max(starts), min(ends)

@@ -46,6 +46,15 @@ class SectionOutline:
             k = int(repeated[0]) + 1
             raise WrongInput(f"outline.points: points {k} and {k + 1} are the same: leave one out")
 
+    @classmethod
+    def of(cls, points: Array, clamped: tuple[int, int]) -> "SectionOutline":
+        """The outline through points (2, n) [mm]."""
+        return cls(tuple((float(y), float(z)) for y, z in points.T), clamped)
+
+    def at(self, points: Array) -> "SectionOutline":
+        """The outline with its points (2, n) [mm] elsewhere."""
+        return self.of(points, self.clamped)
+
     @property
     def corners(self) -> Array:
         """The points, shape (2, n) [mm]."""
@@ -69,12 +78,17 @@ class SectionOutline:
         same = np.allclose(self.corners, mirrored, rtol=0, atol=SAME_PLACE * self.size)
         return bool(same and sum(self.clamped) == len(self.points) + 1)
 
+    @property
+    def support(self) -> Array:
+        """The points from the first to the last clamped one, (2, n) [mm]."""
+        first, last = self.clamped
+        return self.corners[:, first - 1 : last]
+
     def on_clamped_edges(self, y: Array, z: Array) -> tuple[Mask, ...]:
         """For each clamped edge, whether points (y, z) [mm] lie on it, shape of y each."""
-        first, last = self.clamped
         return tuple(
             _distance(np.stack([y, z]), start, end) < SAME_PLACE * self.size
-            for start, end in pairwise(self.corners.T[first - 1 : last])
+            for start, end in pairwise(self.support.T)
         )
 
     def contour_ends(self, contour: Contour) -> tuple[float, float]:
@@ -170,7 +184,7 @@ def widths(boundary: Array, spacing: float) -> tuple[Array, Array]:
     inward = np.sign(signed_area(boundary)) * np.stack([-along[1], along[0]]) / lengths
     nearest = [
         _width(boundary, along, point, inward[:, edge], edge)
-        for point, edge in zip(points.T, edges, strict=True)
+        for point, edge in zip(points.T, edges.tolist(), strict=True)
     ]
     return points, np.array(nearest)
 

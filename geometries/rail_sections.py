@@ -41,7 +41,7 @@ class RailSection:
         right = self._right
         points = np.hstack([right, right[:, ::-1] * [[-1], [1]]])
         n = right.shape[1]
-        return SectionOutline(tuple((float(y), float(z)) for y, z in points.T), (n, n + 1))
+        return SectionOutline.of(points, (n, n + 1))
 
     @property
     def _right(self) -> Array:
@@ -59,12 +59,13 @@ class RailSection:
             (half_foot, self.edge - self.height),
             (half_foot, -self.height),
         ]
-        top, bottom = (rounded(*np.array(corners[k : k + 3]), self.rounding) for k in (0, 1))
+        top, bottom = (rounded(np.array(corners[k : k + 3]), radius=self.rounding) for k in (0, 1))
         return np.hstack([np.array(corners[:1]).T, top, bottom, np.array(corners[3:]).T])
 
 
-def rounded(before: Array, corner: Array, after: Array, radius: float) -> Array:
-    """Points (2, PIECES + 1) [mm] of an arc that rounds a corner between three points (y, z) [mm]."""
+def rounded(points: Array, *, radius: float) -> Array:
+    """Points (2, PIECES + 1) [mm] of an arc that rounds the corner at the second of points (3, 2) [mm]."""
+    before, corner, after = points
     to_before, to_after = ((point - corner) / np.hypot(*(point - corner)) for point in (before, after))
     half_angle = np.arccos(to_before @ to_after) / 2
     bisector = (to_before + to_after) / (2 * np.cos(half_angle))
@@ -79,6 +80,6 @@ def rounded(before: Array, corner: Array, after: Array, radius: float) -> Array:
 RAIL_SECTIONS: Mapping[str, RailSection] = {
     # EN 13674-1, 60E1: height, foot, web, head and foot depths, slopes and edge of the foot. The web of the
     # standard is concave, of which only the least thickness is taken; with the rounding of 20 mm the area is
-    # 76.1 (standard: 76.7) cm^2
+    # 76.3 (standard: 76.7) cm^2
     "60E1": RailSection(172.0, 150.0, 16.5, 51.0, 31.5, 11.5, (36.98, -34.0), 20.0),
 }
