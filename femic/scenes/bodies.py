@@ -57,7 +57,7 @@ def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
             domain,
             table.rolling_radius,
             table.hub_radius,
-            table.outline and table.outline.outline(table.contour),
+            table.outline.outline(table.contour) if table.outline else None,
         )
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
