@@ -8,13 +8,17 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from geometries.arrays import Array
+from geometries.arrays import Array, Mask
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from geometries.outlines import SectionOutline, check_outline
 from geometries.surfaces import Surface
 
 HUB_SHARE = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
+ON_SUPPORT = (
+    1e-6  # share of the far radius, or of the depth, by which a point on the far arc or hub may miss it
+)
 END_SAMPLES = 4001  # arc lengths among which the end of a section is sought
 
 
@@ -48,6 +52,9 @@ class Body:
     The side is +1 for the upper body, which fills n > 0, and -1 for the lower one. rolling_radius [mm] is
     the radius of the circle through the contact centre, infinite on a prismatic body. The section ends at
     hub_radius [mm], where it is clamped; None stands for the default.
+
+    With an `outline` the section has the shape and the supports of the outline, and neither far arc nor hub:
+    its size takes the place of the far radius, whatever the domain says.
     """
 
     side: int
@@ -56,9 +63,13 @@ class Body:
     domain: Domain
     rolling_radius: float = np.inf
     hub_radius: float | None = None
+    outline: SectionOutline | None = None
 
     def __post_init__(self) -> None:
         surface = self.surface  # checks the rolling radius
+        if self.outline is not None:
+            self._check(self.outline)
+            object.__setattr__(self, "domain", replace(self.domain, far_radius=self.outline.size))
         if self.hub_radius is not None and np.isinf(surface.rolling_radius):
             raise WrongInput(
                 f"hub_radius = {self.hub_radius!r}: a prismatic body has none; give rolling_radius"
@@ -71,6 +82,21 @@ class Body:
         if not self.depth > 0:
             raise WrongInput(f"hub_radius = {self.hub_radius!r}: must be smaller than rolling_radius")
 
+    def _check(self, outline: SectionOutline) -> None:
+        """Raise WrongInput for an outline that does not fit the body."""
+        if self.hub_radius is not None:
+            raise WrongInput(
+                f"hub_radius = {self.hub_radius!r}: an outline says itself where the body is clamped: "
+                "leave it out"
+            )
+        check_outline(outline, self.contour, self.side)
+        highest = float(np.max(self.side * outline.corners[1]))
+        if highest > (1 - HUB_SHARE) * self.rolling_radius:
+            raise WrongInput(
+                f"outline.points: go to {self.rolling_radius - highest:g} mm from the axis; keep at least "
+                f"{HUB_SHARE:g} rolling_radius ({HUB_SHARE * self.rolling_radius:g} mm) away from it"
+            )
+
     @property
     def surface(self) -> Surface:
         """The contact surface."""
@@ -81,12 +107,31 @@ class Body:
         """Height [mm] between contact centre and hub; infinite on a prismatic body."""
         if np.isinf(self.rolling_radius):
             return np.inf
+        if self.outline is not None:
+            return float(np.max(self.side * self.outline.corners[1]))
         return self.rolling_radius - (self.hub_radius or HUB_SHARE * self.rolling_radius)
 
     @property
     def reaches_hub(self) -> bool:
         """Whether the modelled section reaches the hub."""
         return self.depth < self.domain.far_radius
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Arc lengths [mm] between which loads and lines may lie."""
+        return self.contour.extent if self.outline is None else self.s_range
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the section is its own mirror image in y -> -y, supports included."""
+        return self.contour.symmetric and (self.outline is None or self.outline.symmetric)
+
+    def on_supports(self, y: Array, z: Array) -> tuple[Mask, ...]:
+        """For each support, whether points (y, z) [mm] of the section lie on it, shape of y each."""
+        if self.outline is not None:
+            return self.outline.on_clamped_edges(y, z)
+        on_far_arc = np.hypot(y, z) > (1 - ON_SUPPORT) * self.domain.far_radius
+        return on_far_arc, self.side * z > (1 - ON_SUPPORT) * self.depth
 
     @property
     def closed(self) -> bool:
@@ -106,7 +151,9 @@ class Body:
 
     @property
     def s_range(self) -> tuple[float, float]:
-        """Arc lengths [mm] at which the contour meets the far arc or the hub, on the left and right."""
+        """Arc lengths [mm] at which the contour meets far arc, hub or outline, on the left and right."""
+        if self.outline is not None:
+            return self.outline.contour_ends(self.contour)
         return section_end(self, -1), section_end(self, +1)
 
 
@@ -129,5 +176,5 @@ def section_end(body: Body, direction: int) -> float:
 
 def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
     """Return the range of arc lengths [mm] that the contours of all bodies cover."""
-    starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
+    starts, ends = zip(*(body.extent for body in bodies.values()), strict=True)
     return max(starts), min(ends)

@@ -17,6 +17,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, table_in
 from femic.scenes.load import builtin_names, load_scene
+from femic.scenes.outlines import OutlineTable
 from femic.shifts.specification import ContactTable, ShiftsFile, TrackTable, WheelsetTable, WheelTable
 
 UNIT = re.compile(r" ?\[(mm|MPa|N|deg|1/mm)\]")
@@ -46,6 +47,7 @@ def scene_keys() -> dict[str, Any]:
         "tables": {name: (fields[name].description, rows(table_in(fields[name]))) for name in TABLES},
         "contours": {name: (told(table, "kind"), rows(table, "kind")) for name, table in CONTOURS.items()},
         "effective": (fields["effective"].description, rows(CombinedTable), rows(TransitionTable)),
+        "outline": rows(OutlineTable),
         "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS)),
         "campaign": rows(CampaignFile),
         "axis": rows(AxisTable),
@@ -77,7 +79,7 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
         meaning += of_motions(key)
     return {
         "key": field.alias or key,
-        "type": type_of(field),
+        "type": "table" if key == "outline" else type_of(field),
         "unit": units[0] if units else "",
         "default": explained[1] if explained else default_of(field),
         "meaning": meaning,

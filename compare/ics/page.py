@@ -23,6 +23,7 @@ from femic.reference.level import factors
 from femic.reference.models import Cost
 from femic.reference.result import worst
 from femic.scenes.plausibility import warnings
+from femic.scenes.scene import Scene
 from geometries.bodies import Body
 
 ACCURACY = (
@@ -119,15 +120,32 @@ def _setup(results: Results) -> str:
     place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
         f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
-        "Each body is its contour, continued by straight flanks and closed by a far arc about the contact "
-        f"centre, which is clamped{ends}; contour and flanks are free. The resulting rigid-body "
-        "motion is discounted. The shape of the body far away is a convention of this program."
+        f"{_closed(scene, ends)} The resulting rigid-body motion is discounted."
     )
+
+
+def _closed(scene: Scene, ends: str) -> str:
+    """Return sentences on the shape and the supports of the bodies, by how they are closed."""
+    outlines = [name for name, body in scene.bodies.items() if body.outline is not None]
+    given = f"The {' and the '.join(outlines)} body has the shape and the supports of its outline."
+    arcs = (
+        f"{'The other' if outlines else 'Each'} body is its contour, continued by straight flanks and closed "
+        f"by a far arc about the contact centre, which is clamped{ends}; contour and flanks are free. The "
+        "shape of the body far away is a convention of this program."
+    )
+    return " ".join([*([given] if outlines else []), *([arcs] if len(outlines) < len(scene.bodies) else [])])
+
+
+def _far(body: Body) -> str:
+    """Return what the far radius of a body is."""
+    return "far arc" if body.outline is None else "outline up to"
 
 
 def _shape(body: Body) -> str:
     if np.isinf(body.rolling_radius):
         return "extruded"
+    if body.outline is not None:
+        return f"revolved, rolling radius {body.rolling_radius:g} mm"
     hub = f", clamped at a hub of radius {body.rolling_radius - body.depth:g} mm" if body.reaches_hub else ""
     return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
 
@@ -163,7 +181,7 @@ def _accuracy_texts(results: Results, name: str) -> dict[str, str]:
         "on the scale of refinement": f"{error:.2%} ({component} on {line})",
         **{f"from the {part}": f"{worst(job, values, scale)[0]:.2%}" for part, values in parts.items()},
         "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-        "size": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
+        "size": f"{_far(reference.body)} {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
         f"(first × {domain:.3g})",
     }
 

@@ -12,6 +12,7 @@ from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
+BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 
@@ -27,7 +28,11 @@ def sections(scene: Scene) -> Figure:
         window = HALF_WINDOW * max(np.max(np.abs(line.s)) for line in scene.lines)
         near.set(xlim=(-window, window), ylim=(-window, window))
         _draw_marks(near, scene)
-        whole.set_title("sections, clamped at the far arc")
+        outlines = [body.outline.size for body in scene.bodies.values() if body.outline is not None]
+        if outlines:  # the other body may have a far arc, and be much larger
+            limits = BESIDE_OUTLINE * max(outlines) * np.array([-1, 1])
+            whole.set(xlim=limits, ylim=limits)
+        whole.set_title("sections, clamped at the thick lines")
         near.set_title("near the contact")
         near.legend(loc="upper left", fontsize=8)
         _draw_plan(plan, scene)
@@ -40,8 +45,11 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
     s_near_contact = np.linspace(max(start, -0.1 * far_radius), min(end, 0.1 * far_radius), 401)
     s = np.union1d(np.linspace(start, end, 801), s_near_contact)
     contour = body.contour.position(s)
-    clamped = _closing(body, contour[:, -1], contour[:, 0])
-    axes.fill(*np.hstack([contour, clamped]), facecolor=colour, alpha=0.15, label=f"{name} body")
+    free = np.empty((2, 0)) if body.outline is None else body.outline.beyond(body.contour)
+    clamped = _closing(body, contour[:, -1], contour[:, 0]) if body.outline is None else body.outline.support
+    boundary = np.hstack([contour, clamped if body.outline is None else free])
+    axes.fill(*boundary, facecolor=colour, alpha=0.15, label=f"{name} body")
+    axes.plot(*np.hstack([contour[:, -1:], free, contour[:, :1]]), color=colour, linewidth=1)
     axes.plot(*clamped, color=colour, linewidth=2.5)
     axes.plot(*contour, color=colour, linewidth=1)
 

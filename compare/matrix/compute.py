@@ -107,10 +107,19 @@ def require_matrices(scene: Scene) -> None:
 
 def discounted(scene: Scene) -> str:
     """Return sentences on the rigid part that is subtracted from C, and on the supports of the bodies."""
-    hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
+    given = [name for name, body in scene.bodies.items() if body.outline is not None]
+    if len(given) == len(scene.bodies):
+        return f"{DISCOUNTS[scene.discount]} The sections are clamped where their outlines say."
+    hubs = [
+        name
+        for name, body in scene.bodies.items()
+        if np.isfinite(body.rolling_radius) and body.outline is None
+    ]
     at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
     radius = far_radius(scene.contact_problem, scene.grid)
-    return f"{DISCOUNTS[scene.discount]} The sections are clamped at a far arc of {radius:g} mm{at_hub}."
+    without = f" without the {given[0]} body, which its outline clamps," if given else ""
+    clamped = f"The sections{without} are clamped at a far arc of {radius:g} mm{at_hub}."
+    return f"{DISCOUNTS[scene.discount]} {clamped}"
 
 
 def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:

@@ -90,34 +90,41 @@ class Body:
     """A body: its contour, its material, and its shape along x.
 
     It is extruded along x, or revolved with a `rolling_radius` [mm], that of its circle through the contact
-    centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. Raises WrongInput.
+    centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. `outline` has the keys of the
+    table of that name in a scene file, such as {"standard": "60E1"}. Raises WrongInput.
     """
 
     contour: SceneTable
     material: Material
     rolling_radius: float = np.inf
     hub_radius: float | None = None
+    outline: Mapping[str, Any] | None = field(default=None, hash=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.contour, SceneTable):
             raise WrongInput(
                 f"contour = {self.contour!r}: make it with arc, ellipse, plane, through_points or Profile.at"
             )
-        contour = checked(BodyTable, self.table).contour.contour()
+        table = checked(BodyTable, self.table)
+        contour = table.contour.contour()
         bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
+        if table.outline is not None:
+            table.outline.outline(table.contour)
 
     @property
     def table(self) -> dict[str, Any]:
         """The table of the body in a scene file."""
         contour = self.contour.model_dump(mode="json", exclude_defaults=True)
         of_file = {"contour": contour, "rolling_radius": self.rolling_radius, "hub_radius": self.hub_radius}
-        return given(asdict(self.material) | of_file)
+        return given(asdict(self.material) | of_file | {"outline": self.outline and plain(self.outline)})
 
     @classmethod
     def of(cls, table: BodyTable) -> "Body":
         """Return the body of a table of a scene file."""
         contour = cast(SceneTable, table.contour)
-        return cls(contour, Material(table.E, table.nu), table.rolling_radius, table.hub_radius)
+        material = Material(table.E, table.nu)
+        outline = table.outline.model_dump(mode="json", exclude_defaults=True) if table.outline else None
+        return cls(contour, material, table.rolling_radius, table.hub_radius, outline)
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,13 @@ AS_IT_IS = Reading()
 
 @dataclass(frozen=True)
 class Profile:
-    """A rail or a wheel: the profile of a `file`, smoothed, or one of the package, such as "60E1" (`standard`).
+    """A rail or a wheel: the profile of a `file`, smoothed, or `standard`, one of the package such as "60E1".
 
     What the file does not show has to be given: its `kind`, "rail" or "wheel"; `axes`, where y grows and z
-    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several. A list of
-    sections (.slcs, .slcw) has a number `section` from 1 on, or a position `section_at`. `tolerance` is the rms
-    distance of the points from the curve [mm], or "cross-validation", which finds it; with 0 the curve goes
-    through all points. Raises WrongInput.
+    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several. A list
+    of sections (.slcs, .slcw) has a number `section` from 1 on, or a position `section_at`. `tolerance` is
+    the rms distance of the points from the curve [mm], or "cross-validation", which finds it; with 0 the
+    curve goes through all points. Raises WrongInput.
     """
 
     file: str | Path | None = None

@@ -121,7 +121,7 @@ class SourceRule:
         directions = {load.direction for load in loads}
         section_directions = directions if np.isfinite(body.rolling_radius) else directions - {X}
         off_centre = any(load.patch.s != 0 and load.direction in section_directions for load in loads)
-        coupled = not body.contour.symmetric and bool(section_directions)
+        coupled = not body.symmetric and bool(section_directions)
         lateral = S in directions or coupled or off_centre
         normal = bool(section_directions - {S}) or coupled or off_centre
         needed: list[Condition] = []
@@ -182,7 +182,7 @@ def _coupling(rule: SourceRule) -> Condition:
 
 def _turning(body: Body, rule: SourceRule) -> Condition:
     """Under moment loads the part of C_nn antisymmetric about the load equals the same part of B-hat."""
-    sides = (1,) if body.contour.symmetric else (1, -1)
+    sides = (1,) if body.symmetric else (1, -1)
     loads = tuple(rule.moment_load(side) for side in sides)
 
     def antisymmetric(*u: Array) -> float:

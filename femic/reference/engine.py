@@ -185,6 +185,7 @@ class Engine:
     least_side: Callable[[Patch], float]  # half-side [mm] of a patch that cells must resolve
     infinite_length: bool  # whether prismatic bodies have no ends along x
     solves_transposes: bool  # whether the loads of C_ji are solved with those of C_ij
+    outlines: bool  # whether its cells follow the narrow parts of bodies with an outline
     shares_a_model: bool  # whether parallel workers share one model, or each solves another
     estimate: ErrorEstimate
     models: Models

@@ -52,16 +52,14 @@ def held_by_symmetry(nodes: Array, parity: Parity) -> Mask:
 
 
 def held_by_supports(body: Body, mesh: Mesh, y: Array, z: Array, *further: Mask) -> Mask:
-    """Whether the far arc, the hub or a further support hold the components of nodes, shape (n_nodes, 3).
+    """Whether the supports of a body, or a further one, hold the components of nodes, shape (n_nodes, 3).
 
     y, z [mm] are section coordinates of the vertices, (n_vertices,) each; `further` supports are marked among
     the vertices. A node is held on boundary facets all of whose vertices lie on one support.
     """
-    on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
-    on_hub = body.side * z > (1 - 1e-6) * body.depth
     held = np.zeros((mesh.doflocs.shape[1], 3), dtype=bool)
     facets = mesh.boundary_facets()
-    for vertices in (on_far_arc, on_hub, *further):
+    for vertices in (*body.on_supports(y, z), *further):
         held_facets = facets[np.all(vertices[mesh.facets[:, facets]], axis=0)]
         held[mesh.dofs.get_facet_dofs(held_facets).flatten()] = True
     return held

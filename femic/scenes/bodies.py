@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 from femic.key_types import LARGEST_LENGTH, Amount, Length
 from femic.scenes.contours import AnyContour
 from femic.scenes.errors import BadScene
+from femic.scenes.outlines import OutlineTable
 from femic.scenes.profiles import ProfileTable
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
 from geometries.bodies import Body, Domain
@@ -38,6 +39,9 @@ class BodyTable(SceneTable):
     hub_radius: Length | None = Field(
         None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
     )
+    outline: OutlineTable | None = Field(
+        None, description="a table: the shape and the supports of the body; default: far arc or hub"
+    )
 
 
 def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
@@ -46,7 +50,15 @@ def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
         material = Material(table.E, table.nu)
         if isinstance(table.contour, ProfileTable):
             _check_profile(table.contour, side, table.rolling_radius)
-        return Body(side, table.contour.contour(), material, domain, table.rolling_radius, table.hub_radius)
+        return Body(
+            side,
+            table.contour.contour(),
+            material,
+            domain,
+            table.rolling_radius,
+            table.hub_radius,
+            table.outline.outline(table.contour) if table.outline else None,
+        )
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
 

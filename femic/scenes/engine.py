@@ -134,6 +134,9 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
                 f"{name}.rolling_radius = {radius:g}: {remedy} below {limits.rolling_radius:g}, or give a "
                 "larger one"
             )
+        if body.outline is not None and not scene.settings.engine.outlines:
+            remedy = _use(other for other in ENGINES.values() if other.outlines)
+            yield f"{name}.outline: {remedy}, or leave it out"
     aspect = patch.a / patch.b
     elongation = max(aspect, 1 / aspect) * (1 - LIMIT_SLACK)
     if elongation > limits.aspect:

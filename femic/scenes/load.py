@@ -139,7 +139,8 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:
     """Make names of files in a scene table relative to a folder instead of the working directory."""
-    places = [(_table_in(_table_in(table, body), "contour"), "file") for body in ("lower", "upper")]
+    of_bodies = [(body, inner) for body in ("lower", "upper") for inner in ("contour", "outline")]
+    places = [(_table_in(_table_in(table, body), inner), "file") for body, inner in of_bodies]
     contact = _table_in(table, "contact")
     for inner, key in (*places, (contact, "extra_gap")):
         if isinstance(inner.get(key), str):

@@ -67,7 +67,7 @@ def _contour_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
 def _shape_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     left, right = body.contour.inclination(np.array(body.contour.limits))
     wedge = 180 + body.side * np.degrees(right - left)
-    if wedge < THIN_WEDGE:
+    if wedge < THIN_WEDGE and body.outline is None:
         yield (
             f"{name}.contour: {wedge:.0f} degrees of material between the flanks: a slender body, whose "
             "bending is part of C beyond the rigid motion that is discounted"
@@ -75,7 +75,7 @@ def _shape_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     if np.isinf(body.rolling_radius):
         return
     reach = max(np.max(np.abs(line.x)) for line in scene.lines)
-    if body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
+    if body.outline is None and body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: below {HUB_PROBLEM} mm the hub (radius "
             f"{body.rolling_radius - body.depth:g} mm, clamped) is part of the answer"
@@ -89,6 +89,8 @@ def _shape_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
 
 
 def _domain_warnings(scene: Scene) -> Iterator[str]:
+    if scene.bodies["lower"].outline is not None:
+        return
     domain = scene.bodies["lower"].domain
     domain_size = min(domain.far_radius, domain.half_length)
     for line in scene.lines:

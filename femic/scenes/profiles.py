@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, FilePath, Strict, model_validator
 
 from femic.key_types import LARGEST_LENGTH, NameOf, Place, Whole
 from femic.scenes.scene_table import SceneTable
+from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.content import UNITS
@@ -117,14 +118,28 @@ class ProfileTable(SceneTable):
 
     def contour(self) -> Contour:
         """Return the contour at the contact centre; raise WrongInput for files and keys that have none."""
-        curve: Prepared | Outline
-        curve = named(self.standard).outline if self.standard is not None else self._prepared()
+        curve = self._curve()
         with _in_keys(self._place):
-            centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
-            assert centre is not None
             return spline_contour(
-                curve, centre, turn=self.turn, steepest=float(np.radians(self.steepest_deg))
+                curve, self._centre(curve), turn=self.turn, steepest=float(np.radians(self.steepest_deg))
             )
+
+    def placed(self, points: Array) -> Array:
+        """Return points (2, n) [mm], given in the axes of the profile, in those of the contour."""
+        curve, (cos, sin) = self._curve(), (np.cos(self.turn), np.sin(self.turn))
+        with _in_keys(self._place):
+            origin = curve.position(np.array(self._centre(curve)))
+        return np.array([[cos, -sin], [sin, cos]]) @ (points - origin[:, None])
+
+    def _curve(self) -> "Prepared | Outline":
+        """Return the curve of the profile, in its axes; raise WrongInput for files that have none."""
+        return named(self.standard).outline if self.standard is not None else self._prepared()
+
+    def _centre(self, curve: "Prepared | Outline") -> float:
+        """Return the arc length of the contact centre on the curve [mm]."""
+        centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
+        assert centre is not None
+        return centre
 
     @property
     def _place(self) -> str:

@@ -173,6 +173,7 @@ def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
         "nu": body.material.nu,
         "rolling_radius": body.rolling_radius,
         "hub_radius": body.hub_radius,
+        "outline": joblib.hash(body.outline),
         "rotation_reach": settings.rotation_reach,
         "moment_arm": settings.moment_arm,
         "discount": scene.discount,

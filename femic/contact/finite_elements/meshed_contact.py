@@ -49,7 +49,7 @@ class Bodies:
     @property
     def half_section(self) -> bool:
         """Whether all is symmetric in y, so that y >= 0 is enough."""
-        symmetric = self.lower.contour.symmetric and self.upper.contour.symmetric
+        symmetric = self.lower.symmetric and self.upper.symmetric
         return bool(symmetric and self.shift == 0)
 
     @property

@@ -92,7 +92,9 @@ def changed_supports_with_friction(
 def other_supports(
     problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions
 ) -> Iterator[OtherSupports]:
-    """Yield bodies with other supports; raises NotConverged as `matrices`."""
+    """Yield bodies with other supports, where they have no outline; raises NotConverged as `matrices`."""
+    if all(body.outline is not None for body in problem.bodies.values()):
+        return  # their supports are their own
     yield OtherSupports(NEARER, matrices(c_jobs(problem, on_grid), options, combined=True), "nearer")
     flatter = None if on_grid.symmetric else flatter_problem(problem)
     if flatter is not None:
@@ -105,7 +107,7 @@ def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
     if any(np.all(np.isfinite(body.contour.extent)) for body in problem.bodies.values()):
         return None
     bodies = {
-        name: replace(body, contour=with_flatter_flanks(body.contour))
+        name: replace(body, contour=with_flatter_flanks(body.contour)) if body.outline is None else body
         for name, body in problem.bodies.items()
     }
     return replace(problem, bodies=bodies)

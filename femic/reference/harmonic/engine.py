@@ -18,7 +18,7 @@ import numpy as np
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.entry import NOT_STORED, StoredWaves, WaveSolution
-from femic.reference.harmonic.request import NEARER, HarmonicRequest
+from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import FitCells, SectionSize
@@ -38,7 +38,7 @@ Progress = Callable[[int], None]  # takes the number of solutions so far, 0 afte
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
     """Mesh the section of a request, half of it where the contour is symmetric."""
-    half_section = request.body.contour.symmetric
+    half_section = request.body.symmetric
     cells = request.cells
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
@@ -94,7 +94,7 @@ def _sampled(
     request: HarmonicRequest, builder: "_SectionBuilder", solutions: "_WaveSolutions"
 ) -> tuple[SectionMesh, Samples]:
     """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
-    section, respond = builder.of(request, (1.0, 1 / NEARER))
+    section, respond = builder.of(request, request.shares)
     solutions.progress(0)
 
     def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
@@ -177,9 +177,9 @@ class _WaveSolutions:
 def _with_both_arcs(request: HarmonicRequest, respond: SectionSolver, k: float) -> WaveSolution:
     """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
 
-    Beyond `request.felt` the far arc has no effect: one solution serves both.
+    Beyond `request.felt` the far arc has no effect, and an outline has none: one solution serves both.
     """
-    if k < request.felt:
-        return respond(k, (1.0, 1 / NEARER))
+    if k < request.felt and len(request.shares) > 1:
+        return respond(k, request.shares)
     at_arc, residual = respond(k)
     return np.concatenate([at_arc, at_arc]), residual

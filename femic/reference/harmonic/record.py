@@ -16,6 +16,7 @@ HARMONIC = Engine(
     least_side=tuned.least_side,
     infinite_length=True,
     solves_transposes=True,
+    outlines=True,
     shares_a_model=True,
     estimate=ErrorEstimate(models=("fine",), safety=HARMONIC_SAFETY, growth_of_unknowns=2.0),
     models=Models(

@@ -72,6 +72,14 @@ class HarmonicRequest(Request):
         return np.unique(self.points.s)
 
     @property
+    def shares(self) -> tuple[float, ...]:
+        """Shares of the far radius at which the far arc lies: its own, and the nearer one.
+
+        A body with an outline has its supports only.
+        """
+        return (1.0, 1 / NEARER) if self.body.outline is None else (1.0,)
+
+    @property
     def felt(self) -> float:
         """Wavenumber [1/mm] from which on the nearer far arc has no effect on the responses."""
         return FAR_REACH * NEARER / self.body.domain.far_radius

@@ -127,7 +127,7 @@ def _held(section: SectionMesh, y: int, share: float) -> Mask:
     nodes, far_radius = section.mesh.doflocs, section.body.domain.far_radius
     cells = section.mesh.dofs.element_dofs.T  # (n_cells, 15)
     on_plane = np.abs(nodes[0]) < 1e-9 * far_radius
-    beyond = np.hypot(*nodes) > share * far_radius
+    beyond = (np.hypot(*nodes) > share * far_radius) & (share < 1)
     crossed = cells[~np.all(beyond[cells], axis=1)]
     on_arc = np.zeros_like(beyond)
     on_arc[crossed] = beyond[crossed]

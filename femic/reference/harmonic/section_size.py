@@ -2,23 +2,28 @@
 
 A displacement is disturbed at the ends of the loaded strips, at joints (where the curvature jumps), and where
 the contour turns on a small radius. Away from a disturbance it is smooth on the scale of the distance from
-it: cells in proportion to that distance, with polynomials of fourth degree on them, need few unknowns.
+it: cells in proportion to that distance, with polynomials of fourth degree on them, need few unknowns. The
+corners of an outline disturb as joints do, and cells are not longer than the section is wide (a web).
 """
 
 from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from femic.reference.meshing.cell_size import Cells, distance, set_cell_size, size_about_axis
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.contours import Contour
+from geometries.outlines import SectionOutline, corner_turns, widths
 
 JOINT_SHARE = 0.2  # cell at a joint over the cell that the distance from the nearest strip gives there
 CELL_TURN = 0.5  # rad, largest turn of the contour within a cell
 LOCAL_RADII = 2.0  # rolling radii from the load beyond which little of its field is left
 CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
+CORNER_TURN = 0.2  # rad, least turn of an outline that counts as a corner
+WIDTHS = 200  # number of places per size of an outline where the width of the section is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +75,12 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
     widest = float(np.max(np.ptp(strips, axis=1)))
     if size.wave < growth * widest / 2:
         disturbances.append((_between(strips, size.wave), size.wave))
-    fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
+    places = [(contour.position(s), h0) for s, h0 in disturbances]
+    if body.outline is not None:
+        places += _of_outline(contour, body.outline, ends, size.cells)
+    fields = [distance(gmsh, np.stack([0 * y, y, z])) for (y, z), _ in places]
     formulas = [
-        f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
-        for field, (_, h0) in zip(fields, disturbances, strict=True)
+        f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)" for field, (_, h0) in zip(fields, places, strict=True)
     ]
     if size.fit_cells:
         formulas.append(_fit_size(gmsh, contour, size.fit_cells, growth))
@@ -89,6 +96,25 @@ def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: f
     field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
     slowly = f"sqrt({fit_cells.h0:.17g}^2+({fit_cells.growth:.17g}*F{field})^2)"
     return f"max({slowly},{growth:.17g}*(F{field}-{fit_cells.behind:.17g}))"
+
+
+def _of_outline(
+    contour: Contour, outline: SectionOutline, ends: Array, cells: Cells
+) -> list[tuple[Array, float]]:
+    """Return points (2, n) [mm] where the section is narrow, and its corners, for the cells they need.
+
+    They are grouped by the size of the cells [mm], a power of two. `ends` are those of the strips.
+    """
+    boundary = outline.closed(contour)
+    places, width = widths(boundary, outline.size / WIDTHS)
+    corners = boundary[:, corner_turns(boundary) > CORNER_TURN]
+    points = np.hstack([places, corners])
+    gap = cKDTree(contour.position(ends).T).query(points.T)[0]
+    by_distance = np.maximum(cells.growth * gap, cells.smallest)
+    size = np.append(width, JOINT_SHARE * by_distance[len(width) :])
+    octave = np.floor(np.log2(np.maximum(size, cells.smallest)))
+    refined = size < by_distance
+    return [(points[:, refined & (octave == power)], float(2**power)) for power in np.unique(octave[refined])]
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:

@@ -1,9 +1,10 @@
-"""The outline of a section as Gmsh curves: contact contour, far arc, hub.
+"""The boundary of a section as Gmsh curves: contact contour, and far arc and hub, or an outline.
 
 The curves may deviate a little from the true contour; the meshes move their nodes onto it.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
@@ -26,7 +27,8 @@ def add_section(
     s_left, s_right = body.s_range
     inner = [*body.contour.joints, *breaks]
     ends, curves = _add_contour(gmsh, body.contour, (0.0 if half_section else s_left, s_right), inner)
-    closing = _add_closing(gmsh, body, ends, half_section)
+    add_closing = _add_closing if body.outline is None else _add_outline
+    closing = add_closing(gmsh, body, ends, half_section)
     loop = gmsh.model.occ.addCurveLoop([*curves, *closing])
     return int(gmsh.model.occ.addPlaneSurface([loop])), curves
 
@@ -51,6 +53,16 @@ def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_secti
     right = to_pole(ends[1], body.s_range[1], +1)
     left = [occ.addLine(pole, ends[0])] if half_section else to_pole(ends[0], body.s_range[0], -1)[::-1]
     return [*right, *left]
+
+
+def _add_outline(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
+    """Add the edges of the outline from the contour's right end to its left end; returns their tags."""
+    assert body.outline is not None
+    points = (
+        body.outline.right_half_beyond(body.contour) if half_section else body.outline.beyond(body.contour)
+    )
+    tags = [ends[1], *(gmsh.model.occ.addPoint(0, y, z) for y, z in points.T), ends[0]]
+    return [gmsh.model.occ.addLine(*pair) for pair in pairwise(tags)]
 
 
 def _add_contour(

@@ -86,7 +86,7 @@ def build_mesh(request: SolidRequest) -> SolidMesh:
     """Mesh the body of a request, a quarter of it where symmetry allows, fine at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
     surface = body.surface
-    half_section = body.contour.symmetric
+    half_section = body.symmetric
     patches = list(dict.fromkeys(load.patch for load in request.loads))
     x, s = np.hstack([_spine(patch) for patch in patches])
     s_loads = [patch.s for patch in patches]

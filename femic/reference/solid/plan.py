@@ -20,12 +20,12 @@ VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
 
 def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
     """The expected unknowns, seconds and memory of a model."""
-    body, half_section = request.body, request.body.contour.symmetric
+    body, half_section = request.body, request.body.symmetric
     fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
     unknowns = round(UNKNOWNS_PER_CELL * CELLS_PER_CUBE * _cubes(request))
     seconds = unknowns * (PER_UNKNOWN + fields * PER_FIELD)
     memory = BASE_MEMORY + MEMORY * unknowns
-    return ExpectedCost(unknowns, 0, fields, body.contour.symmetric, seconds, memory)
+    return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
 
 
 def _cubes(request: SolidRequest) -> float:
@@ -34,7 +34,7 @@ def _cubes(request: SolidRequest) -> float:
     centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T
     read_points = np.hstack([body.surface.position(points.x, points.s), centres.T]).T
     read_points = np.concatenate([read_points, read_points * [-1, 1, 1]])
-    if body.contour.symmetric:
+    if body.symmetric:
         read_points = np.concatenate([read_points, read_points * [1, -1, 1]])
     generator = np.random.default_rng(0)
     least_size, far = cells.smallest, body.domain.far_radius
@@ -55,4 +55,4 @@ def _cubes(request: SolidRequest) -> float:
     log_volume = np.log(10 * far / least_size) ** 2 * np.log(10 * body.xi_end / least_size) * 2
     volume = np.abs(depth * along * across) * log_volume / VOLUME_SAMPLES
     total = float(np.sum(inside * volume / cell_size**3))
-    return total / 2 if body.contour.symmetric else total
+    return total / 2 if body.symmetric else total

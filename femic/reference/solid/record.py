@@ -35,6 +35,7 @@ SOLID = Engine(
     least_side=_least_side,
     infinite_length=False,
     solves_transposes=False,
+    outlines=False,
     shares_a_model=False,
     estimate=ErrorEstimate(models=("fine", "coarse", "small"), safety=SAFETY, growth_of_unknowns=2.7),
     models=Models(

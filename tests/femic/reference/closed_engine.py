@@ -43,6 +43,7 @@ CLOSED = Engine(
     far_radius=lambda _: 100.0,
     least_side=lambda patch: patch.b,
     infinite_length=True,
+    outlines=False,
     solves_transposes=False,
     shares_a_model=True,
     estimate=ErrorEstimate(("fine", "coarse"), safety=1.0, growth_of_unknowns=3.0),

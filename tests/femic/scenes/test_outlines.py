@@ -1,0 +1,123 @@
+"""Outlines in scenes: their axes, files and standards, and what is refused."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import femic
+from femic.cache.store import Store
+from femic.campaigns.maps.c_map import _inputs_of_c
+from femic.contact.pairs.supports import flatter_problem
+from femic.scenes.errors import BadScene
+from femic.scenes.load import scene_from_table
+from femic.scenes.plausibility import warnings
+from femic.scenes.receipts import key_of
+from geometries.outlines import SectionOutline
+from geometries.profiles.placement import arc_length_at
+from geometries.profiles.standards import standard
+from geometries.rail_sections import RAIL_SECTIONS
+
+STEEL = {"E": 210e3, "nu": 0.28}
+ARC = {"kind": "arc", "radius": 15.0, "flank_inclination_deg": 60.0}
+RAIL = {"kind": "profile", "standard": "60E1", "y_centre": -20.0}
+POINTS = [[40.0, -30.0], [40.0, -90.0], [-30.0, -90.0], [-30.0, -30.0]]
+GIVEN = {"points": POINTS, "clamped": [2, 3]}
+
+
+def scene_with(outline, contour=ARC, **keys):
+    lower = STEEL | {"contour": contour} | ({"outline": outline} if outline else {})
+    return scene_from_table(
+        {"lower": lower, "upper": STEEL | {"contour": {"kind": "plane"}}} | keys, "outline"
+    )
+
+
+def outline_of(scene):
+    return scene.bodies["lower"].outline
+
+
+def test_points_are_in_the_axes_of_a_contour(tmp_path):
+    (tmp_path / "points.txt").write_text("".join(f"{y} {z}\n" for y, z in POINTS), encoding="utf-8")
+    of_file = scene_with({"file": str(tmp_path / "points.txt"), "clamped": [2, 3]})
+    expected = SectionOutline(tuple(map(tuple, POINTS)), (2, 3))
+    assert outline_of(scene_with(GIVEN)) == outline_of(of_file) == expected
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.025])
+def test_a_section_of_a_profile_turns_with_it(turn):
+    """Distances from the contact centre stay; the base inclines by the turn, its field side upwards."""
+    scene = scene_with({"standard": "60E1"}, RAIL | {"rail_inclination": turn})
+    drawn = RAIL_SECTIONS["60E1"].outline.corners
+    head = standard("60E1").outline
+    origin = head.position(np.array(arc_length_at(head, RAIL["y_centre"])))
+    corners = outline_of(scene).corners
+    np.testing.assert_allclose(np.hypot(*corners), np.hypot(*(drawn - origin[:, None])))
+    first, last = outline_of(scene).clamped
+    dy, dz = corners[:, first - 1] - corners[:, last - 1]
+    assert (dz / dy, np.sign(dy)) == (pytest.approx(turn), 1)
+
+
+def test_loads_and_lines_stay_on_the_contour():
+    assert scene_with(None).extent == (-np.inf, np.inf)
+    assert scene_with(GIVEN).extent == scene_with(GIVEN).bodies["lower"].contour.limits
+
+
+def test_a_body_with_an_outline_has_no_convention_to_warn_of():
+    steep = ARC | {"flank_inclination_deg": 84.0}
+    assert any("slender" in text for text in warnings(scene_with(None, steep)))
+    assert not any("slender" in text for text in warnings(scene_with(GIVEN, steep)))
+    problem = scene_with(GIVEN).contact_problem
+    assert flatter_problem(problem).bodies["lower"] == problem.bodies["lower"]
+
+
+def test_results_and_maps_of_other_outlines_have_other_keys():
+    other = GIVEN | {"clamped": [1, 4]}
+    scenes = [scene_with(GIVEN), scene_with(GIVEN), scene_with(other), scene_with(None)]
+    same, again, *others = [json.dumps(_inputs_of_c(scene, "lower")) for scene in scenes]
+    assert same == again
+    assert len({same, *others}) == 3
+    store = Store()
+    bodies = [store.key("body", scene.bodies["lower"].outline) for scene in scenes]
+    assert bodies[0] == bodies[1]
+    assert len(set(bodies)) == 3
+    keys = [key_of(replace(scene, text=""), "compare.ics.compute") for scene in scenes]
+    assert keys[0] == keys[1]
+    assert len(set(keys)) == 3
+
+
+def test_bodies_of_python_have_the_same_outlines():
+    contour, steel = femic.arc(15.0, 60.0), femic.Material(210e3, 0.28)
+    body = femic.Body(contour, steel, outline=GIVEN)
+    assert body.table["outline"] == GIVEN
+    assert hash(body) == hash(femic.Body(contour, steel, outline=GIVEN))
+    with pytest.raises(femic.WrongInput, match=r"outline.*clamped"):
+        femic.Body(contour, steel, outline={"points": POINTS})
+
+
+MISFITS = {
+    "no points": ({"clamped": [1, 2]}, ARC, {}, r"give either points, file or standard"),
+    "two sources": (GIVEN | {"standard": "60E1"}, ARC, {}, r"give either points, file or standard"),
+    "not clamped": ({"points": POINTS}, ARC, {}, r"give clamped, two numbers"),
+    "no profile": ({"standard": "60E1"}, ARC, {}, r"lower\.outline\.standard = '60E1': .*give contour\.kind"),
+    "unknown": ({"standard": "61E1"}, RAIL, {}, r"lower\.outline\.standard.*'60E1'"),
+    "crossing": (
+        GIVEN | {"points": POINTS[::-1]},
+        ARC,
+        {},
+        r"lower\.outline\.points: with the contour they cross themselves",
+    ),
+    "solid": (
+        GIVEN,
+        ARC,
+        {"engine": {"kind": "solid"}},
+        r"lower\.outline: use engine\.kind = 'harmonic' \(without check\), or leave it out",
+    ),
+    "check": (GIVEN, ARC, {"engine": {"check": True}}, r"lower\.outline: use engine\.kind = 'harmonic'"),
+}
+
+
+@pytest.mark.parametrize(("outline", "contour", "keys", "message"), MISFITS.values(), ids=MISFITS)
+def test_what_does_not_fit_is_refused(outline, contour, keys, message):
+    with pytest.raises(BadScene, match=message):
+        scene_with(outline, contour, **keys)
