@@ -13,12 +13,16 @@ import xarray as xr
 
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.shifts.contact import ICsNumbers, PatchNumbers, Place, SideContact, Wanted, contact_at
-from femic.shifts.placement import Placed, place
+from femic.shifts.contact import contact_at
+from femic.shifts.frictionless import ICsNumbers, SideContact
+from femic.shifts.patches import PatchNumbers
+from femic.shifts.placement import layout_of, sections_of, understood
+from femic.shifts.sides import Place, Wanted
 from femic.shifts.specification import ShiftsFile
 from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.track.conicity import equivalent_conicity
+from geometries.track.layout import Layout
 from geometries.track.shifts import Shifts, over_shifts
 from geometries.track.wheelset import Position, RollRule, SideName, Touch, settle, side_of
 
@@ -60,27 +64,28 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     the attribute `refused`.
     """
     start = perf_counter()
-    placed = place(specification)
-    positions, refused = _positions(placed, specification)
-    contacts = dict(_contacts(placed, specification, positions, refused, options))
+    sections = sections_of(specification)
+    layout = layout_of(specification, sections)
+    positions, refused = _positions(layout, specification)
+    contacts = dict(_contacts(layout, specification, positions, refused, options))
     dataset = xr.merge(
         [
             _wheelset(specification, positions),
-            _touching(placed, specification, positions),
-            _labelled(placed, specification, contacts),
-            _sections(placed),
-            _conicity(placed, specification, options),
+            _touching(layout, specification, positions),
+            _labelled(layout, specification, contacts),
+            _sections(layout),
+            _conicity(layout, specification, options),
         ],
         compat="no_conflicts",
         join="outer",
         combine_attrs="no_conflicts",
     )
     return dataset.assign_attrs(
-        title=specification.title or f"{placed.wheels[0].name} on {placed.rails[0].name}",
+        title=specification.title or f"{sections[2].name} on {sections[0].name}",
         load=specification.contact.load,
         alike=int(_alike(specification)),
         refused=json.dumps(refused),
-        notes=json.dumps(placed.notes),
+        notes=json.dumps(understood(sections, layout)),
         neglected=json.dumps(
             {
                 f"{shift:g}, {side}": contact.attrs["notes"]
@@ -95,12 +100,12 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     )
 
 
-def _positions(placed: Placed, specification: ShiftsFile) -> tuple[dict[float, Position], dict[str, str]]:
+def _positions(layout: Layout, specification: ShiftsFile) -> tuple[dict[float, Position], dict[str, str]]:
     """Return the positions at shifts [mm] at which the wheelset stands, and the reasons for the others."""
     positions, refused = {}, {}
     for shift in specification.shifts:
         try:
-            positions[shift] = settle(placed.layout, shift, roll=ABOUT, within=SECOND)
+            positions[shift] = settle(layout, shift, roll=ABOUT, within=SECOND)
         except Failure as failure:
             refused[f"{shift:g}"] = str(failure)
     if not positions:
@@ -109,7 +114,7 @@ def _positions(placed: Placed, specification: ShiftsFile) -> tuple[dict[float, P
 
 
 def _contacts(
-    placed: Placed,
+    layout: Layout,
     specification: ShiftsFile,
     positions: dict[float, Position],
     refused: dict[str, str],
@@ -127,9 +132,7 @@ def _contacts(
             else:
                 label = f"shift {shift:g} mm ({count} of {len(positions)}), {side}"
                 try:
-                    entry = _stored(
-                        Place(placed.layout, position, side), placed, specification, label, options
-                    )
+                    entry = _stored(Place(layout, position, side), layout, specification, label, options)
                 except Failure as failure:
                     entry, refused[f"{shift:g}, {side}"] = None, str(failure)
             solved[shift, side] = entry
@@ -138,15 +141,14 @@ def _contacts(
 
 
 def _stored(
-    where: Place, placed: Placed, specification: ShiftsFile, label: str, options: RunOptions
+    where: Place, layout: Layout, specification: ShiftsFile, label: str, options: RunOptions
 ) -> xr.Dataset:
     """Return a contact as a dataset, from the store where it is there. Raises Failure."""
     k = SIDES.index(where.side)
     rail, wheel, contact = specification.rails[k], specification.wheels[k], specification.contact
-    facts = [
-        np.round(section[k].curve.position(np.linspace(0, section[k].curve.length, 2001)), 9)
-        for section in (placed.rails, placed.wheels)
-    ]
+    side = side_of(layout, where.side)
+    curves = side.rail.curve, side.wheel.curve
+    facts = [np.round(curve.position(np.linspace(0, curve.length, 2001)), 9) for curve in curves]
     materials = [(table.E, table.nu) for table in (rail, wheel)]
     code = results_digest("femic.shifts.contact")
     dimensions = specification.track.model_dump(), specification.wheelset.model_dump(), contact.model_dump()
@@ -247,9 +249,9 @@ def _wheelset(specification: ShiftsFile, positions: dict[float, Position]) -> xr
     )
 
 
-def _touching(placed: Placed, specification: ShiftsFile, positions: dict[float, Position]) -> xr.Dataset:
+def _touching(layout: Layout, specification: ShiftsFile, positions: dict[float, Position]) -> xr.Dataset:
     """Return the touching points by shift and side."""
-    tops = [_top(placed, side) for side in SIDES]
+    tops = [_top(layout, side) for side in SIDES]
     rows = [
         [
             _touch_numbers(_touches(positions[shift], side), top)
@@ -291,19 +293,19 @@ def _touch_numbers(touches: tuple[Touch, ...], top: float) -> dict[str, float]:
     }
 
 
-def _top(placed: Placed, side: SideName) -> float:
+def _top(layout: Layout, side: SideName) -> float:
     """Return the arc length [mm] of the highest point of a rail in its place."""
-    rail = side_of(placed.layout, side).rail
+    rail = side_of(layout, side).rail
     t = np.linspace(*rail.limits, 20001)
     return float(t[np.argmax(rail.position(t)[1])])
 
 
 def _labelled(
-    placed: Placed, specification: ShiftsFile, contacts: dict[tuple[float, SideName], xr.Dataset]
+    layout: Layout, specification: ShiftsFile, contacts: dict[tuple[float, SideName], xr.Dataset]
 ) -> xr.Dataset:
     """Return numbers and outlines of all contacts by shift, side and ICs; outlines from the rails' tops."""
     names = [*dict.fromkeys(str(name) for entry in contacts.values() for name in entry.ics.values)]
-    tops = {side: _top(placed, side) for side in SIDES}
+    tops = {side: _top(layout, side) for side in SIDES}
     shape = len(specification.shifts), 2, len(names)
     values = {name: np.full(shape, np.nan) for name in (*NUMBERS, "patches", "beside")}
     outlines = {name: np.full((*shape, POINTS), np.nan) for name in ("outline_s", "outline_x")}
@@ -343,11 +345,11 @@ def _labelled(
     )
 
 
-def _sections(placed: Placed) -> xr.Dataset:
+def _sections(layout: Layout) -> xr.Dataset:
     """Return points of rails in the axes of their sides, and of wheels in those of the axle, (2, n) each."""
     variables = {}
     for side in SIDES:
-        both = side_of(placed.layout, side)
+        both = side_of(layout, side)
         for name, curve in (("rail", both.rail), ("wheel", both.wheel)):
             t = np.linspace(*curve.limits, int(curve.limits[1] / DRAWN) + 1)
             variables[f"{name}_{side}"] = (
@@ -358,15 +360,13 @@ def _sections(placed: Placed) -> xr.Dataset:
     return xr.Dataset(variables, coords={"axis": ["y", "z"]})
 
 
-def _conicity(placed: Placed, specification: ShiftsFile, options: RunOptions) -> xr.Dataset:
+def _conicity(layout: Layout, specification: ShiftsFile, options: RunOptions) -> xr.Dataset:
     """Return rolling-radius differences about the middle, with both values at jumps, and the conicity."""
     amplitude = specification.conicity_amplitude
     options.watch.on_stage(f"equivalent conicity at {amplitude:g} mm")
     end = amplitude + BEYOND
     try:
-        shifts = over_shifts(
-            placed.layout, np.linspace(-end, end, 2 * int(np.ceil(end / STEP)) + 1), roll=ABOUT
-        )
+        shifts = over_shifts(layout, np.linspace(-end, end, 2 * int(np.ceil(end / STEP)) + 1), roll=ABOUT)
         at, differences = shifts.rolling_radius_differences()
         conicity, reason = equivalent_conicity(at, differences, amplitude).value, ""
     except Failure as failure:

@@ -10,7 +10,8 @@ from compare.shifts import compute, figures, page
 from compare.shifts.differences import difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact
+from femic.shifts.frictionless import ICsNumbers, SideContact
+from femic.shifts.patches import PatchNumbers
 from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable
 from geometries.errors import Failure
 from geometries.grids import Grid

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +9,10 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.reference.run_options import RunOptions
 from femic.shifts import contact as module
-from femic.shifts.contact import Place, Wanted, bodies_at, contact_at
+from femic.shifts.contact import contact_at
+from femic.shifts.sides import Place, Wanted, bodies_at
 from femic.shifts.specification import ProfileTable, WheelTable
+from femic.shifts.with_c import with_c
 from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.profiles.pieces import ArcPiece, Outline
@@ -66,9 +67,7 @@ def test_forces_turn_into_the_track_as_the_wheel_does(side):
     assert abs(where.roll) > 1e-5
     delta = float(wheel.curve.inclination(np.array(10.0)))
     force = np.array([0.0, np.cos(delta), -np.sin(delta)])
-    on_grid = SimpleNamespace(resultant=lambda _: SimpleNamespace(force=force))
-    in_track = module._in_track(where, on_grid, SimpleNamespace(tractions=None))
-    np.testing.assert_allclose(in_track, wheel.tangent(10.0), atol=1e-12)
+    np.testing.assert_allclose(where.in_track(force), wheel.tangent(10.0), atol=1e-12)
 
 
 @pytest.mark.parametrize(("shift", "side"), [(0.0, "left"), (1.0, "left"), (1.0, "right")])
@@ -170,7 +169,7 @@ def test_c_is_solved_only_above_its_angle(monkeypatch):
         asked.append(arguments[3].ics)
         raise Failure("not today")
 
-    monkeypatch.setattr(module, "_with_c", with_c)
+    monkeypatch.setattr(module, "with_c", with_c)
     below = solved(1.0, "left", 9e4, c_above_deg=30.0)
     assert asked == []
     assert below.notes == ()
@@ -189,4 +188,4 @@ def test_c_has_flat_flanks_or_is_left_out():
     where = Place(*(getattr(place(0.0, "left"), name) for name in ("layout", "position", "side")))
     steep = replace(where.position, left=(replace(where.touch, angle=np.radians(61.0)),))
     with pytest.raises(Failure, match=r"contact angle is 61\.0 degrees"):
-        module._with_c(replace(where, position=steep), RAIL, WHEEL, Wanted(9e4, ("C",)), RunOptions(1))
+        with_c(replace(where, position=steep), RAIL, WHEEL, Wanted(9e4, ("C",)), RunOptions(1))

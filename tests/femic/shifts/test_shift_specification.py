@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from femic.shifts.placement import place
+from femic.shifts.placement import layout_of, sections_of, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
@@ -66,9 +66,9 @@ def test_a_missing_file_names_the_way_to_an_example():
 def test_profiles_of_files_and_standards_are_the_same(tmp_path):
     """The standard rail written to a file; a spline through points 0.1 mm apart."""
     write_profile(standard_profile("60E1", 0.1), tmp_path / "rail.prr")
-    of_file = place(loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr")))
-    exact = place(loaded(tmp_path, MINIMAL))
+    of_file = loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr"))
+    exact = loaded(tmp_path, MINIMAL)
     t = np.linspace(10, 110, 500)
-    one, other = (placed.layout.left.rail.position(t) for placed in (of_file, exact))
+    one, other = (layout_of(file).left.rail.position(t) for file in (of_file, exact))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3)  # arc lengths differ at corners of the spline
-    assert any("rail" in note for note in of_file.notes)
+    assert any("rail" in note for note in understood(sections_of(of_file), layout_of(of_file)))
