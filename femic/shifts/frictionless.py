@@ -13,6 +13,7 @@ from femic.shifts.patches import PatchNumbers, patch_numbers
 from femic.shifts.sides import Place, Wanted, problem_of
 from geometries.bodies import Body
 from geometries.grids import Grid
+from geometries.profiles.placement import STEEPEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +39,16 @@ class ICsNumbers:
 
 @dataclass(frozen=True, eq=False)
 class SideContact:
-    """The contact of a side with all ICs, on one grid; sentences about what was left out."""
+    """The contact of a side with all ICs, on one grid; sentences about what was left out.
+
+    `steepest` [rad] is the inclination at which the bodies end in flanks.
+    """
 
     numbers: tuple[ICsNumbers, ...]
     grid: Grid
     load: float  # perpendicular to the axle [N]
     notes: tuple[str, ...] = ()
+    steepest: float = STEEPEST
 
 
 def fitted(place: Place, bodies: dict[str, Body], wanted: Wanted) -> tuple[Grid, float, tuple[str, ...]]:

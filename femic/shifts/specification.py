@@ -7,8 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
 
-from approx.variants import VARIANTS
-from femic.key_types import Amount, EachDistinct, EachOnce, Length, NameOf, Place, Several, Whole
+from approx.variants import VARIANTS, forms_of
+from femic.contact.specification import Creepage
+from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Whole
 from femic.scenes.errors import bad_scene
 from femic.scenes.listing import as_toml
 from femic.scenes.messages import messages
@@ -19,6 +20,13 @@ from geometries.profiles.standards import STANDARDS
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
 C = "C"
+
+
+def _known(ics: str) -> str:
+    """Return the name of C, or of approximations, perhaps with exchanged components; raise WrongInput."""
+    if ics != C:
+        forms_of(ics)
+    return ics
 
 
 class ProfileTable(SceneTable):
@@ -87,8 +95,12 @@ class ContactTable(SceneTable):
 
     load: Amount = Field(90_000.0, description="vertical load of each wheel, perpendicular to the track [N]")
     ics: Annotated[
-        Several[Annotated[str, AfterValidator(NameOf(lambda: [*VARIANTS, C]))]],
-        Field(min_length=1, description="ICs with which each contact is solved"),
+        Several[Annotated[str, AfterValidator(_known)]],
+        Field(
+            min_length=1,
+            description="ICs with which each contact is solved: C, "
+            f"{', '.join(VARIANTS)}, or with components of others, such as Bhat+sn:B",
+        ),
         EachOnce,
     ] = ("A", "Bhat")
     c_above_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
@@ -98,6 +110,26 @@ class ContactTable(SceneTable):
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the main patch, along x and s"
+    )
+
+
+class RollingTable(SceneTable):
+    """Steady rolling of the wheelset, with friction."""
+
+    friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="coefficient of friction")
+    longitudinal: Literal["free"] | Creepage = Field(
+        "free",
+        description="creepage of the wheelset at its nominal radius R_0, omega R_0 / V - 1; free: that at "
+        "which no torque acts on the axle",
+    )
+    lateral: Creepage = Field(
+        0.0,
+        description="velocity of the wheelset to the left, along the axle, over V: minus the yaw angle to "
+        "the left [rad], as far as yaw is slip alone",
+    )
+    spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
+        0.0,
+        description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left",
     )
 
 
@@ -123,6 +155,9 @@ class ShiftsFile(SceneTable):
     track: TrackTable = Field(TrackTable(), description="the track")
     wheelset: WheelsetTable = Field(WheelsetTable(), description="the wheelset")
     contact: ContactTable = Field(ContactTable(), description="the contacts, without friction")
+    rolling: RollingTable | None = Field(
+        None, description="steady rolling with friction; without this table there are no creep forces"
+    )
 
     @model_validator(mode="after")
     def _growing(self) -> "ShiftsFile":

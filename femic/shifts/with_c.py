@@ -39,4 +39,5 @@ def with_c(
         float(np.max(on_grid.solve(nearer, Loading(load)).normal.p)) - float(np.max(solved[-1].normal.p))
     )
     *others, c = (numbers_of(place, contact) for contact in solved)
-    return SideContact((*others, replace(c, estimate_p_max=c.estimate_p_max + change)), grid, load, notes)
+    c = replace(c, estimate_p_max=c.estimate_p_max + change)
+    return SideContact((*others, c), grid, load, notes, C_FLANK)

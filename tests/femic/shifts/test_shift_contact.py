@@ -1,7 +1,6 @@
 """Contacts of a wheelset on circular arcs: Hertz, the balance of the load, mirrored sides, two patches."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -15,44 +14,18 @@ from femic.shifts.specification import ProfileTable, WheelTable
 from femic.shifts.with_c import with_c
 from geometries.errors import Failure
 from geometries.materials import Material
-from geometries.profiles.pieces import ArcPiece, Outline
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.wheelset import curves_in_place, settle
+from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
 
-R_R, R_W, R_0, GAMMA = 80.0, 110.0, 460.0, 0.06  # radii of rail, wheel and tape circle [mm]; angle [rad]
-HALF = 0.5  # rad of the arcs
 RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
 STEEL = Material(RAIL.E, RAIL.nu)
 
 
-def arc_points(radius, n):
-    """Points of an arc whose top is the origin."""
-    angle = np.linspace(-HALF, HALF, n)
-    return radius * np.stack([np.sin(angle), np.cos(angle) - 1])
-
-
-@cache
-def layout(kind="points", n=400):
-    """Arcs on arcs that touch at the angle GAMMA without shift."""
-    m = 1435 / 2 + np.sqrt(2 * R_R * 8 - 8**2)  # half-distance of the rails' centres; gauge 8 mm deep
-    b = m - R_R * np.sin(GAMMA)
-    back = 680 - b - R_W * np.sin(GAMMA)
-    if kind == "points":
-        rail = prepare(Profile("rail", arc_points(R_R, n)))
-        wheel = prepare(Profile("wheel", arc_points(R_W, n)))
-    else:
-        rail, wheel = (
-            Outline((ArcPiece(tuple(arc_points(radius, 2)[:, 0]), -HALF, 1 / radius, 2 * HALF * radius),))
-            for radius in (R_R, R_W)
-        )
-    wheelset = WheelsetDimensions(1360.0, R_0, back, b - 680)
-    return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 8.0, False), wheelset)
-
-
 def place(shift, side, kind="points"):
-    return Place(layout(kind), settle(layout(kind), shift, roll="about rails"), side)
+    return Place(arcs_on_arcs(kind), settle(arcs_on_arcs(kind), shift, roll="about rails"), side)
 
 
 def solved(shift, side, load, kind="points", **wanted):
