@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.report.interactive import as_json
-from compare.shifts import compute, figures, page
+from compare.shifts import compute, contacts, figures, page
 from compare.shifts.differences import difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -48,7 +48,7 @@ def fake(where, *_):
 @pytest.fixture(scope="module")
 def dataset():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compute, "contact_at", fake)
+        patch.setattr(contacts, "contact_at", fake)
         return compute.compute_shifts(FILE, "text of the file")
 
 
@@ -163,7 +163,7 @@ def test_finished_contacts_are_kept_and_failures_are_told(tmp_path, monkeypatch)
             raise Failure("not found")
         return fake(where, *rest)
 
-    monkeypatch.setattr(compute, "contact_at", interrupted)
+    monkeypatch.setattr(contacts, "contact_at", interrupted)
     file = FILE.model_copy(update={"shifts": (0.0, 1.0)})
     options = RunOptions(1, Store(tmp_path), Watch(on_stage=said.append))
     with pytest.raises(KeyboardInterrupt):
@@ -183,7 +183,7 @@ def test_alike_sides_are_solved_once(monkeypatch):
         solved.append((where.position.given_shift, where.side))
         return fake(where, *rest)
 
-    monkeypatch.setattr(compute, "contact_at", counted)
+    monkeypatch.setattr(contacts, "contact_at", counted)
     result = compute.compute_shifts(FILE.model_copy(update={"right_wheel": None, "shifts": (-1.0, 0.0, 1.0)}))
     assert solved == [(-1.0, "left"), (-1.0, "right"), (0.0, "left")]
     mirrored = result.p_max.sel(shift=[1.0, 0.0, -1.0], side="right").values
