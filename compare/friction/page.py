@@ -63,7 +63,7 @@ class MotionPage:
     def write(self, dataset: xr.Dataset, out: Path) -> Path:
         """Write `contact.nc`, figures and `contact.html` into a folder; return the path of the page."""
         sections = chain(
-            [Section("", [self.main_chart(dataset), Note(self.note(dataset))])],
+            [Section("", [self.main_chart(dataset), Note(self.explained(dataset))])],
             self.sections(dataset),
             map_sections(dataset, self.contact(dataset), self.work),
             self.tables(dataset),
@@ -75,6 +75,10 @@ class MotionPage:
         )
         page = Page(str(dataset.attrs["title"]), self.summary(dataset), sections, self.answer(dataset))
         return write_results(page, out, "contact", dataset)
+
+    def explained(self, dataset: xr.Dataset) -> str:
+        """Return what the main chart shows, and how friction depends on the contact angle if it does."""
+        return f"{self.note(dataset)} {dataset.attrs['friction_by_angle']}".strip()
 
     def number_tables(self, dataset: xr.Dataset) -> list[Block]:
         """Return the tables of each number, one per friction, and which numbers vanish."""

@@ -7,6 +7,7 @@ from typing import Any
 import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.contact.friction.by_angle import friction_factors, in_words
 from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -17,6 +18,7 @@ Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution, which ha
 
 def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Dataset:
     """Return the solutions along the dimensions friction and ICs."""
+    by_angle = pair.specification.friction_by_angle
     frictions, ics = pair.specification.coefficients, pair.problem.specification.ics
     parts = {
         (friction, name): _stored(pair, friction, name, labelled) for name in ics for friction in frictions
@@ -26,9 +28,11 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
     grid = pair.on_grid.grid
     inclination = pair.on_grid.undeformed.lower.contour.inclination(grid.strips)
     joined["inclination"] = "s", inclination, {"units": "rad"}
+    joined["friction_factor"] = "s", friction_factors(by_angle, inclination)
     c_quality = parts[frictions[0], C].attrs if C in ics else {}
+    words = {"friction_by_angle": in_words(by_angle)}
     exact = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
-    return joined.drop_attrs(deep=False).assign_attrs(c_quality | exact)
+    return joined.drop_attrs(deep=False).assign_attrs(c_quality | exact | words)
 
 
 def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:

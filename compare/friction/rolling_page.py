@@ -185,9 +185,13 @@ def creep_force(dataset: xr.Dataset) -> Chart:
 
 def note(dataset: xr.Dataset) -> str:
     """Return what the main chart shows."""
+    pressed_too = (
+        "The limit of the force is larger than friction times load, since the flanks are pressed together, "
+        "too. "
+    )
     return (
-        f"{load_text(dataset)}. The limit of the force is larger than friction times load, since the "
-        f"flanks are pressed together, too. Band: estimate of {reference_symbol(dataset)}."
+        f"{load_text(dataset)}. {'' if dataset.attrs['friction_by_angle'] else pressed_too}"
+        f"Band: estimate of {reference_symbol(dataset)}."
     )
 
 
@@ -208,14 +212,15 @@ def contact(dataset: xr.Dataset) -> str:
 
 def centre_line(dataset: xr.Dataset) -> Chart:
     """Return pressures and longitudinal tractions along s = 0 at equal force by all ICs."""
-    along = dataset.p.isel(s=dataset.sizes["s"] // 2)
+    middle = dataset.sizes["s"] // 2
+    along, factor = dataset.p.isel(s=middle), float(dataset.friction_factor[middle])
     pressed = dataset.p.sel(direction="n").max("friction") > 0
     along = along.isel(x=covered(pressed)["x"])
 
     def panels(of_friction: xr.DataArray) -> list[Panel]:
         friction, reference = float(of_friction.friction), reference_of(dataset)
         pressure, traction = (of_friction.sel(direction=name) for name in ("n", "x"))
-        bound = friction * pressure.sel(ics=reference)
+        bound = friction * factor * pressure.sel(ics=reference)
         limits = [Curve("friction times pressure", along.x, sign * bound, LIMIT) for sign in (1, -1)]
         across = "x [mm]"
         cells = [

@@ -119,7 +119,7 @@ def growth(dataset: xr.Dataset) -> Chart:
 
 
 def _panel(dataset: xr.Dataset, of_friction: xr.Dataset, name: str, *, limited: bool = False) -> Panel:
-    """Return a number over the distance, with its steady values, and with the limit of friction."""
+    """Return a number over the distance, with its steady values, and with friction times load."""
     number, ends = shown(dataset, name), places(dataset)[[0, -1]]
     values, estimate, steady = (
         number.factor * of_friction[key] for key in (name, f"estimate_{name}", STEADY + name)
@@ -133,15 +133,15 @@ def _panel(dataset: xr.Dataset, of_friction: xr.Dataset, name: str, *, limited: 
     curves += draw(places(dataset), values, estimate)
     if limited:
         limit = number.factor * float(of_friction.friction) * load_of(dataset) * np.sign(float(values[0, -1]))
-        curves.append(Curve("limit of friction", ends, [limit, limit], LIMIT))
+        curves.append(Curve("friction times load", ends, [limit, limit], LIMIT))
     return Panel(number.meaning, abscissa(dataset).title, number.title, curves)
 
 
 def note(dataset: xr.Dataset) -> str:
     """Return what the main chart shows."""
     return (
-        f"{load_text(dataset)}, from rest on. Dotted: steady rolling with the same ICs; grey: the "
-        f"limit of friction. Band: estimate of {reference_symbol(dataset)}. Small forces are not drawn."
+        f"{load_text(dataset)}, from rest on. Dotted: steady rolling with the same ICs; grey: friction "
+        f"times load. Band: estimate of {reference_symbol(dataset)}. Small forces are not drawn."
     )
 
 

@@ -25,12 +25,15 @@ NEARLY = 1 + 1e-9  # beside an element of another state both are the same to rou
 
 @dataclass(frozen=True, eq=False)
 class SlipState:
-    """Tractions (n_x, n_s, 3) [MPa] on elements that stick (n_x, n_s) or slip (n_x, n_s, 2)."""
+    """Tractions (n_x, n_s, 3) [MPa] on elements that stick (n_x, n_s) or slip (n_x, n_s, 2).
+
+    `friction` are the coefficients of the strips, (n_s,), or that of all of them.
+    """
 
     p: Array
     stick: Mask
     slip: Array
-    friction: float
+    friction: Array | float
 
     @property
     def in_contact(self) -> Mask:
@@ -75,7 +78,7 @@ def floors(tractions: SlipState) -> dict[str, float]:
     def of_load(mask: Mask) -> float:
         return float(np.sum(pressures[mask])) / load
 
-    rests_on_state = OF_STATE * of_load(tractions.open) if tractions.friction > 0 else 0.0
+    rests_on_state = OF_STATE * of_load(tractions.open) if np.any(tractions.friction) else 0.0
     at_edge = tractions.at_edge
     return {
         "force": rests_on_state + OF_EDGE * of_load(at_edge),
@@ -108,9 +111,10 @@ class Places:
     area: float
 
 
-def scales(pressures: Array, friction: float, at: Places) -> dict[str, Scale]:
+def scales(pressures: Array, friction: Array | float, at: Places) -> dict[str, Scale]:
     """Scales of forces [N], moments [N mm] and centres [mm] of pressures (n_x, n_s) [MPa].
 
+    `friction` are the coefficients of the strips, (n_s,), or that of all of them.
     Those of changes: friction in any direction on all elements, and pressures as far as their normals and
     levers differ, because the load stays. Rounding is a share of the load, times the largest lever.
     """
@@ -122,7 +126,7 @@ def scales(pressures: Array, friction: float, at: Places) -> dict[str, Scale]:
         return float(np.sum(forces * np.abs(lever - np.sum(forces * lever) / load)))
 
     def of_friction(lever: Array | float) -> float:
-        return friction * float(np.sum(forces * lever))
+        return float(np.sum(friction * forces * lever))
 
     def reach(lever: Array) -> float:
         return float(np.max(np.where(in_contact, lever, 0.0), initial=0.0))

@@ -48,8 +48,8 @@ class FrictionalProblem:
     """Two bodies on a grid, with friction: their ICs in all directions, distance, and how surfaces incline.
 
     `distance` [mm], (n_x, n_s), as in `NormalProblem`; `inclination` [rad], (n_s,); `flat` are the ICs of
-    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more. Beside the
-    contact `margin` elements are needed.
+    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more, which each
+    strip has times its `factor`, (n_s,), None: 1. Beside the contact `margin` elements are needed.
     """
 
     grid: Grid
@@ -59,10 +59,22 @@ class FrictionalProblem:
     inclination: Array
     friction: float
     margin: int = MARGIN
+    factor: Array | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.friction < np.inf:
             raise WrongInput(f"friction = {self.friction!r}: must be zero or positive, and finite")
+        if self.factor is not None:
+            _require_factors(self.factor, self.grid.n_s)
+
+    @property
+    def coefficients(self) -> Array | float:
+        """Coefficients of friction of the strips, shape (n_s,), or of all of them."""
+        return self.friction if self.factor is None else self.friction * self.factor
+
+    def bound(self, pressures: Array) -> Array:
+        """Return the largest tangential tractions [MPa] at pressures (n_x, n_s) [MPa], of this shape."""
+        return np.asarray(self.coefficients * pressures)
 
     @cached_property
     def normal(self) -> NormalProblem:
@@ -92,7 +104,7 @@ class FrictionalProblem:
         One element beside its contact is enough: the area is the same, and ends of fewer elements only make
         a reading of the edges less accurate.
         """
-        normal = self.normal.coarsened
+        normal, factor = self.normal.coarsened, self.factor
         inclination = self.inclination.reshape(-1, 2).mean(axis=1)
         return FrictionalProblem(
             normal.grid,
@@ -102,6 +114,19 @@ class FrictionalProblem:
             inclination,
             self.friction,
             margin=1,
+            factor=None if factor is None else factor.reshape(-1, 2).mean(axis=1),
+        )
+
+
+def _require_factors(factor: Array, n_s: int) -> None:
+    """Raise WrongInput unless there is a factor of friction for each strip, zero or positive."""
+    if np.shape(factor) != (n_s,):
+        raise WrongInput(f"factor of friction, shape {np.shape(factor)}: one per strip, shape ({n_s},)")
+    wrong = np.flatnonzero(~((np.asarray(factor) >= 0) & np.isfinite(factor)))
+    if len(wrong):
+        raise WrongInput(
+            f"factor of friction = {factor[wrong[0]]!r} at strip {wrong[0]}: must be zero or positive, and "
+            "finite"
         )
 
 
@@ -191,14 +216,14 @@ class FrictionalContact:
         rigid, area = self.motion.rigid, self.problem.grid.area
         for free, amplitude in zip(self.motion.free, self.amplitudes, strict=True):
             rigid = rigid + amplitude * free.slip
-        bound = self.problem.friction * self.p[..., N] * area
+        bound = self.problem.bound(self.p[..., N]) * area
         own = float(np.sum(self.dissipation) * area)
         return max(float(np.sum(bound * np.linalg.norm(rigid, axis=-1))), own)
 
     @property
     def slip_state(self) -> SlipState:
         """Tractions, and where they stick or slip."""
-        return SlipState(self.p, self.stick, self.slip, self.problem.friction)
+        return SlipState(self.p, self.stick, self.slip, self.problem.coefficients)
 
     @cached_property
     def patches(self) -> list[Extent]:
@@ -275,7 +300,7 @@ class _Alternation:
 
     def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
         """Return the contact at which neither problem changes the other; `p` are the first tractions."""
-        change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
+        change, sharpest = FIRST_CHANGE, SHARPER / self.largest_coefficient  # of bounds, too
         damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
         for alternation in range(1, MOST_ALTERNATIONS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
@@ -302,6 +327,11 @@ class _Alternation:
             "steps of load or less friction"
         )
 
+    @property
+    def largest_coefficient(self) -> float:
+        """The largest coefficient of friction, 1 at least."""
+        return max(float(np.max(self.problem.coefficients)), 1.0)
+
     def share_of_pressures(self, p: Array) -> float:
         """Return the share of the load that tangential tractions on inclined places leave to pressures."""
         load = self.loading.load
@@ -324,7 +354,7 @@ class _Alternation:
     def slipped(self, p: Array, approach: float, amplitudes: Array, tolerance: float) -> Tangential:
         """Return the tangential tractions for given pressures."""
         problem, motion = self.problem, self.motion
-        bound = problem.friction * p[..., N]
+        bound = problem.bound(p[..., N])
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
         law = Coulomb(
             lambda q: motion.slip_of(problem.tangential(q)),

@@ -59,7 +59,7 @@ MOTIONS: dict[str, ContactMotion] = {
         table=Late(f"{PAIRS}.quantities:OF_FRICTIONLESS"),
     ),
     "rolling": ContactMotion(
-        keys=("friction", "longitudinal", "lateral", "spin", "equal_force"),
+        keys=("friction", "friction_by_angle", "longitudinal", "lateral", "spin", "equal_force"),
         growing=("longitudinal",),
         dimension="xi",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
@@ -69,7 +69,7 @@ MOTIONS: dict[str, ContactMotion] = {
         misfits=Late(f"{PAIRS}.reachable_forces:forces_beyond_creepages"),
     ),
     "transient": ContactMotion(
-        keys=("friction", "creepage", "lateral", "spin", "distance"),
+        keys=("friction", "friction_by_angle", "creepage", "lateral", "spin", "distance"),
         dimension="distance",
         table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
         wheel_rolls=True,
@@ -77,7 +77,7 @@ MOTIONS: dict[str, ContactMotion] = {
         one_point=Late(f"{PAIRS}.solved_transient:last_distance"),
     ),
     "compression": ContactMotion(
-        keys=("friction",),
+        keys=("friction", "friction_by_angle"),
         growing=("loads",),
         dimension="load",
         table=Late(f"{PAIRS}.quantities:OF_COMPRESSION"),

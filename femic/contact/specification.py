@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 from approx.pair import Pair
 from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap
+from femic.contact.friction.by_angle import FactorsByAngle
 from femic.contact.loading import Loading
 from femic.contact.motions import MOTIONS
 from femic.key_types import (
@@ -84,6 +85,7 @@ class FrictionSpecification:
             "-1 ... 1",
         ),
     ] = 0.5
+    friction_by_angle: FactorsByAngle = ()
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,8 @@ class Rolling(_MotionKeys):
 
     Contacts are solved at all `longitudinal` creepages, omega R / V - 1 (1), with a `lateral` velocity of the
     wheel over V (1) and a `spin` over V [1/mm], and where the longitudinal force is `equal_force` times
-    friction and load. Raises WrongInput.
+    friction and load. Friction may depend on the contact angle: `friction_by_angle` are pairs of an angle
+    [degrees] and a factor of the coefficients, linear between. Raises WrongInput.
     """
 
     kind = "rolling"
@@ -79,14 +80,15 @@ class Rolling(_MotionKeys):
     lateral: float = 0.0
     spin: float = 0.0
     equal_force: float = 0.5
+    friction_by_angle: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True)
 class TransientRolling(_MotionKeys):
     """Rolling of the upper body from rest at constant creepages, in steps of one element.
 
-    `creepage`, `lateral` and `spin` are as those of `Rolling`; `distance` [mm] is rolled, by default three
-    lengths of the patch. Raises WrongInput.
+    `creepage`, `lateral`, `spin` and `friction_by_angle` are as those of `Rolling`; `distance` [mm] is
+    rolled, by default three lengths of the patch. Raises WrongInput.
     """
 
     kind = "transient"
@@ -97,19 +99,21 @@ class TransientRolling(_MotionKeys):
     lateral: float = 0.0
     spin: float = 0.0
     distance: float | None = None
+    friction_by_angle: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True)
 class Compression(_MotionKeys):
     """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
 
-    Raises WrongInput.
+    `friction_by_angle` is as that of `Rolling`. Raises WrongInput.
     """
 
     kind = "compression"
 
     loads: Sequence[float]
     friction: float | Sequence[float]
+    friction_by_angle: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True, eq=False)

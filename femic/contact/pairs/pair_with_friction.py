@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
+from femic.contact.friction.by_angle import Pairs, friction_factors
 from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.motions import MOTIONS, ContactMotion
@@ -71,22 +72,29 @@ class PairWithFriction:
 
     def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
         """Return the contact problem with some ICs and a coefficient of friction."""
-        return frictional_problem(self.on_grid, operator, friction)
+        return frictional_problem(self.on_grid, operator, friction, self.specification.friction_by_angle)
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
         """Return the rolling problem of a contact problem, on the grid of this."""
         return rolling_problem(self.on_grid, problem)
 
 
-def frictional_problem(on_grid: PairOnGrid, operator: FullOperator, friction: float) -> FrictionalProblem:
-    """Return the contact problem of bodies with some ICs and a coefficient of friction."""
+def frictional_problem(
+    on_grid: PairOnGrid, operator: FullOperator, friction: float, by_angle: Pairs = ()
+) -> FrictionalProblem:
+    """Return the contact problem of bodies with some ICs and a coefficient of friction.
+
+    `by_angle` are pairs of contact angle [deg] and the factor of the coefficient there; none: 1 everywhere.
+    """
+    inclination = on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips)
     return FrictionalProblem(
         on_grid.grid,
         operator,
         half_space_operator(on_grid.pair, on_grid.grid),
         on_grid.distance,
-        on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
+        inclination,
         friction,
+        factor=friction_factors(by_angle, inclination) if by_angle else None,
     )
 
 

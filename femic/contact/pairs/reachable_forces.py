@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from femic.contact.exact.creepage_coefficients import WIDEST, creepage_coefficients
+from femic.contact.friction.by_angle import largest_factor
 from femic.contact.loading import Loading
 from femic.contact.pairs.first_touch import hertz
 from femic.contact.pairs.sizing import Sizing
-from femic.contact.specification import ContactProblem
+from femic.contact.specification import ContactProblem, FrictionSpecification
 
 BEYOND = 3.0  # times the force without slip from which no curve reaches a force: patches are no ellipses
 
@@ -22,6 +23,7 @@ def forces_beyond_creepages(problem: ContactProblem, sizing: Sizing) -> Iterator
     friction = problem.specification.friction
     if friction is None or problem.specification.extra_gap is not None:
         return
+    yield from _beyond_factors(friction)
     (load,) = problem.specification.loads
     ellipse, combined = hertz(sizing.bodies, Loading(load)), problem.pair.constants
     G, nu = float(combined.G), float(combined.nu)
@@ -40,3 +42,14 @@ def forces_beyond_creepages(problem: ContactProblem, sizing: Sizing) -> Iterator
                 "even without slip: give larger ones in contact.longitudinal, less friction, or a smaller "
                 "equal_force"
             )
+
+
+def _beyond_factors(friction: FrictionSpecification) -> Iterator[str]:
+    """Yield whether friction that depends on the contact angle is too small for the force everywhere."""
+    largest = largest_factor(friction.friction_by_angle)
+    if abs(friction.equal_force) > BEYOND * largest:
+        yield (
+            f"contact.equal_force = {friction.equal_force:g}: tractions are compared at F_x = equal_force "
+            f"friction load, and the factors of friction_by_angle are at most {largest:g}: give a smaller "
+            "equal_force, or larger factors"
+        )

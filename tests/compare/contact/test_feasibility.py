@@ -140,6 +140,20 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
     assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in message
 
 
+def test_a_force_beyond_friction_at_any_angle_is_refused():
+    """Inclined places may carry more than the load, but not `BEYOND` times as much."""
+    of = {"motion": "rolling", "friction": [0.3], "longitudinal": [-0.01, 0.0], "equal_force": 0.6}
+
+    def misfits(largest):
+        pairs = [[0, 0.1], [20, largest]]
+        return list(impossible(scene(loads=[100.0], **of, friction_by_angle=pairs).contact_problem))
+
+    assert misfits(1.02 * 0.6 / BEYOND) == []
+    (message,) = misfits(0.98 * 0.6 / BEYOND)
+    assert message.startswith("contact.equal_force = 0.6: ")
+    assert "give a smaller equal_force, or larger factors" in message
+
+
 def test_enormous_friction_is_refused_before_any_work():
     with pytest.raises(BadScene, match=r"rolling: 1 error\(s\)\n  contact\.friction\.0 = 1000: "):
         require_solvable(load_scene("rolling", {"contact": {"friction": [1000.0]}}))

@@ -355,3 +355,42 @@ def test_cost_states_seconds_and_quality_of_c(rolled):
     text = cost(dataset)
     assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in text
     assert "both differ by up to 6.1% of the largest C_sn" in text
+
+
+# ---- friction that depends on the contact angle
+
+
+@pytest.fixture(scope="module")
+def flanged():
+    """Friction of the contact in the middle by far larger than beside it."""
+    keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "ics": ["A"]}
+    law = {"friction_by_angle": [[5, 1.0], [15, 0.25]], "equal_force": 0.3}
+    return compute_with_friction(scene(10.3, elements=COARSE, friction=[0.3], **keys, **law))
+
+
+def test_files_have_the_factors_of_friction_and_tractions_within_them(rolled, flanged):
+    angle = np.degrees(np.abs(flanged.inclination))
+    np.testing.assert_allclose(flanged.friction_factor, np.interp(angle, [5, 15], [1.0, 0.25]))
+    assert np.all(rolled.friction_factor == 1.0)
+    pressure = flanged.p.sel(direction="n")
+    tangential = np.hypot(flanged.p.sel(direction="x"), flanged.p.sel(direction="s"))
+    share = (tangential / (0.3 * pressure)).where(pressure > 0)
+    assert np.all((share <= flanged.friction_factor * (1 + 1e-5)) | np.isnan(share))
+    assert float(share.max()) > 0.5
+
+
+def test_pages_say_how_friction_depends_on_the_angle_where_it_does(rolled, flanged):
+    said = "multiplied by a factor that depends on the contact angle: 1 at 5°, 0.25 at 15°."
+    assert rolling_page.ROLLING.explained(flanged).endswith(said)
+    assert "angle" not in rolling_page.ROLLING.explained(rolled)
+
+
+def test_limits_along_the_centre_line_are_those_of_its_strip(flanged):
+    """A factor of a quarter there makes limits a quarter of friction times pressure."""
+    quarter = flanged.assign(friction_factor=0 * flanged.friction_factor + 0.25)
+    one, other = (
+        drawn(content(rolling_page.centre_line(of))["steps"][0][1])["friction times pressure"]
+        for of in (flanged, quarter)
+    )
+    np.testing.assert_allclose(other, 0.25 * np.array(one), rtol=1e-5)
+    assert np.any(one)

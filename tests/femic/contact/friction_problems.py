@@ -106,7 +106,7 @@ def law_errors(contact, rigid, *, order=None, dx=1.0, before=0.0):
     opposite to slip where they do not; elements of leading edges only count in the first.
     """
     problem = contact.problem
-    u, bound = problem.operator(contact.p), problem.friction * contact.p[..., N]
+    u, bound = problem.operator(contact.p), problem.coefficients * contact.p[..., N]
     edge = LeadingEdge.of(bound, DEPTH if order == 2 else 0)
     if order is None:
         sides = (rigid + u[..., :2] - before,) * 2

@@ -92,6 +92,13 @@ def test_forces_are_scaled_by_friction_times_load_and_on_inclined_places_by_pres
     assert all(scale.rounds > 0 for scale in scales(P, 0.0, places()).values())
 
 
+def test_forces_are_scaled_by_the_friction_of_each_strip():
+    of_strips = np.linspace(0.1, 0.5, P.shape[1])
+    expected = 0.5 * sum(of_strips[j] * P[:, j].sum() for j in range(P.shape[1]))
+    assert scales(P, of_strips, places())["longitudinal"].changes == pytest.approx(expected)
+    assert expected != pytest.approx(0.3 * 0.5 * P.sum(), rel=1e-3)
+
+
 def test_distance_of_the_load_from_the_axis_does_not_enlarge_the_scale_about_x():
     """The load stays: only differences of levers count."""
     here, there = places(), places()

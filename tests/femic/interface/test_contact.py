@@ -51,6 +51,19 @@ def test_contact_of_a_pair_equals_that_of_its_scene():
     np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
 
 
+def test_friction_by_angle_is_that_of_a_scene():
+    """At a tenth of the coefficient everywhere, the contact bears a tenth of friction times pressure."""
+    law = [(0.0, 0.1), (40.0, 0.1)]
+    ours = femic.solve_contact(PAIR, femic.Compression([LOAD], FRICTION, law), ["A"], SETUP)
+    keys = {"motion": "compression", "friction": [FRICTION], "friction_by_angle": law}
+    same(ours, compute_with_friction(scene(ics=["A"], **keys)))
+    p = ours.p.squeeze()
+    bound = 0.1 * FRICTION * p.sel(direction="n")
+    borne = np.hypot(p.sel(direction="x"), p.sel(direction="s"))
+    assert float((borne / bound.where(bound > 0)).max()) == pytest.approx(1.0, abs=1e-5)
+    assert femic.Rolling(LOAD, FRICTION, friction_by_angle=law).table["friction_by_angle"] == law
+
+
 def test_rolling_of_a_pair_equals_that_of_its_scene():
     ours = femic.solve_contact(PAIR, ROLLING, ["Bhat"], SETUP)
     keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [-0.004, 0.0, 0.004]}
@@ -152,6 +165,10 @@ WRONG = {
     "load": (lambda: femic.Frictionless([-1.0]), r"loads\.0 = -1"),
     "both": (lambda: femic.Frictionless([1.0], approaches=[1e-3]), "either loads or approaches"),
     "friction": (lambda: femic.Rolling(1e3, -0.1), r"friction\.0 = -0\.1"),
+    "angles": (
+        lambda: femic.Rolling(1e3, 0.3, friction_by_angle=np.array([[20.0, 1.0], [10.0, 0.5]])),
+        "friction_by_angle = .* angles must grow",
+    ),
     "order": (lambda: femic.Compression([2e3, 1e3], 0.3), "loads must grow"),
     "creepage": (lambda: femic.Rolling(1e3, 0.3, longitudinal=[0.1, -0.1]), "longitudinal must grow"),
     "ICs": (lambda: femic.solve_contact(PAIR, ROLLING, ["Chat"]), "Chat"),

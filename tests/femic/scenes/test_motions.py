@@ -25,6 +25,27 @@ REFUSED = {  # changes of the scene `rolling`, the message
     "no friction": (contact(friction=[]), r"contact\.friction = \[\]: .*at least 1 item"),
     "smooth": (contact(friction=[0.0]), r"contact\.friction\.0 = 0\.0: .*greater than 0"),
     "friction twice": (contact(friction=[0.3, 0.3]), r"contact\.friction = .*0\.3 given twice"),
+    "angles that fall": (
+        contact(friction_by_angle=[[20, 1.0], [10, 0.5]]),
+        r"contact\.friction_by_angle = .*angle 10 comes after 20: angles must grow",
+    ),
+    "a jump of friction": (
+        contact(friction_by_angle=[[20, 1.0], [20, 0.5]]),
+        r"angle 20 comes after 20: .* for a step give two that hardly differ",
+    ),
+    "an overhang": (
+        contact(friction_by_angle=[[0, 1.0], [91, 0.5]]),
+        r"contact\.friction_by_angle\.1\.0 = 91: Input should be at most 90",
+    ),
+    "glue": (
+        contact(friction_by_angle=[[0, 11.0]]),
+        r"contact\.friction_by_angle\.0\.1 = 11\.0: Input should be at most 10",
+    ),
+    "ice": (contact(friction_by_angle=[[0, 0.0]]), r"friction_by_angle = .*all factors are 0"),
+    "angles alone": (
+        contact(friction_by_angle=[0.0, 20.0]),
+        r"contact\.friction_by_angle\.0 = 0\.0: Input should be a list",
+    ),
     "creepages that fall": (
         contact(longitudinal=[0.1, 0.0]),
         r"longitudinal must grow: sort them, each once",
@@ -102,3 +123,9 @@ def test_builtin_rolling_and_compression_have_the_same_bodies():
 
 def test_compression_allows_a_prismatic_body():
     assert load_scene("compression", PRISMATIC).contact.motion == "compression"
+
+
+def test_pairs_of_angle_and_factor_are_read_and_are_none_by_default():
+    pairs = load_scene("rolling", contact(friction_by_angle=[[0, 1], [20, 0.5]])).contact.friction
+    assert pairs.friction_by_angle == ((0.0, 1.0), (20.0, 0.5))
+    assert load_scene("rolling").contact.friction.friction_by_angle == ()

@@ -154,6 +154,15 @@ def test_numbers_in_keys_are_places_in_lists(campaign):
     assert [line.s[0] for line in campaign(text).scene((0, 1.2)).lines] == [0.0, 1.2]
 
 
+def test_factors_of_friction_by_angle_are_an_axis(campaign):
+    grid = campaign(
+        'scene = "rolling"\n[set.contact]\nfriction_by_angle = [[0, 1.0], [25, 0.5]]\n'
+        '[sweep.flange]\nkeys = ["contact.friction_by_angle.1.1"]\nvalues = [0.3, 0.5]\n'
+    )
+    laws = [grid.scene((factor,)).contact.friction.friction_by_angle for factor in (0.3, 0.5)]
+    assert laws == [((0.0, 1.0), (25.0, 0.3)), ((0.0, 1.0), (25.0, 0.5))]
+
+
 def test_paths_are_relative_to_the_file_that_names_them(campaign, tmp_path):
     np.savetxt(
         tmp_path / "rail.txt", np.column_stack([np.linspace(-9, 9, 37), -(np.linspace(-3, 3, 37) ** 2) / 4])
