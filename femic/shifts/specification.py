@@ -5,9 +5,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, Field, Strict, ValidationError, model_validator
 
 from approx.variants import VARIANTS, forms_of
+from femic.contact.friction.by_angle import Angle, Factor, growing
 from femic.contact.specification import Creepage
 from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Whole
 from femic.scenes.errors import bad_scene
@@ -17,6 +18,15 @@ from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.profiles.standards import STANDARDS
 
+ByAngle = Annotated[
+    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
+    AfterValidator(growing),
+    Field(
+        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
+        "contact angle, as on a lubricated flange: [[20, 1], [40, 0.3]]; linear between, constant beyond; "
+        "default: factor 1"
+    ),
+]
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
 C = "C"
@@ -117,6 +127,7 @@ class RollingTable(SceneTable):
     """Steady rolling of the wheelset, with friction."""
 
     friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="coefficient of friction")
+    by_angle: ByAngle = ()
     longitudinal: Literal["free"] | Creepage = Field(
         "free",
         description="creepage of the wheelset at its nominal radius R_0, omega R_0 / V - 1; free: that at "
@@ -247,7 +258,7 @@ def example(name: str = EXAMPLE) -> str:
         model = _table_of(field.annotation)
         if model is None:
             continue
-        is_optional = field.default is None
+        is_optional = field.default is None and key not in table
         lines += ["", f"# {field.description}", f"{'# ' if is_optional else ''}[{key}]"]
         lines += [] if is_optional else _entries(model, table.get(key, {}))
     return "\n".join(lines) + "\n"

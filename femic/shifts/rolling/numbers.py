@@ -110,7 +110,7 @@ def wheel_numbers(rolled: Rolled, number: int, ics: str, others: Sequence[Other]
     parts = [changes(fine, of_all, _measured(*other, ics).numbers) for other in others]
     known = errors(of_all, fine, larger[:2], parts)
     state, frictional = contact.rolling.contact, wheel.problem.problem
-    bound = float(np.sum(frictional.friction * state.p[..., N])) * frictional.grid.area
+    bound = float(np.sum(frictional.bound(state.p[..., N]))) * frictional.grid.area
     tangential = np.linalg.norm(np.sum(state.p[..., :N], axis=(0, 1))) * frictional.grid.area
     own = fine.numbers
     numbers = {

@@ -18,7 +18,7 @@ from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.grids import SIZING
 from femic.shifts.rolling.numbers import AxleNumbers, Other, WheelNumbers, axle_numbers, wheel_numbers
-from femic.shifts.rolling.wheel import Motion, RollingWheel
+from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
 from femic.shifts.rolling.wheelset import BeyondGrid, Rolled, RollingWheelset
 from femic.shifts.sides import Place
 from femic.shifts.specification import C, RollingTable
@@ -158,8 +158,9 @@ class _Roller:
 
     def wheel_of(self, side: RollingSide, operator: FullOperator) -> RollingWheel:
         """Return the wheel of a side with some ICs."""
+        friction = Friction(self.rolling.friction, self.rolling.by_angle)
         motion = Motion(self.rolling.lateral, self.rolling.spin)
-        return RollingWheel.of(side.place, side.on_grid, operator, self.rolling.friction, motion)
+        return RollingWheel.of(side.place, side.on_grid, operator, friction, motion)
 
     def wheel(self, side: RollingSide, rolled: Rolled, number: int) -> WheelNumbers:
         """Return the numbers of a wheel; with C the changes by its error and its supports are estimated."""

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from femic.contact.friction.by_angle import Pairs, friction_factors
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
@@ -28,6 +29,14 @@ from geometries.errors import Failure
 from geometries.patches import N, S, X
 
 FEWEST = 8  # elements of a grid along x or s
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coefficient of friction, and its factors by the contact angle: pairs of angle [deg] and factor."""
+
+    coefficient: float
+    by_angle: Pairs = ()
 
 
 @dataclass(frozen=True)
@@ -68,10 +77,13 @@ class RollingWheel:
 
     @classmethod
     def of(
-        cls, place: Place, on_grid: PairOnGrid, operator: FullOperator, friction: float, motion: Motion
+        cls, place: Place, on_grid: PairOnGrid, operator: FullOperator, friction: Friction, motion: Motion
     ) -> "RollingWheel":
-        """Return the wheel with some ICs and a coefficient of friction."""
-        problem = frictional_problem(on_grid, operator, friction)
+        """Return the wheel with some ICs and friction by the contact angle in the track."""
+        problem = frictional_problem(on_grid, operator, friction.coefficient)
+        if friction.by_angle:
+            angle = place.roll - problem.inclination
+            problem = replace(problem, factor=friction_factors(friction.by_angle, angle))
         return cls(place, on_grid, rolling_problem(on_grid, problem), motion)
 
     @property

@@ -12,7 +12,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import approximation
 from femic.shifts.contact import contact_at
 from femic.shifts.rolling.position import RollingSide, roll
-from femic.shifts.rolling.wheel import Motion, RollingWheel
+from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
 from femic.shifts.rolling.wheelset import TORQUE, VERTICAL, RollingWheelset
 from femic.shifts.sides import Place, Wanted, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, RollingTable, WheelTable
@@ -47,7 +47,9 @@ def rolled(both, load=LOAD, *, friction=FRICTION, longitudinal=None, motion=STRA
     wheels = []
     for side in both:
         on_grid = pair_on_grid(side.problem, side.problem.grid)
-        wheels.append(RollingWheel.of(side.place, on_grid, approximation(on_grid, ics), friction, motion))
+        wheels.append(
+            RollingWheel.of(side.place, on_grid, approximation(on_grid, ics), Friction(friction), motion)
+        )
     wheelset = RollingWheelset(tuple(wheels), load, friction, longitudinal)
     return wheelset.rolled([side.load for side in both])
 
@@ -190,6 +192,24 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
         assert of_side["F_x"] == pytest.approx(force[0], abs=2e-5 * FRICTION * LOAD)
         assert of_side["F_y"] == pytest.approx(-field, rel=1e-4)
         assert contact.torque == pytest.approx(-about_axle, rel=1e-3, abs=0.5 * R_0)  # circle of the wheel
+
+
+def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
+    """All elements slide one way: forces are as the bounds, by the contact angle in the track."""
+    both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
+    pairs, moved = ((2.0, 1.0), (4.0, 0.2)), {"longitudinal": 0.1, "lateral": 0.04}
+    dry, lubricated = numbers(both, **moved), numbers(both, by_angle=pairs, **moved)
+    wheelset = rolled(both, longitudinal=0.1, motion=Motion(0.04))
+    for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
+        strips = np.sum(contact.rolling.contact.pressures, axis=0)
+        tangent = wheel.on_grid.undeformed.lower.contour.tangent(wheel.on_grid.grid.strips)
+        angles = np.degrees(np.abs(np.arctan2(tangent[1], tangent[0]) + wheel.place.roll))
+        factor = np.average(np.interp(angles, *np.transpose(pairs)), weights=strips)
+        one, other = (solved.wheels[side].numbers for solved in (dry, lubricated))
+        assert one["sliding"] == other["sliding"] == 1
+        assert factor < 0.9
+        assert other["F_x"] / one["F_x"] == pytest.approx(factor, rel=0.02)
+        assert other["utilised"] == pytest.approx(one["utilised"], rel=0.01)
 
 
 def test_work_of_friction_is_power_less_what_raises_the_wheel():
