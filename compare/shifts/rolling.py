@@ -148,7 +148,8 @@ def labelled_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dat
     return dataset.assign_attrs(
         friction=rolling.friction,
         longitudinal=str(rolling.longitudinal),
-        yaw=-rolling.lateral,
+        by_angle=json.dumps(rolling.by_angle),
+        lateral=rolling.lateral,
         spin=rolling.spin,
         not_rolling=json.dumps(reasons),
     )

@@ -5,7 +5,6 @@ C stands in for B-hat at the wheels where it was solved without friction, and ro
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from time import perf_counter
 
 from femic.contact.operators.protocols import FullOperator
@@ -14,7 +13,7 @@ from femic.contact.pairs.contact_size import MOST_TRIES
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.pairs.supports import other_supports
-from femic.contact.specification import ContactProblem
+from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.grids import SIZING
 from femic.shifts.rolling.numbers import AxleNumbers, Other, WheelNumbers, axle_numbers, wheel_numbers
@@ -154,7 +153,11 @@ class _Roller:
         name = self.own_ics(side)
         if name != C:
             return approximation(side.on_grid, name)
-        return _reference(side, self.options).operator
+        return self.reference(side).operator
+
+    def reference(self, side: RollingSide) -> ReferenceICs:
+        """Return C of a side as the rail sees it; its models are stored."""
+        return full_reference_ics(side.problem, side.on_grid, self.options, wheel_rolls=True)
 
     def wheel_of(self, side: RollingSide, operator: FullOperator) -> RollingWheel:
         """Return the wheel of a side with some ICs."""
@@ -170,9 +173,13 @@ class _Roller:
 
     def others(self, side: RollingSide, rolled: Rolled, number: int) -> list[Other]:
         """Return the wheel with C plus its estimated error, and with nearer supports, at its creepages."""
-        nearer = next(other_supports(side.problem, side.on_grid, self.options))
+        specification = replace(
+            side.problem.specification, motion="rolling", friction=FrictionSpecification()
+        )  # for all components of C
+        problem = replace(side.problem, specification=specification)
+        nearer = next(other_supports(problem, side.on_grid, self.options))
         operators = (
-            _reference(side, self.options).perturbed,
+            self.reference(side).perturbed,
             nearer.operator(side.on_grid, friction=True, wheel_rolls=True),
         )
         contact = rolled.contacts[number]
@@ -181,9 +188,3 @@ class _Roller:
             wheel = self.wheel_of(side, operator)
             others.append((wheel, wheel.contact(rolled.xi_0, contact.load, contact.rolling.contact)))
         return others
-
-
-@lru_cache(maxsize=2)
-def _reference(side: RollingSide, options: RunOptions) -> ReferenceICs:
-    """Return C of a side, the same object each time."""
-    return full_reference_ics(side.problem, side.on_grid, options, wheel_rolls=True)

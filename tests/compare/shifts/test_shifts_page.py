@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.report.interactive import as_json
-from compare.shifts import compute, contacts, figures, page
+from compare.shifts import answers, compute, contacts, figures, page
 from compare.shifts.differences import difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -75,7 +75,7 @@ def test_the_best_ics_are_c_where_it_is_known(dataset):
 
 
 def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset):
-    text = page.summary(dataset)
+    text = answers.summary(dataset)
     assert text.count(". ") == 2
     assert text.endswith(".")
     assert "within 1 % at -2 to -1 mm, within 5 % at -2 to 0 mm and within 10 % at -2 to 1 mm" in text
@@ -88,12 +88,12 @@ def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset
 def test_limits_that_hold_at_all_shifts_are_said_once(dataset):
     same = dataset.copy(deep=True)
     same["p_max"] = same.p_max * 0 + 1000
-    assert "within 1 % at all shifts." in page.summary(same)
-    assert "5 %" not in page.summary(same)
+    assert "within 1 % at all shifts." in answers.summary(same)
+    assert "5 %" not in answers.summary(same)
 
 
 def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
-    table = page.answer_table(dataset)
+    table = answers.answer_table(dataset)
     cells = {row.name: [cell.text for cell in row.filled] for row in table.rows}
     assert cells["A"] == [
         "-2 to -1 mm",
