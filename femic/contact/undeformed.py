@@ -5,7 +5,7 @@ comes down along z until both touch, and by the approach zeta [mm] beyond that. 
 docs/theory/contact.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -70,7 +70,15 @@ class Undeformed:
     def upper_offset(self) -> float:
         """Arc length [mm] of the upper contour where both touch first, less that of the lower one."""
         s = self.touching[0]
-        return float(_arc_length_at(self.upper.contour, self.lower.contour.position(s)[0] - self.shift) - s)
+        return float(self.opposite(s) - s)
+
+    def opposite(self, s: ArrayLike) -> Array:
+        """Arc length [mm] of the upper contour vertically above arc lengths of the lower one, shape of s."""
+        return _arc_length_at(self.upper.contour, self.lower.contour.position(s)[0] - self.shift)
+
+    def moved_to(self, shift: float) -> "Undeformed":
+        """Return the surfaces with the upper one at another position along y [mm]."""
+        return replace(self, shift=shift)
 
     def upper_height(self, s: ArrayLike) -> Array:
         """Height [mm] of the upper surface over its own origin where it is opposite s at x = 0, shape of s.
@@ -92,7 +100,7 @@ class Undeformed:
         sin, cos = self.lower.contour.normal(s)
         y, z = y - self.shift, z - self.touching[1] + approach  # in axes of the upper surface
         t, missed = self._met(x, (y, z), (sin, cos))
-        point_y, point_z = self._section(x, t)[0]
+        point_y, point_z = self.upper_section(x, t)[0]
         distance = (point_y - y) * sin + (point_z - z) * cos
         return np.asarray(np.where(missed, np.inf, distance))
 
@@ -112,7 +120,7 @@ class Undeformed:
         t = np.broadcast_to(_arc_length_at(self.upper.contour, y), np.broadcast_shapes(x.shape, y.shape))
         tolerance = ROUNDING * max(float(np.max(np.abs(t))), float(np.ptp(self.s_range)))
         for _ in range(NEWTON_STEPS):
-            (point_y, point_z), (dy, dz) = self._section(x, t)
+            (point_y, point_z), (dy, dz) = self.upper_section(x, t)
             across = dy * cos - dz * sin
             step = ((point_y - y) * cos - (point_z - z) * sin) / np.maximum(across, 0.1 * dy)
             t = t - step
@@ -123,7 +131,7 @@ class Undeformed:
         beside_wheel = np.abs(x) >= self.upper.circle_radius(t)
         return t, moved | (across <= 0) | (t < low) | (t > high) | beside_wheel
 
-    def _section(self, x: Array, t: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    def upper_section(self, x: Array, t: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Return points (y, z) of the upper surface in the plane at x, and their derivatives by t."""
         (y, z), (dy, dz) = self.upper.contour.position(t), self.upper.contour.tangent(t)
         if np.isinf(self.upper.rolling_radius):

@@ -56,7 +56,10 @@ def in_words(pairs: Pairs) -> str:
     if not pairs:
         return ""
     values = ", ".join(f"{factor:g} at {angle:g}°" for angle, factor in pairs)
-    return f"The coefficient is multiplied by a factor that depends on the contact angle: {values}."
+    return (
+        f"The coefficient is multiplied by a factor that depends on the contact angle: {values}, linear "
+        "between, constant beyond."
+    )
 
 
 def largest_factor(pairs: Pairs) -> float:

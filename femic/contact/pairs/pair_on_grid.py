@@ -16,6 +16,7 @@ from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import Operator
 from femic.contact.resultants import Resultant, resultant
 from femic.contact.specification import ContactProblem
+from femic.contact.tangent_plane import TangentPlane
 from femic.contact.undeformed import Undeformed
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -39,10 +40,10 @@ class PairOnGrid:
     """
 
     pair: Pair
-    undeformed: Undeformed
+    undeformed: Undeformed | TangentPlane
     grid: Grid
     extra_gap: ExtraGap | None = None
-    paired: Undeformed | None = None
+    paired: Undeformed | TangentPlane | None = None
 
     @property
     def x(self) -> Array:
@@ -111,8 +112,9 @@ class PairOnGrid:
 
     def moved_to(self, shift: float) -> "PairOnGrid":
         """Return the upper body moved along y to another position [mm], with the ICs of this one."""
-        undeformed = replace(self.undeformed, shift=shift)
-        return replace(self, undeformed=undeformed, paired=self.paired or self.undeformed)
+        return replace(
+            self, undeformed=self.undeformed.moved_to(shift), paired=self.paired or self.undeformed
+        )
 
     def solve(self, operator: Operator, loading: Loading, *, exact: bool = False) -> "PairContact":
         """Return the contact with nn ICs, in the position given or the one that gives it the lateral force.

@@ -54,7 +54,9 @@ def test_factors_are_linear_between_angles_constant_beyond_and_the_same_on_both_
 
 
 def test_the_law_is_said_in_words_and_has_a_largest_factor():
-    assert in_words(FLANGE).endswith("depends on the contact angle: 1.2 at 5°, 0.4 at 20°.")
+    assert in_words(FLANGE).endswith(
+        "depends on the contact angle: 1.2 at 5°, 0.4 at 20°, linear between, constant beyond."
+    )
     assert in_words([]) == ""
     assert largest_factor(FLANGE) == 1.2
     assert largest_factor([]) == 1.0
