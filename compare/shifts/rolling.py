@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -98,7 +99,7 @@ def _told(entry: xr.Dataset) -> str:
 
 def _entry(solved: list[RolledICs]) -> xr.Dataset:
     """Return a wheelset as a dataset over sides and ICs."""
-    shape, variables = (len(SIDES), len(solved)), {}
+    shape, variables = (len(SIDES), len(solved)), dict[str, tuple[Any, Any]]()
     for name in OF_WHEEL:
         both = np.full(shape, np.nan), np.full(shape, np.nan)
         for n, of_ics in enumerate(solved):

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from compare.report.interactive import as_json
-from compare.shifts import answers, compute, contacts, figures, page
+from compare.shifts import answers, compute, contacts, figures, geometry, page
 from compare.shifts.differences import difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
 from femic.shifts.frictionless import ICsNumbers, SideContact
 from femic.shifts.patches import PatchNumbers
+from femic.shifts.placement import layout_of
 from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable
 from geometries.errors import Failure
 from geometries.grids import Grid
+from geometries.track.wheelset import curves_in_place, settle
 
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
 FILE = ShiftsFile(
@@ -131,6 +133,20 @@ def test_wheels_are_drawn_on_their_rails(dataset):
             assert np.interp(where, *head) == pytest.approx(float(at.z.sel(side=side)), abs=2e-3)
             (patch,) = figures.patch_ranges(at, side)
             assert np.mean(patch) == pytest.approx(float(at.s_rail.sel(side=side)), abs=1e-9)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_rolled_wheel_is_drawn_as_it_stands(side):
+    """A roll of 20 mrad: points of the drawing are those of the curve in its place."""
+    file = FILE.model_copy(update={"shifts": (1.0,)})
+    layout = layout_of(file)
+    position = settle(layout, 1.0 - 460 * 0.02, roll=0.02)
+    drawn = geometry.wheelset(file, {1.0: position}).merge(geometry.sections(layout)).sel(shift=1.0)
+    drawn["height"] = position.pose(side)[2]  # with a given roll each side has its own
+    _, wheel = curves_in_place(layout, position, side)
+    points = figures.wheel_in_place(drawn, drawn, side)
+    t = np.linspace(*wheel.limits, points.shape[1])
+    np.testing.assert_allclose(points, wheel.position(t), rtol=0, atol=1e-9)
 
 
 def test_the_left_wheel_is_drawn_at_the_left(dataset):

@@ -1,5 +1,6 @@
 """Contacts of a wheelset on circular arcs: Hertz, the balance of the load, mirrored sides, two patches."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.reference.run_options import RunOptions
 from femic.shifts import contact as module
+from femic.shifts import grids
 from femic.shifts.contact import contact_at
 from femic.shifts.sides import Place, Wanted, bodies_at
 from femic.shifts.specification import ProfileTable, WheelTable
@@ -132,6 +134,27 @@ def test_two_patches_share_the_load_on_one_grid():
     assert len(less) == 2
     assert less[0] < 0.45
     assert alone == [pytest.approx(1)]
+
+
+def test_a_patch_that_no_grid_reaches_is_neglected_and_said(monkeypatch):
+    """The sentence bounds what it would carry; its gap is how much lower the second top is."""
+    own = bumpy(0.02)
+    where = Place(own, settle(own, 0.0, roll="about rails"), "left")
+    wanted = Wanted(9e4, ("A",), elements=12)
+    both = contact_at(where, RAIL, WHEEL, wanted)
+    assert both.notes == ()
+    monkeypatch.setattr(grids, "MOST_STRIPS", 24)
+    alone = contact_at(where, RAIL, WHEEL, wanted)
+    (note,) = alone.notes
+    assert len(alone.numbers[0].patches) == 1
+    assert "is neglected" in note
+    gap, share = (float(re.search(text, note)[1]) for text in (r", ([\d.]+) mm above", r"carries ([\d.]+) %"))
+    rail = own.left.rail.position(np.linspace(*own.left.rail.limits, 20001))
+    middle = np.mean(rail[0])
+    tops = [np.max(rail[1][part]) for part in (rail[0] < middle, rail[0] > middle)]
+    assert gap == pytest.approx(tops[0] - tops[1], abs=1e-4)
+    carried = min(patch.share for patch in both.numbers[0].patches)
+    assert share > 100 * carried
 
 
 def test_c_is_solved_only_above_its_angle(monkeypatch):
