@@ -157,11 +157,11 @@ def answer_table(dataset: xr.Dataset) -> Table:
             if np.isfinite(difference(dataset, name, quantity)).any():
                 label = f"{symbol_of(name)}: {quantity.label}" if len(quantities) > 1 else symbol_of(name)
                 rows.append(Row(label, _answer(dataset, name, quantity)))
-    heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS), "worst")
+    heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS))
     unit = "MPa" if len(quantities) == 1 else ""
     columns = [*heads, Column("p_max" if unit else "value", unit), Column("reference", unit)]
     caption = "p_max by" if unit else "with"
-    return Table(caption, [*columns, Column("differs by", "%")], rows)
+    return Table(caption, [*columns, Column("differs at most by", "%")], rows)
 
 
 def _answer(dataset: xr.Dataset, name: str, quantity: Quantity) -> list[Cell | str]:
@@ -175,4 +175,4 @@ def _answer(dataset: xr.Dataset, name: str, quantity: Quantity) -> list[Cell | s
         for each in (name, best)
     ]
     worst = f"{float(own['shift']):g} mm, {own.side.item()}"
-    return [*within, worst, *values, Cell(100 * share, "+.2f")]
+    return [*within, *values, Cell(100 * share, "+.2f", worst)]

@@ -21,11 +21,6 @@ from geometries.profiles.standards import STANDARDS
 ByAngle = Annotated[
     Several[Annotated[tuple[Angle, Factor], Strict(False)]],
     AfterValidator(growing),
-    Field(
-        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
-        "contact angle, as on a lubricated flange: [[20, 1], [40, 0.3]]; linear between, constant beyond; "
-        "default: factor 1"
-    ),
 ]
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
@@ -127,7 +122,12 @@ class RollingTable(SceneTable):
     """Steady rolling of the wheelset, with friction."""
 
     friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="coefficient of friction")
-    by_angle: ByAngle = ()
+    by_angle: ByAngle = Field(
+        (),
+        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
+        "contact angle, as on a lubricated flange: [[20, 1], [40, 0.3]]; linear between, constant beyond; "
+        "default: factor 1",
+    )
     longitudinal: Literal["free"] | Creepage = Field(
         "free",
         description="creepage of the wheelset at its nominal radius R_0, omega R_0 / V - 1; free: that at "

@@ -101,12 +101,12 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
         "-2 to -1 mm",
         "-2 to 0 mm",
         "-2 to 1 mm",
-        "2 mm, left",
         "1200",
         "1000",
         "+20.00",
     ]
     assert cells["B̂"][-1] == "+0.00"
+    assert table.rows[0].filled[-1].below == "2 mm, left"
 
 
 def test_the_charts_have_the_numbers_of_the_dataset(dataset):
