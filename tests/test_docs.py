@@ -269,6 +269,6 @@ def test_the_reference_has_every_key():
     own = [table for table in tables() if table.__module__.startswith("femic.")]  # tests register others
     fields = [(key, field.alias) for table in own for key, field in table.model_fields.items()]
     top = {"lower", "upper", "patch", "grid", "lines", "effective", "calibration", "contact", "engine"}
-    top |= {"rail", "wheel", "right_rail", "right_wheel", "track", "wheelset"}
+    top |= {"rail", "wheel", "right_rail", "right_wheel", "track", "wheelset", "rolling"}
     names = {alias or key for key, alias in fields} - top - {"kind", "combined"}
     assert names - listed == set()

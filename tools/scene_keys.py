@@ -18,7 +18,14 @@ from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, table_in
 from femic.scenes.load import builtin_names, load_scene
 from femic.scenes.outlines import OutlineTable
-from femic.shifts.specification import ContactTable, ShiftsFile, TrackTable, WheelsetTable, WheelTable
+from femic.shifts.specification import (
+    ContactTable,
+    RollingTable,
+    ShiftsFile,
+    TrackTable,
+    WheelsetTable,
+    WheelTable,
+)
 
 UNIT = re.compile(r" ?\[(mm|MPa|N|deg|1/mm)\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
@@ -33,6 +40,7 @@ SHIFT_TABLES: dict[str, Any] = {  # of a specification of femic shifts
     "wheel": WheelTable,
     "track": TrackTable,
     "wheelset": WheelsetTable,
+    "rolling": RollingTable,
     "contact": ContactTable,
 }
 CONTAINERS = ("effective", "lines")  # keys of a scene with tables of several kinds

@@ -1,4 +1,6 @@
-"""Differences of the largest pressures to those of the best ICs of each contact: C, or else B-hat."""
+"""Differences of results to those with the best ICs of each contact: C, or else B-hat."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -7,6 +9,37 @@ from compare.report.looks import symbol_of
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A result that is compared: its name in the dataset, symbol, and unit, of which it has `per_unit`.
+
+    `of_friction`: whether its differences are shares of friction times load; else of itself.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    form: str
+    per_unit: float = 1.0
+    of_friction: bool = False
+
+    @property
+    def label(self) -> str:
+        """Symbol and unit."""
+        return f"{self.symbol} [{self.unit}]"
+
+
+P_MAX = Quantity("p_max", "p_max", "MPa", ".0f")
+F_X, F_Y = (Quantity(name, name, "kN", ".2f", 1e-3, of_friction=True) for name in ("F_x", "F_y"))
+WORK = Quantity("work", "work of friction", "J/m", ".1f")
+OF_ROLLING = (F_X, F_Y, WORK)
+
+
+def compared_quantities(dataset: xr.Dataset) -> tuple[Quantity, ...]:
+    """Return the quantities by which ICs are compared."""
+    return (P_MAX, *OF_ROLLING) if "F_x" in dataset else (P_MAX,)
 
 
 def ranked(dataset: xr.Dataset) -> list[str]:
@@ -25,25 +58,32 @@ def reference_values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
     return values
 
 
-def reference_names(dataset: xr.Dataset) -> xr.DataArray:
+def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArray:
     """Return the names of the best ICs of each contact, empty where there is none."""
-    result = xr.full_like(dataset.p_max.isel(ics=0, drop=True), "", dtype=object)
+    result = xr.full_like(dataset[quantity].isel(ics=0, drop=True), "", dtype=object)
     for name in reversed(ranked(dataset)):
-        result = result.where(np.isnan(dataset.p_max.sel(ics=name, drop=True)), name)
+        result = result.where(np.isnan(dataset[quantity].sel(ics=name, drop=True)), name)
     return result
 
 
-def difference(dataset: xr.Dataset, ics: str) -> xr.DataArray:
-    """Return p_max of some ICs less that of the best of each contact, as a share of it.
+def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.DataArray:
+    """Return a quantity with some ICs less that with the best of each contact, as a share.
 
     Over shift and side; NaN where these ICs are the best themselves.
     """
-    own, best = dataset.p_max.sel(ics=ics, drop=True), reference_values(dataset, "p_max")
-    return ((own - best) / best).where(reference_names(dataset) != ics)
+    own = dataset[quantity.name].sel(ics=ics, drop=True)
+    best = reference_values(dataset, quantity.name)
+    scale = dataset.attrs["friction"] * dataset.attrs["load"] if quantity.of_friction else best
+    return ((own - best) / scale).where(reference_names(dataset, quantity.name) != ics)
 
 
-def reference_label(dataset: xr.Dataset) -> str:
+def compared(dataset: xr.Dataset) -> list[str]:
+    """Return the ICs that are compared with better ones: half-spaces first."""
+    return [name for name in reversed(ranked(dataset)) if np.isfinite(difference(dataset, name)).any()]
+
+
+def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:
     """Return the best ICs in words: all that are a reference anywhere."""
-    names = reference_names(dataset).values
+    names = reference_names(dataset, quantity).values
     used = [name for name in ranked(dataset) if np.any(names == name)]
     return " or ".join(symbol_of(name) for name in used)

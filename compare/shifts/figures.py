@@ -8,7 +8,14 @@ import xarray as xr
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
-from compare.shifts.differences import difference, reference_label, reference_values
+from compare.shifts.differences import (
+    OF_ROLLING,
+    P_MAX,
+    Quantity,
+    difference,
+    reference_label,
+    reference_values,
+)
 from geometries.arrays import Array
 
 SHIFT = "shift to the left [mm]"
@@ -23,40 +30,78 @@ HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
 
 def pressures(dataset: xr.Dataset) -> Chart:
     """Return p_max over the shift by side, and below it differences to the best ICs."""
-    panels = [_pressure(dataset, side) for side in dataset.side.values]
-    panels += [_difference(dataset, side) for side in dataset.side.values]
-    return Chart("pressures", {"": panels}, 2, alt="Largest pressures over the shift, and their differences")
+    alt = "Largest pressures over the shift, and their differences"
+    return Chart("pressures", {"": _of_quantity(dataset, P_MAX)}, 2, alt=alt)
 
 
-def _pressure(dataset: xr.Dataset, side: str) -> Panel:
+def forces(dataset: xr.Dataset) -> Chart:
+    """Return creep forces and work of friction over the shift by side, and their differences."""
+    steps = {quantity.symbol: _of_quantity(dataset, quantity) for quantity in OF_ROLLING}
+    alt = "Creep forces over the shift, and their differences"
+    return Chart("forces", steps, 2, "quantity", start=OF_ROLLING[0].symbol, alt=alt)
+
+
+def _of_quantity(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
+    """Return a quantity of both sides, and its differences."""
+    sides = [str(side) for side in dataset.side.values]
+    values = [_values(dataset, side, quantity) for side in sides]
+    return [*values, *(_difference(dataset, side, quantity) for side in sides)]
+
+
+def _values(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
     own, looks = dataset.sel(side=side), looks_of(dataset.ics.values)
     curves = [
         Curve(
             symbol_of(name),
             dataset["shift"].values,
-            own.p_max.sel(ics=name).values,
+            quantity.per_unit * own[quantity.name].sel(ics=name).values,
             looks[name],
-            own.estimate_p_max.sel(ics=name).values,
+            quantity.per_unit * own[f"estimate_{quantity.name}"].sel(ics=name).values,
         )
         for name in drawing_order(dataset.ics.values)
     ]
-    return Panel(f"{side} wheel", SHIFT, "p_max [MPa]", curves)
+    return Panel(f"{side} wheel", SHIFT, quantity.label, curves)
 
 
-def _difference(dataset: xr.Dataset, side: str) -> Panel:
+def _difference(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
     looks = looks_of(dataset.ics.values)
     curves = [
         Curve(
             symbol_of(name),
             dataset["shift"].values,
-            100 * difference(dataset, name).sel(side=side).values,
+            100 * difference(dataset, name, quantity).sel(side=side).values,
             looks[name],
         )
         for name in drawing_order(dataset.ics.values)
-        if np.isfinite(difference(dataset, name).values).any()
+        if np.isfinite(difference(dataset, name, quantity).values).any()
     ]
-    up = f"p_max less that of {reference_label(dataset)} [%]"
+    of = " of friction × load" if quantity.of_friction else ""
+    up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{of}]"
     return Panel(f"{side} wheel, difference", SHIFT, up, curves, levels=(-5.0, -1.0, 1.0, 5.0))
+
+
+def rolling(dataset: xr.Dataset) -> Chart:
+    """Return the creepage of the wheelset and its steering moment over the shift."""
+    panels = [
+        _of_axle(dataset, "xi_0", 1e3, "creepage at the nominal radius", "ξ_0 [10⁻³]"),
+        _of_axle(dataset, "steering", 1e-6, "steering moment", "steering moment [kN m]"),
+    ]
+    return Chart("axle", {"": panels}, 2, alt="Creepage and steering moment of the wheelset over the shift")
+
+
+def _of_axle(dataset: xr.Dataset, name: str, per_unit: float, title: str, up: str) -> Panel:
+    looks = looks_of(dataset.ics.values)
+    curves = [
+        Curve(
+            symbol_of(ics),
+            dataset["shift"].values,
+            per_unit * dataset[name].sel(ics=ics).values,
+            looks[ics],
+            per_unit * dataset[f"estimate_{name}"].sel(ics=ics).values,
+        )
+        for ics in drawing_order(dataset.ics.values)
+    ]
+    return Panel(title, SHIFT, up, curves)
 
 
 def geometry(dataset: xr.Dataset) -> Chart:

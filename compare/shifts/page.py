@@ -7,22 +7,27 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.looks import symbol_of
-from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.tables import Cell, Column, Row, Table, numbers, texts
-from compare.shifts.differences import (
-    LIMITS,
-    difference,
-    ranked,
-    reference_label,
-    reference_names,
-    reference_values,
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
+from compare.shifts.answers import answer_table, summary
+from compare.shifts.differences import ranked, reference_names
+from compare.shifts.figures import forces, geometry, places, pressures, rolling
+from compare.shifts.tables import (
+    force_table,
+    geometry_table,
+    grid_table,
+    patch_table,
+    pressure_table,
+    wheelset_table,
 )
-from compare.shifts.figures import geometry, places, pressures
 
 ELASTIC = (
-    "Contacts are elastic and without friction: there are no creep forces and no plastic flow. Each wheel "
+    "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
     "carries the same vertical load; the lateral forces follow from the contact, whatever a vehicle needs."
+)
+FORCES = (
+    "With the best ICs of each contact. M_z is about the vertical of the touching point, positive where it "
+    "turns the front of the wheel outwards; utilised is the tangential force over the sum of friction times "
+    "pressures; p_max is that with friction."
 )
 CONVENTION = (
     "Shifts are those of the wheelset at the rails, to the left; the roll follows from both wheels touching. "
@@ -37,135 +42,28 @@ def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
     return write_results(page, folder, "shifts", dataset)
 
 
-def summary(dataset: xr.Dataset) -> str:
-    """Return where half-space ICs are good enough, the worst contact, and the geometry: three sentences."""
-    return " ".join([_good_enough(dataset), _worst_case(dataset), _geometry_sentence(dataset)])
-
-
-def compared(dataset: xr.Dataset) -> list[str]:
-    """Return the ICs that are compared with better ones: half-spaces first."""
-    return [name for name in reversed(ranked(dataset)) if np.isfinite(difference(dataset, name)).any()]
-
-
-def _good_enough(dataset: xr.Dataset) -> str:
-    names = compared(dataset)
-    if not names:
-        name = symbol_of(ranked(dataset)[0])
-        return f"Only one kind of ICs, {name}, was used, so nothing is said about half-space ICs."
-    name = names[0]
-    parts = [f"within {100 * limit:.0f} % {shifts_within(dataset, name, limit)}" for limit in LIMITS]
-    unique = _merged(parts)
-    best = reference_label(dataset)
-    return f"Half-space ICs ({symbol_of(name)}) give p_max as {best} does {join_words(unique)}."
-
-
-def _merged(parts: list[str]) -> list[str]:
-    """Return the limits and shifts; from the first limit that holds at all shifts on, no more."""
-    complete = [k for k, part in enumerate(parts) if part.endswith("at all shifts")]
-    return parts[: complete[0] + 1] if complete else parts
-
-
-def shifts_within(dataset: xr.Dataset, ics: str, limit: float) -> str:
-    """Return at which shifts both contacts agree with the reference to a limit, in words."""
-    worst = abs(difference(dataset, ics)).max("side")
-    known = np.isfinite(worst.values)
-    good = known & (worst.values <= limit)
-    if np.all(good[known]):
-        return "at all shifts"
-    return f"at {ranges(dataset['shift'].values[known], good[known])}" if good.any() else "at no shift"
-
-
-def ranges(shifts: np.ndarray, good: np.ndarray) -> str:
-    """Return the ranges of neighbouring shifts where something holds, in words."""
-    starts = np.flatnonzero(good & ~np.append(False, good[:-1]))
-    ends = np.flatnonzero(good & ~np.append(good[1:], False))
-    parts = [
-        f"{shifts[a]:g} mm" if a == b else f"{shifts[a]:g} to {shifts[b]:g} mm"
-        for a, b in zip(starts, ends, strict=True)
-    ]
-    return join_words(parts)
-
-
-def worst_of(dataset: xr.Dataset, ics: str) -> xr.Dataset:
-    """Return the contact in which some ICs differ most from the best."""
-    at = abs(difference(dataset, ics)).fillna(-1).argmax(["shift", "side"])
-    return dataset.isel(at)
-
-
-def _worst_case(dataset: xr.Dataset) -> str:
-    names = compared(dataset)
-    if not names:
-        peak = reference_values(dataset, "p_max").fillna(-1).argmax(["shift", "side"])
-        own = dataset.isel(peak)
-        return f"The largest pressure is {float(own.p_max.max()):.0f} MPa, at {_where(own)}."
-    own = worst_of(dataset, names[0])
-    best, share = (
-        _best(dataset, own),
-        float(difference(dataset, names[0]).sel(shift=own["shift"], side=own.side)),
-    )
-    return (
-        f"The worst is {_where(own)}, where the rail's inclination changes by "
-        f"{float(own['angle'].sel(ics=best)):.0f} degrees across the patch: "
-        f"{float(own.p_max.sel(ics=names[0])):.0f} MPa instead of {float(own.p_max.sel(ics=best)):.0f} MPa "
-        f"({100 * share:+.1f} %)."
-    )
-
-
-def _best(dataset: xr.Dataset, own: xr.Dataset) -> str:
-    return str(reference_names(dataset).sel(shift=own["shift"], side=own.side).item())
-
-
-def _where(own: xr.Dataset) -> str:
-    return f"{float(own['shift']):g} mm, {own.side.item()} wheel"
-
-
-def _geometry_sentence(dataset: xr.Dataset) -> str:
-    conicity, refused = dataset.attrs["conicity"], whole_shifts_refused(dataset)
-    parts = []
-    if np.isfinite(conicity):
-        parts.append(f"the equivalent conicity at {dataset.attrs['amplitude']:g} mm is {conicity:.3f}")
-    else:
-        parts.append(f"there is no equivalent conicity at {dataset.attrs['amplitude']:g} mm")
-    if refused:
-        parts.append(f"at {', '.join(refused)} mm the wheelset cannot stand")
-    text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}."
-
-
-def whole_shifts_refused(dataset: xr.Dataset) -> list[str]:
-    """Return the shifts [mm] at which no position was found."""
-    return [place for place in json.loads(dataset.attrs["refused"]) if "," not in place]
-
-
-def answer_table(dataset: xr.Dataset) -> Table:
-    """Return for each ICs at which shifts they are good to 1, 5 and 10 %, and their worst contact."""
-    rows = []
-    for name in compared(dataset):
-        own = worst_of(dataset, name)
-        best = _best(dataset, own)
-        share = float(difference(dataset, name).sel(shift=own["shift"], side=own.side))
-        within = [shifts_within(dataset, name, limit).removeprefix("at ") for limit in LIMITS]
-        worst = f"{float(own['shift']):g} mm, {own.side.item()}"
-        pressures = [Cell(float(own.p_max.sel(ics=each)), ".0f") for each in (name, best)]
-        rows.append(Row(symbol_of(name), [*within, worst, *pressures, Cell(100 * share, "+.2f")]))
-    heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS), "worst")
-    columns = [*heads, Column("p_max", "MPa"), Column("reference", "MPa"), Column("differs by", "%")]
-    return Table("p_max by", columns, rows)
-
-
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     yield Section("", [pressures(dataset), Note(_reading(dataset))])
+    if "F_x" in dataset:
+        yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])
     yield Section("Where they touch", [places(dataset), Note(_places_note())])
+    if "F_x" in dataset:
+        yield Section("The axle", [rolling(dataset), Note(_axle_note(dataset))])
     yield Section("Angles and radii", [geometry(dataset), Note(CONVENTION)])
     left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
     left_out += [f"{place}: {note}" for place, note in json.loads(dataset.attrs["neglected"]).items()]
+    not_rolling = json.loads(dataset.attrs.get("not_rolling", "{}"))
+    left_out += [f"{place}: {reason}" for place, reason in not_rolling.items()]
     if left_out:
         yield Folded("Not solved, and neglected", [Items(left_out)])
-    yield Folded("All contacts: pressures", [_pressure_table(dataset), Note(ELASTIC)])
-    yield Folded("All contacts: patches and forces", [_patch_table(dataset)])
-    yield Folded("All shifts: geometry", [_geometry_table(dataset), Note(_conicity_note(dataset))])
+    yield Folded("All contacts: pressures", [pressure_table(dataset), Note(ELASTIC)])
+    yield Folded("All contacts: patches and forces", [patch_table(dataset)])
+    if "F_x" in dataset:
+        yield Folded("All contacts: creep forces", [force_table(dataset), Note(FORCES)])
+        yield Folded("All shifts: axle", [wheelset_table(dataset)])
+    yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
     yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
-    yield Folded("Grids", [_grid_table(dataset), Note(_time(dataset))])
+    yield Folded("Grids", [grid_table(dataset), Note(_time(dataset))])
     yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
 
 
@@ -200,92 +98,6 @@ def _places_note() -> str:
     )
 
 
-def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield all contacts with their names."""
-    for shift in dataset["shift"].values:
-        for side in dataset.side.values:
-            own = dataset.sel(shift=shift, side=side)
-            if np.isfinite(own.p_max.values).any():
-                yield f"{shift:g} mm, {side}", own
-
-
-def _pressure_table(dataset: xr.Dataset) -> Table:
-    """Return p_max of all contacts by ICs, with estimates and differences to the best."""
-    names = [str(name) for name in dataset.ics.values]
-    rows = []
-    for label, own in _rows(dataset):
-        cells = [Cell(float(own.p_max.sel(ics=n)), ".1f", _estimate(own, n)) for n in names]
-        shares = [
-            Cell(100 * float(difference(dataset, n).sel(shift=own["shift"], side=own.side)), "+.2f")
-            for n in compared(dataset)
-        ]
-        rows.append(Row(label, [*cells, *shares]))
-    heads = [Column(f"p_max, {symbol_of(name)}", "MPa") for name in names]
-    further = [Column(f"{symbol_of(name)} differs", "%") for name in compared(dataset)]
-    return Table("shift, wheel", [*heads, *further], rows)
-
-
-def _estimate(own: xr.Dataset, ics: str) -> str:
-    estimate = float(own.estimate_p_max.sel(ics=ics))
-    return "" if np.isnan(estimate) else f"± {estimate:.2g}"
-
-
-def _patch_table(dataset: xr.Dataset) -> Table:
-    """Return the patches of all contacts with the best ICs, and the forces."""
-    rows = []
-    for label, own in _rows(dataset):
-        best = own.sel(ics=_best(dataset, own))
-        rows.append(
-            Row(
-                label,
-                [
-                    Cell(float(best["angle"]), ".1f"),
-                    Cell(float(best.a), ".2f"),
-                    Cell(float(best.b), ".2f"),
-                    Cell(1000 * float(best.approach), ".1f"),
-                    Cell(
-                        float(best.patches),
-                        ".0f",
-                        f"{100 * float(best.beside):.1f} %" if best.patches > 1 else "",
-                    ),
-                    Cell(float(best.vertical) / 1000, ".2f"),
-                    Cell(float(best.lateral) / 1000, ".2f"),
-                ],
-            )
-        )
-    columns = [
-        Column("Δδ", "deg"),
-        Column("a", "mm"),
-        Column("b", "mm"),
-        Column("approach", "um"),
-        Column("patches"),
-        Column("vertical", "kN"),
-        Column("lateral", "kN"),
-    ]
-    return Table("shift, wheel", columns, rows)
-
-
-def _geometry_table(dataset: xr.Dataset) -> Table:
-    rows = []
-    for shift in dataset["shift"].values:
-        own = dataset.sel(shift=shift)
-        if np.isnan(own["roll"]):
-            continue
-        angles = [Cell(float(own.contact_angle.sel(side=side)), ".2f") for side in dataset.side.values]
-        radii = [Cell(float(own.radius.sel(side=side)), ".3f") for side in dataset.side.values]
-        rows.append(
-            Row(
-                f"{shift:g} mm",
-                [*angles, *radii, Cell(float(own.rrd), ".3f"), Cell(float(own["roll"]), ".3f")],
-            )
-        )
-    heads = [
-        *numbers("angle left", "angle right", unit="deg"),
-        *numbers("radius left", "radius right", unit="mm"),
-    ]
-    return Table("shift", [*heads, Column("difference", "mm"), Column("roll", "mrad")], rows)
-
-
 def _conicity_note(dataset: xr.Dataset) -> str:
     if np.isfinite(dataset.attrs["conicity"]):
         jumps = np.atleast_1d(dataset.attrs["jumps"])
@@ -296,16 +108,48 @@ def _conicity_note(dataset: xr.Dataset) -> str:
     return f"No equivalent conicity: {dataset.attrs['conicity_reason']}"
 
 
-def _grid_table(dataset: xr.Dataset) -> Table:
-    rows = [
-        Row(label, [str(own.grid.item()), Cell(float(own.seconds.sum()), ".1f")])
-        for label, own in _rows(dataset)
-    ]
-    return Table("shift, wheel", [*texts("grid"), Column("time", "s")], rows)
-
-
 def _time(dataset: xr.Dataset) -> str:
     return (
         "One grid covers all patches of a contact; the share of the load beside the main patch stands below "
         f"their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count nothing."
+    )
+
+
+def _rolling_note(dataset: xr.Dataset) -> str:
+    free = dataset.attrs["longitudinal"] == "free"
+    axle = (
+        "No torque acts on the axle"
+        if free
+        else f"The creepage at the nominal radius is {float(dataset.attrs['longitudinal']):g}"
+    )
+    return (
+        f"Steady rolling, coefficient of friction {dataset.attrs['friction']:g}{_by_angle(dataset)}. {axle}. "
+        f"{_motion(dataset)}F_x is positive in the rolling direction, F_y towards the middle of the track, "
+        "with the part of the inclined pressures. Differences of forces are shares of friction times "
+        f"load, {dataset.attrs['friction'] * dataset.attrs['load'] / 1000:.3g} kN, those of the work of "
+        "friction (T-gamma, per rolled distance) shares of itself. Bands: estimated errors by the size of "
+        "elements, which all ICs of a contact share."
+    )
+
+
+def _by_angle(dataset: xr.Dataset) -> str:
+    pairs = json.loads(dataset.attrs["by_angle"])
+    factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
+    return f" times a factor by the contact angle, {factors}" if pairs else ""
+
+
+def _motion(dataset: xr.Dataset) -> str:
+    lateral, spin = dataset.attrs["lateral"], dataset.attrs["spin"]
+    parts = [f"a lateral velocity of {lateral:g} V to the left"] if lateral else []
+    parts += [f"a yaw rate of {spin:g} V per mm to the left"] if spin else []
+    return f"The wheelset has {' and '.join(parts)}. " if parts else ""
+
+
+def _axle_note(dataset: xr.Dataset) -> str:
+    largest = float(np.nanmax(np.abs(dataset.resistance)))
+    return (
+        "The creepage is that at the nominal radius; the steering moment is that of the longitudinal forces, "
+        "positive where it turns the wheelset to the right, which is back to the middle for a shift to the "
+        "left. The torque about the axle takes each traction on its own circle: over the rolling radius it "
+        f"differs from F_x by up to {largest:.0f} N."
     )

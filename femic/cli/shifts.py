@@ -11,7 +11,7 @@ from femic.late import lazy_imports
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.shifts import compute, page
+    from compare.shifts import answers, compute, page
     from femic.shifts import specification as specifications
 
 
@@ -45,5 +45,5 @@ def shifts(
     with work.options(folder, console) as options:
         dataset = compute.compute_shifts(file, text, options)
         report = page.write_shifts(dataset, folder)
-    console.print(page.summary(dataset), soft_wrap=True)
+    console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)

@@ -11,6 +11,8 @@ from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
 
+NAMES = ("left rail", "right rail", "left wheel", "right wheel")
+
 
 @dataclass(frozen=True, eq=False)
 class Section:
@@ -21,25 +23,7 @@ class Section:
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """A wheelset above its track: rails and wheels, (left, right) each, and both sides in place."""
-
-    rails: tuple[Section, Section]
-    wheels: tuple[Section, Section]
-    layout: Layout
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Sentences about the profiles."""
-        names = ("left rail", "right rail", "left wheel", "right wheel")
-        sections = (*self.rails, *self.wheels)
-        own = [
-            f"{name}, {section.name}: {note}"
-            for name, section in zip(names, sections, strict=True)
-            for note in section.notes
-        ]
-        return (*own, *(f"{note[0].upper()}{note[1:]}." for note in self.layout.notes))
+Sections = tuple[Section, Section, Section, Section]
 
 
 def section_of(table: ProfileTable, kind: Kind) -> Section:
@@ -53,27 +37,39 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
     return Section(prepared.name, prepared, prepared.notes)
 
 
-def place(specification: ShiftsFile) -> Placed:
-    """Return rails and wheels in their places; raises WrongInput."""
+def sections_of(specification: ShiftsFile) -> Sections:
+    """Return left rail, right rail, left wheel, right wheel of a specification; raises WrongInput."""
     left_rail, right_rail = specification.rails
     left_wheel, right_wheel = specification.wheels
     rail, wheel = section_of(left_rail, "rail"), section_of(left_wheel, "wheel")
-    rails = rail, rail if right_rail == left_rail else section_of(right_rail, "rail")
-    wheels = wheel, wheel if right_wheel == left_wheel else section_of(right_wheel, "wheel")
-    return Placed(rails, wheels, _layout(specification, rails, wheels))
+    return (
+        rail,
+        rail if right_rail == left_rail else section_of(right_rail, "rail"),
+        wheel,
+        wheel if right_wheel == left_wheel else section_of(right_wheel, "wheel"),
+    )
 
 
-def _layout(
-    specification: ShiftsFile, rails: tuple[Section, Section], wheels: tuple[Section, Section]
-) -> Layout:
+def layout_of(specification: ShiftsFile, sections: Sections | None = None) -> Layout:
+    """Return rails and wheels in their places; raises WrongInput."""
+    left_rail, right_rail, left_wheel, right_wheel = sections or sections_of(specification)
     track, wheelset = specification.track, specification.wheelset
-    left_wheel, right_wheel = specification.wheels
-    backs = left_wheel.flange_back, right_wheel.flange_back
+    backs = specification.wheels[0].flange_back, specification.wheels[1].flange_back
     return lay_out(
-        (rails[0].curve, rails[1].curve),
-        (wheels[0].curve, wheels[1].curve),
+        (left_rail.curve, right_rail.curve),
+        (left_wheel.curve, right_wheel.curve),
         TrackDimensions(track.gauge, track.gauge_depth, track.rail_inclination),
         WheelsetDimensions(
             wheelset.flange_back_distance, wheelset.nominal_radius, backs, wheelset.tape_circle
         ),
     )
+
+
+def understood(sections: Sections, layout: Layout) -> tuple[str, ...]:
+    """Return sentences about the profiles and where they are."""
+    own = [
+        f"{name}, {section.name}: {note}"
+        for name, section in zip(NAMES, sections, strict=True)
+        for note in section.notes
+    ]
+    return (*own, *(f"{note[0].upper()}{note[1:]}." for note in layout.notes))

@@ -5,10 +5,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, Field, Strict, ValidationError, model_validator
 
-from approx.variants import VARIANTS
-from femic.key_types import Amount, EachDistinct, EachOnce, Length, NameOf, Place, Several, Whole
+from approx.variants import VARIANTS, forms_of
+from femic.contact.friction.by_angle import Angle, Factor, growing
+from femic.contact.specification import Creepage
+from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Whole
 from femic.scenes.errors import bad_scene
 from femic.scenes.listing import as_toml
 from femic.scenes.messages import messages
@@ -16,9 +18,20 @@ from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.profiles.named import NAMED
 
+ByAngle = Annotated[
+    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
+    AfterValidator(growing),
+]
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
 C = "C"
+
+
+def _known(ics: str) -> str:
+    """Return the name of C, or of approximations, perhaps with exchanged components; raise WrongInput."""
+    if ics != C:
+        forms_of(ics)
+    return ics
 
 
 class ProfileTable(SceneTable):
@@ -94,8 +107,12 @@ class ContactTable(SceneTable):
 
     load: Amount = Field(90_000.0, description="vertical load of each wheel, perpendicular to the track [N]")
     ics: Annotated[
-        Several[Annotated[str, AfterValidator(NameOf(lambda: [*VARIANTS, C]))]],
-        Field(min_length=1, description="ICs with which each contact is solved"),
+        Several[Annotated[str, AfterValidator(_known)]],
+        Field(
+            min_length=1,
+            description="ICs with which each contact is solved: C, "
+            f"{', '.join(VARIANTS)}, or with components of others, such as Bhat+sn:B",
+        ),
         EachOnce,
     ] = ("A", "Bhat")
     c_above_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
@@ -105,6 +122,32 @@ class ContactTable(SceneTable):
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the main patch, along x and s"
+    )
+
+
+class RollingTable(SceneTable):
+    """Steady rolling of the wheelset, with friction."""
+
+    friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="coefficient of friction")
+    by_angle: ByAngle = Field(
+        (),
+        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
+        "contact angle, as on a lubricated flange: [[20, 1], [40, 0.3]]; linear between, constant beyond; "
+        "default: factor 1",
+    )
+    longitudinal: Literal["free"] | Creepage = Field(
+        "free",
+        description="creepage of the wheelset at its nominal radius R_0, omega R_0 / V - 1; free: that at "
+        "which no torque acts on the axle",
+    )
+    lateral: Creepage = Field(
+        0.0,
+        description="velocity of the wheelset to the left, along the axle, over V: minus the yaw angle to "
+        "the left [rad], as far as yaw is slip alone",
+    )
+    spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
+        0.0,
+        description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left",
     )
 
 
@@ -130,6 +173,9 @@ class ShiftsFile(SceneTable):
     track: TrackTable = Field(TrackTable(), description="the track")
     wheelset: WheelsetTable = Field(WheelsetTable(), description="the wheelset")
     contact: ContactTable = Field(ContactTable(), description="the contacts, without friction")
+    rolling: RollingTable | None = Field(
+        None, description="steady rolling with friction; without this table there are no creep forces"
+    )
 
     @model_validator(mode="after")
     def _growing(self) -> "ShiftsFile":
@@ -221,7 +267,7 @@ def example(name: str = EXAMPLE) -> str:
         model = _table_of(field.annotation)
         if model is None:
             continue
-        is_optional = field.default is None
+        is_optional = field.default is None and key not in table
         lines += ["", f"# {field.description}", f"{'# ' if is_optional else ''}[{key}]"]
         lines += [] if is_optional else _entries(model, table.get(key, {}))
     return "\n".join(lines) + "\n"

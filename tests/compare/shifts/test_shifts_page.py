@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from compare.report.interactive import as_json
-from compare.shifts import compute, figures, page
+from compare.shifts import answers, compute, contacts, figures, geometry, page
 from compare.shifts.differences import difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact
+from femic.shifts.frictionless import ICsNumbers, SideContact
+from femic.shifts.patches import PatchNumbers
+from femic.shifts.placement import layout_of
 from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable
 from geometries.errors import Failure
 from geometries.grids import Grid
+from geometries.track.wheelset import curves_in_place, settle
 
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
 FILE = ShiftsFile(
@@ -47,7 +50,7 @@ def fake(where, *_):
 @pytest.fixture(scope="module")
 def dataset():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compute, "contact_at", fake)
+        patch.setattr(contacts, "contact_at", fake)
         return compute.compute_shifts(FILE, "text of the file")
 
 
@@ -74,7 +77,7 @@ def test_the_best_ics_are_c_where_it_is_known(dataset):
 
 
 def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset):
-    text = page.summary(dataset)
+    text = answers.summary(dataset)
     assert text.count(". ") == 2
     assert text.endswith(".")
     assert "within 1 % at -2 to -1 mm, within 5 % at -2 to 0 mm and within 10 % at -2 to 1 mm" in text
@@ -87,23 +90,23 @@ def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset
 def test_limits_that_hold_at_all_shifts_are_said_once(dataset):
     same = dataset.copy(deep=True)
     same["p_max"] = same.p_max * 0 + 1000
-    assert "within 1 % at all shifts." in page.summary(same)
-    assert "5 %" not in page.summary(same)
+    assert "within 1 % at all shifts." in answers.summary(same)
+    assert "5 %" not in answers.summary(same)
 
 
 def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
-    table = page.answer_table(dataset)
+    table = answers.answer_table(dataset)
     cells = {row.name: [cell.text for cell in row.filled] for row in table.rows}
     assert cells["A"] == [
         "-2 to -1 mm",
         "-2 to 0 mm",
         "-2 to 1 mm",
-        "2 mm, left",
         "1200",
         "1000",
         "+20.00",
     ]
     assert cells["B̂"][-1] == "+0.00"
+    assert table.rows[0].filled[-1].below == "2 mm, left"
 
 
 def test_the_charts_have_the_numbers_of_the_dataset(dataset):
@@ -130,6 +133,20 @@ def test_wheels_are_drawn_on_their_rails(dataset):
             assert np.interp(where, *head) == pytest.approx(float(at.z.sel(side=side)), abs=2e-3)
             (patch,) = figures.patch_ranges(at, side)
             assert np.mean(patch) == pytest.approx(float(at.s_rail.sel(side=side)), abs=1e-9)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_rolled_wheel_is_drawn_as_it_stands(side):
+    """A roll of 20 mrad: points of the drawing are those of the curve in its place."""
+    file = FILE.model_copy(update={"shifts": (1.0,)})
+    layout = layout_of(file)
+    position = settle(layout, 1.0 - 460 * 0.02, roll=0.02)
+    drawn = geometry.wheelset(file, {1.0: position}).merge(geometry.sections(layout)).sel(shift=1.0)
+    drawn["height"] = position.pose(side)[2]  # with a given roll each side has its own
+    _, wheel = curves_in_place(layout, position, side)
+    points = figures.wheel_in_place(drawn, drawn, side)
+    t = np.linspace(*wheel.limits, points.shape[1])
+    np.testing.assert_allclose(points, wheel.position(t), rtol=0, atol=1e-9)
 
 
 def test_the_left_wheel_is_drawn_at_the_left(dataset):
@@ -162,7 +179,7 @@ def test_finished_contacts_are_kept_and_failures_are_told(tmp_path, monkeypatch)
             raise Failure("not found")
         return fake(where, *rest)
 
-    monkeypatch.setattr(compute, "contact_at", interrupted)
+    monkeypatch.setattr(contacts, "contact_at", interrupted)
     file = FILE.model_copy(update={"shifts": (0.0, 1.0)})
     options = RunOptions(1, Store(tmp_path), Watch(on_stage=said.append))
     with pytest.raises(KeyboardInterrupt):
@@ -182,7 +199,7 @@ def test_alike_sides_are_solved_once(monkeypatch):
         solved.append((where.position.given_shift, where.side))
         return fake(where, *rest)
 
-    monkeypatch.setattr(compute, "contact_at", counted)
+    monkeypatch.setattr(contacts, "contact_at", counted)
     result = compute.compute_shifts(FILE.model_copy(update={"right_wheel": None, "shifts": (-1.0, 0.0, 1.0)}))
     assert solved == [(-1.0, "left"), (-1.0, "right"), (0.0, "left")]
     mirrored = result.p_max.sel(shift=[1.0, 0.0, -1.0], side="right").values

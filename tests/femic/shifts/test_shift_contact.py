@@ -1,8 +1,7 @@
 """Contacts of a wheelset on circular arcs: Hertz, the balance of the load, mirrored sides, two patches."""
 
+import re
 from dataclasses import replace
-from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,48 +9,25 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.reference.run_options import RunOptions
 from femic.shifts import contact as module
-from femic.shifts.contact import Place, Wanted, bodies_at, contact_at
+from femic.shifts import grids
+from femic.shifts.contact import contact_at
+from femic.shifts.sides import Place, Wanted, bodies_at
 from femic.shifts.specification import ProfileTable, WheelTable
+from femic.shifts.with_c import with_c
 from geometries.errors import Failure
 from geometries.materials import Material
-from geometries.profiles.pieces import ArcPiece, Outline
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.wheelset import curves_in_place, settle
+from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
 
-R_R, R_W, R_0, GAMMA = 80.0, 110.0, 460.0, 0.06  # radii of rail, wheel and tape circle [mm]; angle [rad]
-HALF = 0.5  # rad of the arcs
 RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
 STEEL = Material(RAIL.E, RAIL.nu)
 
 
-def arc_points(radius, n):
-    """Points of an arc whose top is the origin."""
-    angle = np.linspace(-HALF, HALF, n)
-    return radius * np.stack([np.sin(angle), np.cos(angle) - 1])
-
-
-@cache
-def layout(kind="points", n=400):
-    """Arcs on arcs that touch at the angle GAMMA without shift."""
-    m = 1435 / 2 + np.sqrt(2 * R_R * 8 - 8**2)  # half-distance of the rails' centres; gauge 8 mm deep
-    b = m - R_R * np.sin(GAMMA)
-    back = 680 - b - R_W * np.sin(GAMMA)
-    if kind == "points":
-        rail = prepare(Profile("rail", arc_points(R_R, n)))
-        wheel = prepare(Profile("wheel", arc_points(R_W, n)))
-    else:
-        rail, wheel = (
-            Outline((ArcPiece(tuple(arc_points(radius, 2)[:, 0]), -HALF, 1 / radius, 2 * HALF * radius),))
-            for radius in (R_R, R_W)
-        )
-    wheelset = WheelsetDimensions(1360.0, R_0, back, b - 680)
-    return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 8.0, False), wheelset)
-
-
 def place(shift, side, kind="points"):
-    return Place(layout(kind), settle(layout(kind), shift, roll="about rails"), side)
+    return Place(arcs_on_arcs(kind), settle(arcs_on_arcs(kind), shift, roll="about rails"), side)
 
 
 def solved(shift, side, load, kind="points", **wanted):
@@ -66,9 +42,7 @@ def test_forces_turn_into_the_track_as_the_wheel_does(side):
     assert abs(where.roll) > 1e-5
     delta = float(wheel.curve.inclination(np.array(10.0)))
     force = np.array([0.0, np.cos(delta), -np.sin(delta)])
-    on_grid = SimpleNamespace(resultant=lambda _: SimpleNamespace(force=force))
-    in_track = module._in_track(where, on_grid, SimpleNamespace(tractions=None))
-    np.testing.assert_allclose(in_track, wheel.tangent(10.0), atol=1e-12)
+    np.testing.assert_allclose(where.in_track(force), wheel.tangent(10.0), atol=1e-12)
 
 
 @pytest.mark.parametrize(("shift", "side"), [(0.0, "left"), (1.0, "left"), (1.0, "right")])
@@ -162,6 +136,27 @@ def test_two_patches_share_the_load_on_one_grid():
     assert alone == [pytest.approx(1)]
 
 
+def test_a_patch_that_no_grid_reaches_is_neglected_and_said(monkeypatch):
+    """The sentence bounds what it would carry; its gap is how much lower the second top is."""
+    own = bumpy(0.02)
+    where = Place(own, settle(own, 0.0, roll="about rails"), "left")
+    wanted = Wanted(9e4, ("A",), elements=12)
+    both = contact_at(where, RAIL, WHEEL, wanted)
+    assert both.notes == ()
+    monkeypatch.setattr(grids, "MOST_STRIPS", 24)
+    alone = contact_at(where, RAIL, WHEEL, wanted)
+    (note,) = alone.notes
+    assert len(alone.numbers[0].patches) == 1
+    assert "is neglected" in note
+    gap, share = (float(re.search(text, note)[1]) for text in (r", ([\d.]+) mm above", r"carries ([\d.]+) %"))
+    rail = own.left.rail.position(np.linspace(*own.left.rail.limits, 20001))
+    middle = np.mean(rail[0])
+    tops = [np.max(rail[1][part]) for part in (rail[0] < middle, rail[0] > middle)]
+    assert gap == pytest.approx(tops[0] - tops[1], abs=1e-4)
+    carried = min(patch.share for patch in both.numbers[0].patches)
+    assert share > 100 * carried
+
+
 def test_c_is_solved_only_above_its_angle(monkeypatch):
     """C itself would take minutes. Where it fails, the others stay."""
     asked = []
@@ -170,7 +165,7 @@ def test_c_is_solved_only_above_its_angle(monkeypatch):
         asked.append(arguments[3].ics)
         raise Failure("not today")
 
-    monkeypatch.setattr(module, "_with_c", with_c)
+    monkeypatch.setattr(module, "with_c", with_c)
     below = solved(1.0, "left", 9e4, c_above_deg=30.0)
     assert asked == []
     assert below.notes == ()
@@ -189,4 +184,4 @@ def test_c_has_flat_flanks_or_is_left_out():
     where = Place(*(getattr(place(0.0, "left"), name) for name in ("layout", "position", "side")))
     steep = replace(where.position, left=(replace(where.touch, angle=np.radians(61.0)),))
     with pytest.raises(Failure, match=r"contact angle is 61\.0 degrees"):
-        module._with_c(replace(where, position=steep), RAIL, WHEEL, Wanted(9e4, ("C",)), RunOptions(1))
+        with_c(replace(where, position=steep), RAIL, WHEEL, Wanted(9e4, ("C",)), RunOptions(1))

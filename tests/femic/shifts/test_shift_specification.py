@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from femic.shifts.placement import place
+from femic.shifts.placement import layout_of, sections_of, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
@@ -71,12 +71,12 @@ def test_a_missing_file_names_the_way_to_an_example():
 def test_profiles_of_files_and_standards_are_the_same(tmp_path):
     """The standard rail written to a file; a spline through points 0.1 mm apart."""
     write_profile(standard_profile("60E1", 0.1), tmp_path / "rail.prr")
-    of_file = place(loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr")))
-    exact = place(loaded(tmp_path, MINIMAL))
+    of_file = loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr"))
+    exact = loaded(tmp_path, MINIMAL)
     t = np.linspace(10, 110, 500)
-    one, other = (placed.layout.left.rail.position(t) for placed in (of_file, exact))
+    one, other = (layout_of(file).left.rail.position(t) for file in (of_file, exact))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3)  # arc lengths differ at corners of the spline
-    assert any("rail" in note for note in of_file.notes)
+    assert any("rail" in note for note in understood(sections_of(of_file), layout_of(of_file)))
 
 
 def test_a_section_of_a_list_is_a_profile(tmp_path):
@@ -84,9 +84,9 @@ def test_a_section_of_a_list_is_a_profile(tmp_path):
     for name, section in (("a.prr", "54E1"), ("b.prr", "60E1")):
         write_profile(standard_profile(section, 0.1), tmp_path / name)
     (tmp_path / "track.slcs").write_text("0 1000\n2\n0 0 0\n1\n0 'a.prr'\n1.5 'b.prr'\n")
-    exact = place(loaded(tmp_path, MINIMAL)).rails[0].curve
+    exact = sections_of(loaded(tmp_path, MINIMAL))[0].curve
     for key in ("section = 2", "section_at = 1500.0"):
-        section = place(loaded(tmp_path, MINIMAL.replace('60E1"', f'track.slcs"\n{key}'))).rails[0]
+        section = sections_of(loaded(tmp_path, MINIMAL.replace('60E1"', f'track.slcs"\n{key}')))[0]
         assert section.name == "track-2"
         np.testing.assert_allclose(
             section.curve.position(np.linspace(10, 110, 50)),
@@ -94,12 +94,12 @@ def test_a_section_of_a_list_is_a_profile(tmp_path):
             atol=1e-3,
         )
     with pytest.raises(WrongInput, match=r"give section or section_at; track\.slcs has 1: at 0"):
-        place(loaded(tmp_path, MINIMAL.replace("60E1", "track.slcs")))
+        sections_of(loaded(tmp_path, MINIMAL.replace("60E1", "track.slcs")))
 
 
 def test_the_worn_pair_keeps_its_gauge():
     """Rails worn in their place are where the built-in specification lays them out, to 0.05 mm."""
-    left = place(load_shifts("s1002-on-60e1-worn")[2]).layout.left
+    left = layout_of(load_shifts("s1002-on-60e1-worn")[2]).left
     unworn_left = unworn().left
     assert left.rail.offset[0] == pytest.approx(unworn_left.rail.offset[0], abs=0.05)
     assert left.wheel.offset[0] == pytest.approx(unworn_left.wheel.offset[0], abs=1e-9)

@@ -1,0 +1,190 @@
+"""The rolling wheelset in one position with several ICs, on the grids of its frictionless contacts.
+
+C stands in for B-hat at the wheels where it was solved without friction, and rolls with B-hat at the other.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+from femic.contact.operators.protocols import FullOperator
+from femic.contact.pairs.automatic_grid import sizing_of
+from femic.contact.pairs.contact_size import MOST_TRIES
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
+from femic.contact.pairs.supports import other_supports
+from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.shifts.grids import SIZING
+from femic.shifts.rolling.numbers import AxleNumbers, Other, WheelNumbers, axle_numbers, wheel_numbers
+from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
+from femic.shifts.rolling.wheelset import BeyondGrid, Rolled, RollingWheelset
+from femic.shifts.sides import Place
+from femic.shifts.specification import C, RollingTable
+from geometries.errors import Failure
+from geometries.track.wheelset import SideName
+
+
+@dataclass(frozen=True, eq=False)
+class RollingSide:
+    """One wheel and its rail on a grid: the contact problem, and the load perpendicular to the axle [N].
+
+    `with_c`: whether C is among its ICs.
+    """
+
+    place: Place
+    problem: ContactProblem
+    load: float
+    with_c: bool
+
+    @property
+    def on_grid(self) -> PairOnGrid:
+        """Rail and wheel on the grid."""
+        return pair_on_grid(self.problem, self.problem.grid)
+
+    def longer(self, beyond: BeyondGrid) -> "RollingSide":
+        """Return the side with a longer grid."""
+        grid = sizing_of(self.problem).longer(self.problem.grid, beyond.short)
+        return replace(self, problem=replace(self.problem, grid=grid))
+
+
+@dataclass(frozen=True, eq=False)
+class RolledICs:
+    """The wheelset with some ICs: numbers of the axle and of wheels by side, and reasons for missing ones."""
+
+    ics: str
+    axle: AxleNumbers | None
+    wheels: Mapping[SideName, WheelNumbers]
+    reasons: Mapping[SideName, str] = field(default_factory=dict)
+    seconds: float = 0.0
+
+
+def roll(
+    sides: Sequence[RollingSide],
+    load: float,
+    rolling: RollingTable,
+    ics: Sequence[str],
+    options: RunOptions = DEFAULT,
+) -> list[RolledICs]:
+    """Return the wheelset under a vertical load on each wheel [N] with all ICs.
+
+    `sides` are those that have a contact. A wheelset of one side does not roll freely. C is solved where a
+    side has it.
+    """
+    names = [name for name in dict.fromkeys(ics) if name != C]
+    names += [C] if any(side.with_c for side in sides) else []
+    return [_Roller(tuple(sides), load, rolling, name, options).rolled() for name in names]
+
+
+@dataclass(frozen=True, eq=False)
+class _Roller:
+    sides: tuple[RollingSide, ...]
+    load: float
+    rolling: RollingTable
+    ics: str
+    options: RunOptions
+
+    @property
+    def given(self) -> float | None:
+        """The given creepage of the wheelset; None where it rolls freely."""
+        return None if isinstance(self.rolling.longitudinal, str) else self.rolling.longitudinal
+
+    def rolled(self) -> RolledICs:
+        """Return the wheelset; where its creepage is given, each wheel has a contact of its own."""
+        start = perf_counter()
+        solved = self.together() if self.given is None else self.each_alone()
+        return replace(solved, seconds=perf_counter() - start)
+
+    def together(self) -> RolledICs:
+        """Return the wheelset that rolls freely; without any numbers if one contact has no solution."""
+        names: list[SideName] = [side.place.side for side in self.sides]
+        if len(names) < 2:
+            return self.missing(names, "the other wheel has no contact, so the axle does not roll freely")
+        try:
+            rolled, sides = self.on_long_enough_grids(self.sides)
+            wheels = {name: self.wheel(sides[k], rolled, k) for k, name in enumerate(names)}
+        except Failure as failure:
+            return self.missing(names, str(failure))
+        return RolledICs(self.ics, axle_numbers(rolled, wheels["left"], wheels["right"]), wheels)
+
+    def each_alone(self) -> RolledICs:
+        """Return the wheelset at its given creepage."""
+        wheels: dict[SideName, WheelNumbers] = {}
+        reasons: dict[SideName, str] = {}
+        solved: list[Rolled] = []
+        for side in self.sides:
+            name = side.place.side
+            try:
+                rolled, (own,) = self.on_long_enough_grids((side,))
+                wheels[name] = self.wheel(own, rolled, 0)
+                solved.append(rolled)
+            except Failure as failure:
+                reasons[name] = str(failure)
+        if len(solved) < 2:
+            return RolledICs(self.ics, None, wheels, reasons)
+        both = replace(
+            solved[0],
+            wheels=(*solved[0].wheels, *solved[1].wheels),
+            contacts=(*solved[0].contacts, *solved[1].contacts),
+        )
+        return RolledICs(self.ics, axle_numbers(both, wheels["left"], wheels["right"]), wheels)
+
+    def missing(self, names: Sequence[SideName], reason: str) -> RolledICs:
+        return RolledICs(self.ics, None, {}, dict.fromkeys(names, reason))
+
+    def on_long_enough_grids(self, sides: tuple[RollingSide, ...]) -> tuple[Rolled, tuple[RollingSide, ...]]:
+        """Return the wheelset and its sides, whose grids are made longer where contacts need it."""
+        for _ in range(MOST_TRIES):
+            wheels = tuple(self.wheel_of(side, self.operator(side)) for side in sides)
+            wheelset = RollingWheelset(wheels, self.load, self.rolling.friction, self.given)
+            try:
+                return wheelset.rolled([side.load for side in sides]), sides
+            except BeyondGrid as beyond:
+                number, last = beyond.number, beyond
+                sides = tuple(side.longer(beyond) if k == number else side for k, side in enumerate(sides))
+        raise Failure(f"{sides[number].place.side} wheel: {last}")
+
+    def own_ics(self, side: RollingSide) -> str:
+        """Return the ICs of a side."""
+        return SIZING if self.ics == C and not side.with_c else self.ics
+
+    def operator(self, side: RollingSide) -> FullOperator:
+        """Return the ICs of a side as an operator."""
+        name = self.own_ics(side)
+        if name != C:
+            return approximation(side.on_grid, name)
+        return self.reference(side).operator
+
+    def reference(self, side: RollingSide) -> ReferenceICs:
+        """Return C of a side as the rail sees it; its models are stored."""
+        return full_reference_ics(side.problem, side.on_grid, self.options, wheel_rolls=True)
+
+    def wheel_of(self, side: RollingSide, operator: FullOperator) -> RollingWheel:
+        """Return the wheel of a side with some ICs."""
+        friction = Friction(self.rolling.friction, self.rolling.by_angle)
+        motion = Motion(self.rolling.lateral, self.rolling.spin)
+        return RollingWheel.of(side.place, side.on_grid, operator, friction, motion)
+
+    def wheel(self, side: RollingSide, rolled: Rolled, number: int) -> WheelNumbers:
+        """Return the numbers of a wheel; with C the changes by its error and its supports are estimated."""
+        name = self.own_ics(side)
+        others = self.others(side, rolled, number) if name == C else []
+        return wheel_numbers(rolled, number, name, others)
+
+    def others(self, side: RollingSide, rolled: Rolled, number: int) -> list[Other]:
+        """Return the wheel with C plus its estimated error, and with nearer supports, at its creepages."""
+        specification = replace(
+            side.problem.specification, motion="rolling", friction=FrictionSpecification()
+        )  # for all components of C
+        problem = replace(side.problem, specification=specification)
+        nearer = next(other_supports(problem, side.on_grid, self.options))
+        operators = (
+            self.reference(side).perturbed,
+            nearer.operator(side.on_grid, friction=True, wheel_rolls=True),
+        )
+        contact = rolled.contacts[number]
+        others = []
+        for operator in operators:
+            wheel = self.wheel_of(side, operator)
+            others.append((wheel, wheel.contact(rolled.xi_0, contact.load, contact.rolling.contact)))
+        return others

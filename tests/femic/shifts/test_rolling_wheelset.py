@@ -1,0 +1,270 @@
+"""A rolling wheelset: Kalker's linear theory, free rolling, mirrored motions, signs, equilibrium."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import approximation
+from femic.shifts.contact import contact_at
+from femic.shifts.rolling.position import RollingSide, roll
+from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
+from femic.shifts.rolling.wheelset import TORQUE, VERTICAL, RollingWheelset
+from femic.shifts.sides import Place, Wanted, bodies_at, problem_of
+from femic.shifts.specification import ProfileTable, RollingTable, WheelTable
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.track.wheelset import settle
+from tests.femic.shifts.layouts import R_0, arcs_on_arcs, cones_on_arcs
+
+RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
+STEEL = Material(RAIL.E, RAIL.nu)
+SIDES = ("left", "right")
+FRICTION, LOAD = 0.3, 9e4
+STRAIGHT = Motion()
+
+
+@cache
+def sides(layout, shift, load=LOAD, elements=12, given_roll="about rails"):
+    """Both sides at a shift, on the grids of their frictionless contacts."""
+    position = settle(layout, shift, roll=given_roll)
+    both = []
+    for side in SIDES:
+        where, wanted = Place(layout, position, side), Wanted(load, ("A",), elements)
+        contact = contact_at(where, RAIL, WHEEL, wanted)
+        problem = problem_of(bodies_at(where, RAIL, WHEEL), wanted, contact.load, contact.grid)
+        both.append(RollingSide(where, problem, contact.load, with_c=False))
+    return tuple(both)
+
+
+def rolled(both, load=LOAD, *, friction=FRICTION, longitudinal=None, motion=STRAIGHT, ics="A"):
+    """The wheelset with one kind of ICs."""
+    wheels = []
+    for side in both:
+        on_grid = pair_on_grid(side.problem, side.problem.grid)
+        wheels.append(
+            RollingWheel.of(side.place, on_grid, approximation(on_grid, ics), Friction(friction), motion)
+        )
+    wheelset = RollingWheelset(tuple(wheels), load, friction, longitudinal)
+    return wheelset.rolled([side.load for side in both])
+
+
+def numbers(both, load=LOAD, ics="A", **rolling):
+    (solved,) = roll(both, load, RollingTable(**rolling), (ics,))
+    return solved
+
+
+def test_small_creepages_of_cones_are_those_of_kalkers_linear_theory():
+    """Nothing slips: F_x = G c^2 C11 xi, F_s = -G c^2 (C22 upsilon + c C23 phi).
+
+    phi is sin(inclination) / R, the part of the wheel's rotation, and the spin of the yaw.
+    """
+    load, motion = 300.0, Motion(2e-5, 1e-8)
+    both = sides(cones_on_arcs(), 0.1, load, 24)
+    free = rolled(both, load, friction=50.0, motion=motion)
+    for wheelset in (free, rolled(both, load, friction=50.0, motion=motion, longitudinal=free.xi_0 + 2e-5)):
+        for wheel, contact in zip(wheelset.wheels, wheelset.contacts, strict=True):
+            touch = wheel.place.touch
+            inclination = wheel.place.roll - touch.angle
+            point = PointContact(
+                np.cos(inclination) / touch.radius, 1 / 300.0, combined_modulus(STEEL, STEEL)
+            )
+            ellipse = point.at_load(load / np.cos(touch.angle))
+            coefficients = creepage_coefficients(ellipse.a, ellipse.b, STEEL.nu)
+            given = contact.rolling.creepages
+            spin = np.sin(inclination) / touch.radius + given.spin * np.cos(inclination)
+            aside = given.lateral * np.cos(inclination)
+            F_x, F_s, _ = coefficients.forces(STEEL.G, given.longitudinal, aside, spin)
+            p, area = contact.rolling.contact.p, wheel.on_grid.grid.area
+            largest = STEEL.G * ellipse.a * ellipse.b * coefficients.C11 * 1e-5
+            assert np.sum(p[..., 0]) * area == pytest.approx(F_x, rel=0.03, abs=0.02 * largest)
+            assert np.sum(p[..., 1]) * area == pytest.approx(F_s, rel=0.03)
+
+
+def test_free_cones_roll_at_the_mean_of_their_radii():
+    """Linear theory with equal ellipses: the creepages of both wheels are opposite."""
+    both = sides(cones_on_arcs(), 0.1, 300.0, 24)
+    wheelset = rolled(both, 300.0, friction=50.0)
+    radii = [side.place.touch.radius for side in both]
+    assert radii[0] - radii[1] == pytest.approx(2 * 0.1 / 20, rel=0.1)
+    assert wheelset.xi_0 == pytest.approx(2 * R_0 / sum(radii) - 1, abs=2e-2 * (radii[0] - radii[1]) / R_0)
+
+
+def test_without_shift_both_wheels_only_push_aside():
+    both = sides(arcs_on_arcs("arcs"), 0.0)
+    solved = numbers(both)
+    left, right = (solved.wheels[side].numbers for side in SIDES)
+    for name in left:
+        assert left[name] == pytest.approx(right[name], rel=1e-6, abs=1e-4 * abs(left["F_y"])), name
+    assert abs(left["F_x"]) < 1e-4 * FRICTION * LOAD
+    assert left["F_y"] > 0
+    assert abs(solved.axle.numbers["sum_F_y"]) < 1e-4 * left["F_y"]
+    # no force along x: the mean of its circles rolls
+    (wheel, _), contact = (found := rolled(both)).wheels, found.contacts[0].rolling.contact
+    radii, weights = wheel.radius - wheel.problem.rolling.height, contact.pressures.sum(axis=0)
+    mean, spread = np.average(radii, weights=weights), np.ptp(radii[weights > 0])
+    assert found.xi_0 == pytest.approx(R_0 / mean - 1, abs=0.02 * spread / R_0)
+    assert abs(mean - wheel.radius) > 0.04 * spread  # not the radius of the touching point
+
+
+def test_the_mirrored_wheelset_has_the_mirrored_forces():
+    """Shift, lateral velocity and yaw rate to the other side."""
+    layout = arcs_on_arcs("arcs")
+    one = numbers(sides(layout, 2.0), lateral=0.001, spin=1e-6)
+    other = numbers(sides(layout, -2.0), lateral=-0.001, spin=-1e-6)
+    for side, mirrored in (("left", "right"), ("right", "left")):
+        for name in ("xi", "F_x", "F_y", "M_z", "work", "p_max_rolling"):
+            here, there = one.wheels[side].numbers[name], other.wheels[mirrored].numbers[name]
+            assert here == pytest.approx(there, rel=1e-3, abs=1e-6), name
+    assert one.axle.numbers["xi_0"] == pytest.approx(other.axle.numbers["xi_0"], abs=1e-8)
+    for name in ("sum_F_y", "steering"):
+        assert one.axle.numbers[name] == pytest.approx(-other.axle.numbers[name], rel=1e-3)
+
+
+def test_the_creepage_of_free_rolling_given_is_free_rolling():
+    both = sides(arcs_on_arcs("arcs"), 2.0)
+    free = numbers(both)
+    given = numbers(both, longitudinal=free.axle.numbers["xi_0"])
+    driven = numbers(both, longitudinal=free.axle.numbers["xi_0"] + 0.001)
+    unit = FRICTION * LOAD * R_0
+    for solved in (free, given):
+        assert abs(solved.axle.numbers["axle_torque"]) < 2 * TORQUE * unit
+    assert driven.axle.numbers["axle_torque"] > 0.3 * unit
+    for side in SIDES:
+        for name in ("F_x", "F_y", "work"):
+            one, other = (solved.wheels[side].numbers[name] for solved in (free, given))
+            assert one == pytest.approx(other, rel=1e-4, abs=1e-5 * FRICTION * LOAD)
+
+
+def test_the_wheel_of_larger_radius_drives_and_the_wheelset_steers_back():
+    """Shifted to the left: omega R > V there, the rail pushes this wheel ahead, which turns to the right."""
+    solved = numbers(sides(arcs_on_arcs("arcs"), 2.0))
+    left, right = (solved.wheels[side].numbers for side in SIDES)
+    assert left["xi"] > 0 > right["xi"]
+    assert left["F_x"] > 0.01 * FRICTION * LOAD
+    assert right["F_x"] < -0.01 * FRICTION * LOAD
+    assert solved.axle.numbers["steering"] > 0
+
+
+def test_friction_opposes_lateral_motion_and_yaw():
+    """To the left: pushed to the right. Yaw to the left: the left wheel advances less, and is pushed on."""
+    both = sides(arcs_on_arcs("arcs"), 0.0)
+    still, aside, turning = numbers(both), numbers(both, lateral=0.001), numbers(both, spin=2e-6)
+    assert aside.axle.numbers["sum_F_y"] < -0.2 * FRICTION * LOAD
+    assert aside.wheels["left"].numbers["F_y"] > still.wheels["left"].numbers["F_y"]
+    assert aside.wheels["right"].numbers["F_y"] < still.wheels["right"].numbers["F_y"]
+    radius, y = both[0].place.touch.radius, both[0].place.touch.point[0]
+    expected = (1 + turning.axle.numbers["xi_0"]) * radius / R_0 - 1 + 2e-6 * y
+    assert turning.wheels["left"].numbers["xi"] == pytest.approx(expected, abs=1e-12)
+    assert turning.wheels["left"].numbers["F_x"] > 0 > turning.wheels["right"].numbers["F_x"]
+    assert turning.axle.numbers["steering"] > 0
+
+
+@pytest.mark.parametrize("ics", ["A", "Bhat+sn:B"])
+def test_tractions_add_up_to_the_forces_in_the_track(ics):
+    """Element by element, with a roll of 1 degree: forces turned by it, moments about the axle."""
+    both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
+    wheelset = rolled(both, motion=Motion(0.0005), ics=ics)
+    solved = numbers(both, ics=ics, lateral=0.0005)
+    for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
+        grid, contour = wheel.on_grid.grid, wheel.on_grid.undeformed.lower.contour
+        force, about_axle = np.zeros(3), 0.0
+        for k, m in zip(*np.nonzero(contact.rolling.contact.in_contact), strict=True):
+            s, x = np.array(grid.strips[m]), wheel.on_grid.x[k]
+            (dy, dz), (y, z) = contour.tangent(s), contour.position(s)
+            p_x, p_s, p_n = contact.rolling.contact.p[k, m] * grid.area
+            f = np.array([p_x, p_s * dy - p_n * dz, p_s * dz + p_n * dy])
+            force += f
+            place = np.array([x, y, z - wheel.radius])  # from the axle
+            about_axle += np.cross(place, f)[1]
+        turn = wheel.place.roll
+        assert abs(turn) > 0.017
+        field = np.cos(turn) * force[1] - np.sin(turn) * force[2]
+        up = np.sin(turn) * force[1] + np.cos(turn) * force[2]
+        of_side = solved.wheels[side].numbers
+        assert up == pytest.approx(LOAD, rel=VERTICAL)
+        assert of_side["vertical_rolling"] == pytest.approx(LOAD, rel=VERTICAL)
+        assert of_side["F_x"] == pytest.approx(force[0], abs=2e-5 * FRICTION * LOAD)
+        assert of_side["F_y"] == pytest.approx(-field, rel=1e-4)
+        assert contact.torque == pytest.approx(-about_axle, rel=1e-3, abs=0.5 * R_0)  # circle of the wheel
+
+
+def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
+    """All elements slide one way: forces are as the bounds, by the contact angle in the track."""
+    both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
+    pairs, moved = ((2.0, 1.0), (4.0, 0.2)), {"longitudinal": 0.1, "lateral": 0.04}
+    dry, lubricated = numbers(both, **moved), numbers(both, by_angle=pairs, **moved)
+    wheelset = rolled(both, longitudinal=0.1, motion=Motion(0.04))
+    for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
+        strips = np.sum(contact.rolling.contact.pressures, axis=0)
+        tangent = wheel.on_grid.undeformed.lower.contour.tangent(wheel.on_grid.grid.strips)
+        angles = np.degrees(np.abs(np.arctan2(tangent[1], tangent[0]) + wheel.place.roll))
+        factor = np.average(np.interp(angles, *np.transpose(pairs)), weights=strips)
+        one, other = (solved.wheels[side].numbers for solved in (dry, lubricated))
+        assert one["sliding"] == other["sliding"] == 1
+        assert factor < 0.9
+        assert other["F_x"] / one["F_x"] == pytest.approx(factor, rel=0.02)
+        assert other["utilised"] == pytest.approx(one["utilised"], rel=0.01)
+
+
+def test_work_of_friction_is_power_less_what_raises_the_wheel():
+    """That of the slip converges to that of the tractions on the rigid motion, which changes less."""
+    level, differences, works = rolled(sides(arcs_on_arcs("arcs"), 2.0), motion=Motion(0.002)), [], []
+    while level is not None:
+        pairs = [*zip(level.wheels, level.contacts, strict=True)]
+        power = [wheel.problem.power(c.rolling) - wheel.problem.climbing(c.rolling) for wheel, c in pairs]
+        own = [np.sum(c.rolling.contact.dissipation) * wheel.problem.problem.grid.area for wheel, c in pairs]
+        differences.append(np.abs(np.subtract(power, own)) / power)
+        works.append(power)
+        level = level.coarser
+    assert np.all(differences[0] < 0.1)
+    assert np.all(differences[0] < 0.6 * differences[1])
+    np.testing.assert_allclose(works[1], works[0], rtol=0.02)
+
+
+def test_finer_elements_change_creep_forces_within_their_estimates():
+    coarse, fine = (numbers(sides(arcs_on_arcs("arcs"), 2.0, elements=n)) for n in (12, 24))
+    for side in SIDES:
+        for name, error in coarse.wheels[side].errors.items():
+            both = (solved.wheels[side].numbers[name] for solved in (coarse, fine))
+            assert np.ptp(list(both)) <= error + fine.wheels[side].errors[name], name
+    change = coarse.axle.numbers["xi_0"] - fine.axle.numbers["xi_0"]
+    assert abs(change) <= coarse.axle.errors["xi_0"] + fine.axle.errors["xi_0"]
+
+
+def test_a_wheel_without_a_contact_is_said(monkeypatch):
+    """Free: neither wheel has numbers. At a given creepage the other wheel has its own."""
+    both = sides(arcs_on_arcs("arcs"), 2.0)
+    own = RollingWheel.contact
+
+    def failing(wheel, xi_0, load, start):
+        if wheel.place.side == "right":
+            raise Failure("not today")
+        return own(wheel, xi_0, load, start)
+
+    monkeypatch.setattr(RollingWheel, "contact", failing)
+    free, given = numbers(both), numbers(both, longitudinal=0.001)
+    assert free.wheels == {}
+    assert set(free.reasons) == set(SIDES)
+    assert "right wheel" in free.reasons["left"]
+    assert "not today" in free.reasons["left"]
+    assert set(given.wheels) == {"left"}
+    assert set(given.reasons) == {"right"}
+    assert given.axle is None
+    alone = numbers(both[:1])
+    assert "other wheel has no contact" in alone.reasons["left"]
+
+
+def test_short_grids_become_longer():
+    """From a grid that ends at the patch."""
+    left, right = sides(arcs_on_arcs("arcs"), 2.0)
+    grid = left.problem.grid
+    short = replace(left.problem, grid=Grid(grid.n_x - 16, grid.n_s, grid.dx, grid.ds, grid.s))
+    longer = numbers((replace(left, problem=short), right))
+    full = numbers((left, right))
+    assert longer.wheels["left"].numbers["F_x"] == pytest.approx(full.wheels["left"].numbers["F_x"], rel=1e-2)
