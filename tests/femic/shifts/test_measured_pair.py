@@ -6,8 +6,9 @@ import pytest
 from compare.shifts.compute import compute_shifts
 from compare.shifts.differences import difference
 from femic.reference.run_options import RunOptions
-from femic.shifts.contact import Place, Wanted, contact_at
-from femic.shifts.placement import place
+from femic.shifts.contact import contact_at
+from femic.shifts.placement import layout_of
+from femic.shifts.sides import Place, Wanted
 from femic.shifts.specification import load_shifts
 from geometries.track.wheelset import settle
 from tests.samples import SAMPLES
@@ -62,13 +63,11 @@ def test_half_spaces_are_as_good_as_b_hat_on_the_tread_and_where_three_patches_c
 
 
 def test_patches_lie_at_the_touching_points_of_the_undeformed_profiles(tmp_path):
-    placed = place(specification(tmp_path, 15.4))
-    position = settle(placed.layout, 15.4, roll="about rails", within=0.1)
-    touches = sorted(touch.s_rail for touch in position.left)
     file = specification(tmp_path, 15.4)
-    contact = contact_at(
-        Place(placed.layout, position, "left"), file.rail, file.wheel, Wanted(9e4, ("Bhat",))
-    )
+    layout = layout_of(file)
+    position = settle(layout, 15.4, roll="about rails", within=0.1)
+    touches = sorted(touch.s_rail for touch in position.left)
+    contact = contact_at(Place(layout, position, "left"), file.rail, file.wheel, Wanted(9e4, ("Bhat",)))
     patches = sorted(patch.s for patch in contact.numbers[0].patches)
     assert len(touches) == len(patches) == 3
     for touch, (start, end) in zip(touches, patches, strict=True):
