@@ -34,6 +34,7 @@ OWN: Mapping[str, Look] = MappingProxyType(
         "Bhat_prime": Look("#cc79a7", "longdash", "triangle-down"),
         "C_solid": Look(INK, "", "circle-open"),
         "FE": Look(INK, "", "circle-open"),
+        "planar": Look("#808080", "dot", "x"),
         "C": Look(INK, "solid", "star", 2.2),
     }
 )
@@ -51,11 +52,11 @@ FURTHER = tuple(
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of C, of a map of it, of FE, or of a form, perhaps with exchanged components."""
+    """Return the symbol of C, of a map of it, of FE, of planar contact, or of a form, perhaps of several."""
     if is_map(name):
         path = Path(name)
         return f"C from {path.stem if path.stem != 'sweep' else path.parent.name}"
-    fixed = {"C": "C", "C_solid": "C (solid)", "FE": "FE"} | {
+    fixed = {"C": "C", "C_solid": "C (solid)", "FE": "FE", "planar": "planar"} | {
         key: form.symbol for key, form in VARIANTS.items()
     }
     return fixed[name] if name in fixed else exchanged_symbol(name)

@@ -23,6 +23,7 @@ from compare.shifts.differences import (
     reference_names,
     reference_values,
 )
+from femic.contact.pairs.planar import PLANAR
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -35,15 +36,29 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _good_enough(dataset: xr.Dataset) -> str:
-    names = compared(dataset)
+    names, planar = _ics(dataset), _planar(dataset)
     if not names:
         name = symbol_of(ranked(dataset)[0])
-        return f"Only one kind of ICs, {name}, was used, so nothing is said about half-space ICs."
+        return f"Only one kind of ICs, {name}, was used, so nothing is said about half-space ICs{planar}."
     name = names[0]
     parts = [f"within {100 * limit:.0f} % {shifts_within(dataset, name, limit)}" for limit in LIMITS]
     unique = _merged(parts)
     best = reference_label(dataset)
-    return f"Half-space ICs ({symbol_of(name)}) give p_max as {best} does {join_words(unique)}."
+    return f"Half-space ICs ({symbol_of(name)}) give p_max as {best} does {join_words(unique)}{planar}."
+
+
+def _ics(dataset: xr.Dataset) -> list[str]:
+    """Return the ICs on the curved surface that are compared with better ones."""
+    return [name for name in compared(dataset) if name != PLANAR]
+
+
+def _planar(dataset: xr.Dataset) -> str:
+    """Return the largest difference of planar contact in words; nothing where it was not solved."""
+    if PLANAR not in compared(dataset):
+        return ""
+    own = worst_of(dataset, PLANAR)
+    share = float(difference(dataset, PLANAR).sel(shift=own["shift"], side=own.side))
+    return f"; planar contact is off by up to {100 * share:+.2g} % ({_where(own)})"
 
 
 def _merged(parts: list[str]) -> list[str]:
@@ -80,7 +95,7 @@ def worst_of(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.Da
 
 
 def _worst_case(dataset: xr.Dataset) -> str:
-    names = compared(dataset)
+    names = _ics(dataset)
     if not names:
         peak = reference_values(dataset, "p_max").fillna(-1).argmax(["shift", "side"])
         own = dataset.isel(peak)
@@ -104,7 +119,7 @@ def best_of(dataset: xr.Dataset, own: xr.Dataset, quantity: str = "p_max") -> st
 
 
 def _creep_forces(dataset: xr.Dataset) -> str:
-    names = compared(dataset)
+    names = _ics(dataset)
     if not names or not np.isfinite(difference(dataset, names[0], F_X)).any():
         peak = abs(reference_values(dataset, "F_x")).fillna(-1).argmax(["shift", "side"])
         own = dataset.isel(peak)

@@ -52,7 +52,7 @@ class Study:
     def wanted(self) -> Wanted:
         """What each contact is solved for."""
         contact = self.specification.contact
-        return Wanted(contact.load, contact.ics, contact.elements, contact.c_above_deg)
+        return Wanted(contact.load, contact.ics, contact.elements, contact.c_above_deg, contact.planar)
 
     def facts(self, side: SideName) -> list[object]:
         """Return all of a side on which its contacts depend."""

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.looks import symbol_of
+from femic.contact.pairs.planar import PLANAR
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
@@ -43,8 +44,8 @@ def compared_quantities(dataset: xr.Dataset) -> tuple[Quantity, ...]:
 
 
 def ranked(dataset: xr.Dataset) -> list[str]:
-    """Return the ICs from the best to the least good as a reference."""
-    names = [str(name) for name in dataset.ics.values]
+    """Return the ICs from the best to the least good as a reference; planar contact is never one."""
+    names = [str(name) for name in dataset.ics.values if name != PLANAR]
     best = [name for name in ORDER if name in names]
     return [*best, *(name for name in reversed(names) if name not in best)]
 
@@ -78,8 +79,9 @@ def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.
 
 
 def compared(dataset: xr.Dataset) -> list[str]:
-    """Return the ICs that are compared with better ones: half-spaces first."""
-    return [name for name in reversed(ranked(dataset)) if np.isfinite(difference(dataset, name)).any()]
+    """Return the ICs that are compared with better ones: half-spaces first, planar contact last."""
+    names = [*reversed(ranked(dataset)), *(PLANAR for name in dataset.ics.values if name == PLANAR)]
+    return [name for name in names if np.isfinite(difference(dataset, name)).any()]
 
 
 def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:

@@ -19,6 +19,7 @@ from compare.shifts.tables import (
     pressure_table,
     wheelset_table,
 )
+from femic.contact.pairs.planar import PLANAR
 
 ELASTIC = (
     "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
@@ -80,14 +81,20 @@ def _reading(dataset: xr.Dataset) -> str:
         if np.any(reference_names(dataset).values == "C")
         else ""
     )
+    of_planar = (
+        "Planar contact has all elements in the tangent plane at the touching point, and ICs A. "
+        if PLANAR in dataset.ics.values
+        else ""
+    )
     alike = (
         "Both sides are alike: the right contact at a shift is the left one at the opposite shift. "
         if dataset.attrs["alike"]
         else ""
     )
     return (
-        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{alike}Bands: "
-        f"estimated errors of p_max by the size of the elements, which all ICs of a contact share. {ELASTIC}"
+        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{of_planar}{alike}"
+        "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share. "
+        f"{ELASTIC}"
     )
 
 

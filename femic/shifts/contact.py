@@ -5,6 +5,7 @@ from dataclasses import replace
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.frictionless import SideContact, fitted, numbers_of, solved_on
 from femic.shifts.grids import SIZING
+from femic.shifts.planar import with_planar
 from femic.shifts.sides import Place, Wanted, bodies_at
 from femic.shifts.specification import C, ProfileTable
 from femic.shifts.with_c import with_c
@@ -20,8 +21,16 @@ def contact_at(
 ) -> SideContact:
     """Return the contact of a side in a position with all ICs. Raises Failure and WrongInput.
 
-    C is left out, with a sentence, where it has no solution.
+    C and the planar contact are left out, with a sentence, where they have no solution.
     """
+    contact = _with_ics(place, rail, wheel, wanted, options)
+    return with_planar(contact, place, bodies_at(place, rail, wheel), wanted) if wanted.planar else contact
+
+
+def _with_ics(
+    place: Place, rail: ProfileTable, wheel: ProfileTable, wanted: Wanted, options: RunOptions
+) -> SideContact:
+    """Return the contact of a side with all ICs."""
     others = tuple(name for name in wanted.ics if name != C) or (SIZING,)
     without_c = replace(wanted, ics=others)
     bodies = bodies_at(place, rail, wheel)

@@ -62,12 +62,18 @@ def refined(bodies: dict[str, Body], wanted: Wanted, load: float, grid: Grid) ->
 
     for _ in range(REFINEMENTS):
         contact = sizing.on_long_enough_grid(grid, solve)
-        grid, (along_x, along_s) = contact.on_grid.grid, _factors(contact)
-        finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
-        if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > MOST_STRIPS:
+        grid, finer = contact.on_grid.grid, finer_if_needed(contact)
+        if finer is None:
             break
         grid = finer
     return grid
+
+
+def finer_if_needed(contact: SolvedContact) -> Grid | None:
+    """Return a grid of smaller elements where a contact needs them; None where not, or beyond the finest."""
+    grid, (along_x, along_s) = contact.on_grid.grid, _factors(contact)
+    finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
+    return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > MOST_STRIPS else finer
 
 
 def _factors(contact: SolvedContact) -> tuple[int, int]:

@@ -57,12 +57,16 @@ class Place:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a contact is solved for: load [N], ICs, elements across the main patch, and from where on C."""
+    """What a contact is solved for: load [N], ICs, elements across the main patch, and from where on C.
+
+    `planar`: whether also as planar contact.
+    """
 
     load: float
     ics: tuple[str, ...]
     elements: int = 20
     c_above_deg: float | None = None
+    planar: bool = False
 
 
 def bodies_at(

@@ -120,6 +120,11 @@ class ContactTable(SceneTable):
         description="solve contacts also with C where the rail's inclination changes across the patch by "
         "more than this [deg], such as 20 (minutes each)",
     )
+    planar: bool = Field(
+        True,
+        description="solve contacts of one patch also as programs for planar contact do: all elements in the "
+        "tangent plane at the touching point",
+    )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the main patch, along x and s"
     )

@@ -4,10 +4,11 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.report.interactive import as_json
 from compare.shifts import answers, compute, contacts, figures, geometry, page
-from compare.shifts.differences import difference, reference_names, reference_values
+from compare.shifts.differences import compared, difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
 from femic.shifts.frictionless import ICsNumbers, SideContact
@@ -85,6 +86,27 @@ def test_the_summary_has_three_sentences_with_the_numbers_of_the_dataset(dataset
     assert "22 degrees" in text
     assert "1200 MPa instead of 1000 MPa (+20.0 %)" in text
     assert f"{dataset.attrs['conicity']:.3f}" in text
+
+
+def with_planar(dataset, share):
+    """Return the dataset with planar contacts whose p_max differs by a share from that with A."""
+    planar = dataset.sel(ics=["A"]).assign_coords(ics=["planar"])
+    planar["p_max"] = planar.p_max * (1 + share)
+    return xr.concat([dataset, planar], "ics", data_vars="minimal")
+
+
+def test_planar_contact_is_compared_and_never_a_reference(dataset):
+    planar = with_planar(dataset, -0.5)
+    assert compared(planar)[-1] == "planar"
+    assert "planar" not in reference_names(planar).values
+    text = answers.summary(planar)
+    assert text.startswith("Half-space ICs (A)")
+    assert "planar contact is off by up to -54 % (1 mm, left wheel)" in text
+    rows = {row.name: [cell.text for cell in row.filled] for row in answers.answer_table(planar).rows}
+    assert rows["planar"][:3] == ["no shift"] * 3
+    alone = planar.sel(ics=["A", "planar"])
+    assert "Only one kind of ICs, A," in answers.summary(alone)
+    assert "planar contact is off by up to -50 %" in answers.summary(alone)
 
 
 def test_limits_that_hold_at_all_shifts_are_said_once(dataset):

@@ -194,6 +194,20 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
         assert contact.torque == pytest.approx(-about_axle, rel=1e-3, abs=0.5 * R_0)  # circle of the wheel
 
 
+def test_any_tractions_have_the_torque_of_their_moments_about_the_axle():
+    """Moments about the line x = 0, z = R, which is parallel to y; random tractions on inclined elements."""
+    wheel = rolled(sides(arcs_on_arcs("arcs"), 1.0)).wheels[0]
+    rolling, grid = wheel.problem.rolling, wheel.problem.problem.grid
+    p = np.random.default_rng(7).normal(size=(grid.n_x, grid.n_s, 3))
+    moment = 0.0
+    for k, x in enumerate(rolling.x):
+        for m, s in enumerate(rolling.s):
+            tangent, normal = rolling.contour.tangent(s), rolling.contour.normal(s)
+            force = grid.area * np.array([p[k, m, 0], *(p[k, m, 1] * tangent + p[k, m, 2] * normal)])
+            moment += np.cross([x, 0.0, rolling.height[m] - wheel.radius], force)[1]
+    assert np.sum(wheel.torque_weights * p) == pytest.approx(-moment, rel=1e-12)
+
+
 def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
     """All elements slide one way: forces are as the bounds, by the contact angle in the track."""
     both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)

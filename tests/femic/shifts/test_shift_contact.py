@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.loading import Loading
+from femic.contact.pairs.planar import solve_planar
 from femic.reference.run_options import RunOptions
 from femic.shifts import contact as module
 from femic.shifts import grids
 from femic.shifts.contact import contact_at
-from femic.shifts.sides import Place, Wanted, bodies_at
+from femic.shifts.patches import PatchNumbers
+from femic.shifts.planar import _on_the_rail, with_planar
+from femic.shifts.sides import Place, Wanted, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, WheelTable
 from femic.shifts.with_c import with_c
 from geometries.errors import Failure
@@ -62,6 +66,49 @@ def test_small_contacts_of_sampled_arcs_are_those_of_hertz(shift, side):
     assert half_spaces.b == pytest.approx(exact.b, rel=0.02)
     assert half_spaces.a == pytest.approx(exact.a, rel=0.02)
     assert half_spaces.angle == pytest.approx(np.degrees(2 * exact.b / R_R), rel=0.02)
+
+
+def test_planar_contact_of_a_small_patch_is_that_of_hertz_and_carries_the_load():
+    """Its normal force is the vertical one over the cosine of the contact angle; the lateral one follows."""
+    load, where = 300.0, place(1.0, "left")
+    numbers = contact_at(where, RAIL, WHEEL, Wanted(load, ("A",), elements=32, planar=True)).numbers
+    planar, angle = numbers[-1], where.touch.angle
+    assert [row.ics for row in numbers] == ["A", "planar"]
+    along = float(np.cos(angle - where.roll) / where.touch.radius)
+    exact = PointContact(along, 1 / R_R - 1 / R_W, combined_modulus(STEEL, STEEL)).at_load(
+        load / np.cos(angle)
+    )
+    assert planar.p_max == pytest.approx(exact.p_max, rel=0.01)
+    assert planar.b == pytest.approx(exact.b, rel=0.02)
+    assert planar.vertical == pytest.approx(load, rel=1e-6)
+    assert planar.lateral / planar.vertical == pytest.approx(np.tan(angle), rel=1e-6)
+    (patch,) = planar.patches
+    assert np.mean(patch.s) == pytest.approx(where.touch.s_rail, abs=0.02 * exact.b)
+
+
+def test_patches_of_planar_contact_are_arc_lengths_of_the_rail():
+    """On an arc the plane's coordinate t is R sin(s / R)."""
+    where = place(1.0, "left")
+    bodies = bodies_at(where, RAIL, WHEEL)
+    solved_plane = solve_planar(problem_of(bodies, Wanted(300.0, ("A",)), 300.0), Loading(300.0), 0.0)
+    t = np.array([-3.0, 4.0])
+    in_the_plane = where.touch.s_rail + t
+    flat = PatchNumbers(1.0, tuple(in_the_plane), 1.0, 1.0, np.stack([in_the_plane, [0.0, 0.0]]))
+    on_rail = _on_the_rail(where, solved_plane.on_grid.undeformed, flat)
+    exact = where.touch.s_rail + R_R * np.arcsin(t / R_R)
+    np.testing.assert_allclose(on_rail.s, exact, atol=1e-3)
+    np.testing.assert_allclose(on_rail.outline[0], exact, atol=1e-3)
+
+
+def test_planar_contact_is_left_out_where_two_patches_carry_the_load():
+    contact = contact_at(place(1.0, "left"), RAIL, WHEEL, Wanted(300.0, ("A",)))
+    (row,) = contact.numbers
+    halves = tuple(replace(patch, share=0.5) for patch in (*row.patches, *row.patches))
+    two = replace(contact, numbers=(replace(row, patches=halves),))
+    where = place(1.0, "left")
+    left_out = with_planar(two, where, bodies_at(where, RAIL, WHEEL), Wanted(300.0, ("A",)))
+    assert left_out.numbers == two.numbers
+    assert "2 patches carry the load, and it has one plane" in left_out.notes[-1]
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
