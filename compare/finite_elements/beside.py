@@ -14,12 +14,7 @@ from femic.cache.store import Store
 
 
 def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | None:
-    """Return stored contacts of a scene by finite elements; None where there are none.
-
-    There are none of bodies with an outline.
-    """
-    if any(body.outline is not None for body in results.scene.bodies.values()):
-        return None
+    """Return stored contacts of a scene by finite elements; None where there are none."""
     fe_contacts = stored_fe_contact(results.scene, to_dataset(results), store)
     if fe_contacts is None:
         return None

@@ -93,6 +93,11 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
             "discount = 'source'",
             "contact by C then lacks the bending of the bodies; take 'approach'",
         ),
+        (
+            all(body.outline is None for body in scene.bodies.values()),
+            "outline of a body",
+            "leave it out: solid cells do not follow narrow webs",
+        ),
     )
     return [(given, remedy) for suitable, given, remedy in requirements if not suitable]
 

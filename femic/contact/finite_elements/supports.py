@@ -14,20 +14,13 @@ from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.bodies import Domain
-from geometries.errors import WrongInput
 from geometries.grids import Grid
 
 LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def meshed_bodies(problem: ContactProblem) -> Bodies:
-    """Return the bodies in their places, with the supports that C has, and ends that do not matter.
-
-    Raises WrongInput for bodies with an outline: solid cells do not follow narrow webs.
-    """
-    for name, body in problem.bodies.items():
-        if body.outline is not None:
-            raise WrongInput(f"{name}.outline: contact by finite elements has none: leave it out")
+    """Return the bodies in their places, with the supports that C has, and ends that do not matter."""
     undeformed, radius = undeformed_of(problem), problem.support_radius
     lower, upper = (
         replace(problem.bodies[name], domain=Domain(radius, LENGTH * radius)) for name in ("lower", "upper")

@@ -2,16 +2,15 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import femic
-from compare.finite_elements.beside import stored_solution
+from compare.finite_elements.compute import require_suitable, stored_fe_contact
 from femic.cache.store import Store
 from femic.campaigns.maps.c_map import _inputs_of_c
-from femic.contact.finite_elements.supports import meshed_bodies
 from femic.contact.pairs.supports import flatter_problem
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
@@ -102,9 +101,9 @@ def test_contact_by_finite_elements_refuses_an_outline_and_its_store_has_none():
     """A page of contact looks for stored contacts by finite elements, also where there can be none."""
     wheel = STEEL | {"contour": {"kind": "plane"}, "rolling_radius": 500.0}
     scene = scene_with(GIVEN, upper=wheel, contact={"loads": [1e3], "ics": ["C"]})
-    with pytest.raises(femic.WrongInput, match=r"lower\.outline: contact by finite elements has none"):
-        meshed_bodies(scene.contact_problem)
-    assert stored_solution(SimpleNamespace(scene=scene), Store()) is None
+    with pytest.raises(BadScene, match="outline of a body: not supported in contact by finite elements"):
+        require_suitable(scene)
+    assert stored_fe_contact(scene, xr.Dataset(), Store()) is None
 
 
 MISFITS = {
