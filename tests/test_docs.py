@@ -109,6 +109,7 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
     assert set(pages) == {
         "reference/command-line.md",
         "reference/scene-keys.md",
+        "decide/ics-tables.md",
         "decide/which-ics.md",
         "evidence/validation.md",
         "evidence/extremes.md",
@@ -116,6 +117,12 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
     }
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run tools/write_docs.py"
+
+
+def test_the_table_of_the_readme_is_not_written_by_hand():
+    text = runpy.run_path(str(ROOT / "tools/write_docs.py"))["readme"]()
+    assert text.count("| ± ") > 5
+    assert (ROOT / "README.md").read_text(encoding="utf-8") == text, "run tools/write_docs.py"
 
 
 @pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work

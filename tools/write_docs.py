@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import decisions
 import numpy as np
 import xarray as xr
 from command_line import command_line
@@ -30,6 +31,8 @@ from geometries.errors import Failure
 
 DOCS = Path(__file__).parents[1] / "docs"
 NUMBERS, TEMPLATES = DOCS / "numbers", DOCS / "templates"
+README = DOCS.parent / "README.md"
+TABLE_BEGINS, TABLE_ENDS = "<!-- table by tools/write_docs.py -->", "<!-- end of the table -->"
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 BLANKS = re.compile(r"\n{3,}")
@@ -39,6 +42,8 @@ QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 def compute() -> None:
     """Run the commands that give the numbers, and save these."""
     out = Path("out")
+    save("decisions", decisions.compute())
+    decisions.draw(stored_numbers()["decisions"]).savefig(DOCS / "images" / "which_ics.png", dpi=130)
     run("validate")
     run("extremes")
     run("calibrate", *GEOMETRIES)
@@ -144,6 +149,15 @@ def environment() -> Environment:
         loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     made.filters["percent"] = percent
+    made.filters |= {
+        "crossing": decisions.crossing_text,
+        "error": decisions.error_text,
+        "twice": lambda deviation: {key: 2 * value for key, value in deviation.items()},
+        "load_of": decisions.load_of,
+        "kilonewton": decisions.kilonewton,
+        "nearest": decisions.nearest,
+        "decision_rows": decisions.decision_rows,
+    }
     made.filters["seconds"] = in_seconds
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     made.filters["cell"] = lambda text: text.replace("|", "\\|")
@@ -169,6 +183,14 @@ def pages() -> dict[str, str]:
         for page, path in templates().items()
     }
     return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}
+
+
+def readme() -> str:
+    """Return README with its table of errors, between two comments."""
+    before, rest = README.read_text(encoding="utf-8").split(TABLE_BEGINS)
+    _, after = rest.split(TABLE_ENDS)
+    table = decisions.readme_table(stored_numbers()["decisions"])
+    return f"{before}{TABLE_BEGINS}\n{table}\n{TABLE_ENDS}{after}"
 
 
 @cache
@@ -259,3 +281,4 @@ if __name__ == "__main__":
         compute()
     for name, text in pages().items():
         (DOCS / name).write_text(text, encoding="utf-8")
+    README.write_text(readme(), encoding="utf-8")

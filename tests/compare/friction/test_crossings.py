@@ -1,0 +1,80 @@
+"""Errors of rolling forces over the load: prescribed forces, another route, no error of the same ICs."""
+
+import numpy as np
+import pytest
+
+from compare.contact.crossings import crossing
+from compare.friction.crossings import HALF, NUMBERS, RollingDeviations
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.loading import Loading
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.scenes.load import load_scene
+
+LOAD, FRICTION = 1e5, 0.4
+LOADS = (3e4, LOAD)
+
+
+@pytest.fixture(scope="module")
+def rolled():
+    """The mix in the place of C: it has xn."""
+    of = load_scene("rolling", {"contact": {"elements": 8, "ics": ["A", "Bhat", "mix"]}}).contact_problem
+    ((grid, _),) = grids_of(of)
+    pair = PairWithFriction(of, pair_on_grid(of, grid))
+    operators = {"A": pair.operator("A"), "C": pair.operator("mix"), "same": pair.operator("mix")}
+    return RollingDeviations(pair, operators, FRICTION)
+
+
+def test_with_c_the_wheel_has_half_of_friction_times_load_and_rolls_freely(rolled):
+    for load in LOADS:
+        numbers = rolled.solved(load, "C").numbers
+        assert numbers["half"] == pytest.approx(HALF, abs=1e-4)
+        assert numbers["free"] == pytest.approx(0.0, abs=1e-4)
+        half, free = rolled.solved(load, "C").creepages
+        assert free < half
+
+
+def test_forces_of_others_are_those_at_the_creepages_of_c(rolled):
+    """A solved alone, without a start, at the creepages of the reference."""
+    alone = rolled.pair.rolling(rolled.pair.frictional(rolled.operators["A"], FRICTION))
+    for number, xi in zip(("half", "free"), rolled.solved(LOAD, "C").creepages, strict=True):
+        contact = alone.contact(Creepages(xi), Loading(LOAD)).contact
+        share = contact.force[0] / (FRICTION * LOAD)
+        expected = share - (HALF if number == "half" else 0.0)
+        assert rolled.law(number, "A")(LOAD).error == pytest.approx(expected, abs=2e-4)
+        if number == "half":
+            of_reference = rolled.solved(LOAD, "C").contacts[0].contact.sliding_share
+            differs = contact.sliding_share - of_reference
+            assert rolled.law("sliding", "A")(LOAD).error == pytest.approx(differs, abs=0.02)
+
+
+def test_the_same_ics_have_no_error_and_no_crossing(rolled):
+    for number in NUMBERS:
+        found = crossing(rolled.law(number, "same"), LOADS, 0.001)
+        assert found.at is None
+        assert abs(found.largest.error) < 1e-4
+    assert rolled.law("half", "same")(LOAD).estimate < 1e-4
+    assert rolled.law("sliding", "same")(LOAD).estimate > 0.0  # elements may be in another state
+
+
+def test_without_xn_forces_are_too_small_the_more_the_surface_turns(rolled):
+    """A wheel with A still brakes where the reference rolls freely; a crossing is between both loads."""
+    small, large = (rolled.law("free", "A")(load) for load in LOADS)
+    assert large.error < small.error < 0
+    tolerance = (abs(small.error) + abs(large.error)) / 2
+    found = crossing(rolled.law("free", "A"), LOADS, tolerance, accuracy=0.1)
+    assert LOADS[0] < found.at.load < LOADS[1]
+    assert abs(found.at.error) == pytest.approx(tolerance, rel=0.05)
+    assert small.angle <= found.at.angle <= large.angle
+
+
+def test_what_c_may_be_wrong_by_is_known_at_the_sampled_loads(rolled):
+    """C plus 2 % of itself, sampled at the ends: in between it is interpolated."""
+    more = rolled.pair.operator("mix")
+    perturbed = type(more)(1.02 * more.transformed, more.n_x, more.directions)
+    pair = RollingDeviations(rolled.pair, rolled.operators, FRICTION, perturbed, LOADS)
+    ends = [pair.change("free", "A", load) for load in LOADS]
+    assert all(0 < end < 0.02 for end in ends)
+    between = pair.change("free", "A", float(np.sqrt(np.prod(LOADS))))
+    assert between == pytest.approx(np.mean(ends))

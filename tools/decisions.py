@@ -1,0 +1,478 @@
+"""The numbers and the figure of docs/decide/which-ics.md: where the errors of ICs in contact pass tolerances.
+
+Pairs of arcs by conformity (radius ratio) and flanks, academic pairs, wheels on rails, and a rolling wheel
+with friction, each on one grid with one C. Called by tools/write_docs.py; by itself it computes the numbers
+again from the store in out/decisions/ and draws the figure.
+"""
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from compare.contact.crossings import (
+    LOAD_ACCURACY,
+    NUMBERS,
+    Crossing,
+    Ladder,
+    Law,
+    PairDeviations,
+    crossing,
+    on_pair,
+)
+from compare.friction import crossings as rolling
+from compare.report.charts import Curve, Panel, chart_of
+from compare.report.looks import OWN, Look, symbol_of
+from compare.report.static import RC, draw_panel, style_of
+from femic.cache.digests import results_digest, versions
+from femic.cache.store import Store
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.reference.run_options import RunOptions, Watch, cores
+from femic.scenes.load import load_scene, scene_from_table
+from femic.scenes.scene import Scene
+
+MODULE = "compare.friction.crossings"  # it imports all that computes
+STORE = Path("out") / "decisions" / "store"
+STEEL = {"E": 210e3, "nu": 0.28}
+RADIUS, ROLLING_RADIUS = 10.0, 500.0  # of the rail's arc and of the wheel [mm]
+ELEMENTS, TOLERANCE = 24, 0.03  # across the largest patch; of C
+ROLLING_ELEMENTS = 20
+CHANGES: Mapping[str, Mapping[str, Any]] = {
+    "contact": {"elements": ELEMENTS},
+    "engine": {"tolerance": TOLERANCE},
+}
+ICS = ("A", "Bhat")
+WITH_FRICTION = ("A", "Bhat", "Bhat_prime", "mix")
+TOLERANCES = {"p_max": (0.01, 0.02, 0.05, 0.1)} | dict.fromkeys(NUMBERS[1:], (0.05,))
+OF_FORCES = {"half": (0.025, 0.05), "free": (0.05, 0.1), "sliding": ()}
+SAME = 0.05  # loads that differ by less are one
+FORCE_ACCURACY = 0.08  # of a load, relative: 2 % of the angle
+FRICTIONS = (0.2, 0.4, 0.6)
+MOST_ON_RAILS = 150e3  # N
+WIDEST = 60.0  # flanks of arcs [deg]
+SHOWN = 0.05  # the tolerance whose crossings the figure marks
+OF_RATIOS = {1.01: "#440154", 1.02: "#3b528b", 1.05: "#21918c", 1.1: "#5ec962", 1.25: "#e0b000"}
+OTHERS = {
+    "tall": Look("#d55e00", "solid", "", 2.2),
+    "wide": Look("#cc79a7", "solid", "", 2.2),
+    "s1002-on-60e1": Look("#808080", "solid", "", 2.2),
+    "s1002-on-60e1-worn": Look("#808080", "dot", "", 2.2),
+}
+CROSSING = f"{100 * SHOWN:g} % is passed"
+CROSSED = Look("ink", "", "circle-open")
+OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A pair: its name, what it is in words and in short, and the loads solved.
+
+    Of arcs also the ratio of radii and the flanks [deg].
+    """
+
+    name: str
+    title: str
+    short: str
+    scene: Callable[[], Scene]
+    ladder: Ladder
+    ratio: float | None = None
+    flanks: float | None = None
+
+
+def arcs(ratio: float, flanks: float) -> Scene:
+    """Return a wheel on a rail, sections of arcs whose radii have a ratio."""
+    lower = {"kind": "arc", "radius": RADIUS, "flank_inclination_deg": flanks}
+    upper = lower | {"radius": RADIUS * ratio}
+    return scene_from_table(
+        {
+            "lower": STEEL | {"contour": lower},
+            "upper": STEEL | {"contour": upper, "rolling_radius": ROLLING_RADIUS},
+            "patch": {"a": 0.1, "b": 0.1},
+            **CHANGES,
+            "contact": CHANGES["contact"] | {"loads": [1e4], "flanks": False},
+        },
+        f"arcs-{ratio:g}-{flanks:g}",
+    )
+
+
+def _arcs(ratio: float, flanks: float) -> Case:
+    at_flanks = "" if flanks == WIDEST else f", flanks at {flanks:g}°"
+    title = f"arcs of {RADIUS:g} and {RADIUS * ratio:g} mm{at_flanks}"
+    ladder = Ladder(25.0 if flanks == WIDEST else 15.0, 1.5 * flanks)
+    name = f"arcs-{ratio:g}-{flanks:g}"
+    return Case(name, title, f"1 : {ratio:g}{at_flanks}", lambda: arcs(ratio, flanks), ladder, ratio, flanks)
+
+
+def _builtin(name: str, title: str, short: str, ladder: Ladder) -> Case:
+    return Case(name, title, short, lambda: load_scene(name, CHANGES), ladder)
+
+
+CASES = {
+    case.name: case
+    for case in (
+        *(_arcs(ratio, WIDEST) for ratio in (1.01, 1.02, 1.05, 1.1, 1.25)),
+        *(_arcs(ratio, 30.0) for ratio in (1.1,)),
+        _builtin("tall", "`tall`", "tall", Ladder(25.0, 140.0, 310e3)),
+        _builtin("wide", "`wide`", "wide", Ladder(25.0, 140.0, 18000e3)),
+        _builtin(
+            "s1002-on-60e1",
+            "S1002 on 60E1, flange root on gauge corner",
+            "60E1",
+            Ladder(12.0, 120.0, MOST_ON_RAILS),
+        ),
+        _builtin(
+            "s1002-on-60e1-worn", "S1002 on 60E1, worn", "60E1 worn", Ladder(12.0, 120.0, MOST_ON_RAILS)
+        ),
+    )
+}
+ROLLING = "rolling"
+
+
+def compute(names: Sequence[str] = (ROLLING, *CASES), workers: int | None = None) -> dict[str, Any]:
+    """Return the numbers of the page, `workers` pairs at a time (default: one per core)."""
+    with ProcessPoolExecutor(workers or cores()) as pool:
+        solved = dict(zip(names, pool.map(solve, names), strict=True))
+    return {
+        "code": results_digest(MODULE),
+        "module": MODULE,
+        "versions": versions(),
+        "tolerance": TOLERANCE,
+        "elements": ELEMENTS,
+        "rolling_elements": ROLLING_ELEMENTS,
+        "rolling": solved.pop(ROLLING, None),
+        "pairs": solved,
+    }
+
+
+def solve(name: str) -> dict[str, Any]:
+    """Return the numbers of a pair, or of the rolling wheel."""
+    start = perf_counter()
+    options = RunOptions(1, Store(STORE), Watch(on_stage=lambda line: report(f"{name}: {line.strip()}")))
+    numbers = _rolling(options) if name == ROLLING else _frictionless(CASES[name], options)
+    report(f"{name}: {perf_counter() - start:.0f} s")
+    return numbers
+
+
+def report(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
+
+
+def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
+    """Return deviations by load and crossings of a pair without friction."""
+    scene = case.scene()
+    problem = scene.contact_problem
+    loads = case.ladder.loads(problem)
+    own = [load for load in scene.contact.loads if loads[0] < load < loads[-1]] if case.ratio is None else []
+    loads = sorted([*own, *(load for load in loads if all(abs(load / other - 1) > SAME for other in own))])
+
+    def deviations(pair: PairDeviations) -> dict[str, Any]:
+        laws = {ics: {number: pair.law(number, ics) for number in TOLERANCES} for ics in ICS}
+        return {
+            "p_max": [pair.value(load, "C", "p_max") for load in loads],
+            "own_loads": own,
+        } | _of_laws(laws, loads, TOLERANCES)
+
+    facts = {
+        "name": case.name,
+        "title": case.title,
+        "short": case.short,
+        "ratio": case.ratio,
+        "flanks": case.flanks,
+    }
+    return facts | on_pair(problem, loads, ICS, deviations, options)
+
+
+def _rolling(options: RunOptions) -> dict[str, Any]:
+    """Return deviations of forces and of sliding, by friction, and their crossings."""
+    specified = {"elements": ROLLING_ELEMENTS, "ics": [*WITH_FRICTION, "C"]}
+    scene = load_scene(ROLLING, CHANGES | {"contact": specified})
+    problem = scene.contact_problem
+    largest = scene.contact.loads[0]
+    smallest = Ladder(40.0, 140.0, largest).loads(problem)[0]
+    loads = [float(load) for load in np.geomspace(smallest, largest, 5)]
+
+    def deviations(pair: PairWithFriction) -> dict[str, Any]:
+        operators = {name: pair.operator(name) for name in (*WITH_FRICTION, "C")}
+        by_friction = {}
+        for friction in FRICTIONS:
+            rolled = rolling.RollingDeviations(
+                pair, operators, friction, pair.perturbed("C"), tuple(loads[::2])
+            )
+            laws = {ics: {number: rolled.law(number, ics) for number in OF_FORCES} for ics in WITH_FRICTION}
+            creepages = [rolled.solved(load, "C").creepages for load in loads]
+            by_friction[f"{friction:g}"] = {
+                "creepage_half": [half for half, _ in creepages],
+                "creepage_free": [free for _, free in creepages],
+                "sliding": [rolled.solved(load, "C").numbers["sliding"] for load in loads],
+            } | _of_laws(laws, loads, OF_FORCES, FORCE_ACCURACY)
+            report(f"{ROLLING}: friction {friction:g} solved")
+        return by_friction
+
+    return {"title": scene.title, "frictions": solve_with_friction(problem, deviations, options)}
+
+
+def _of_laws(
+    laws: Mapping[str, Mapping[str, Law]],
+    loads: Sequence[float],
+    tolerances: Mapping[str, Sequence[float]],
+    accuracy: float = LOAD_ACCURACY,
+) -> dict[str, Any]:
+    """Return deviations at loads, and crossings, of laws by ICs and number."""
+    some = next(iter(next(iter(laws.values())).values()))
+    return {
+        "loads": list(loads),
+        "angles": [some(load).angle for load in loads],
+        "angle_estimates": [some(load).angle_estimate for load in loads],
+        "errors": {
+            ics: {
+                number: [[law(load).error, law(load).estimate] for load in loads]
+                for number, law in of.items()
+            }
+            for ics, of in laws.items()
+        },
+        "crossings": {
+            ics: {
+                number: {
+                    f"{tolerance:g}": _record(crossing(law, loads, tolerance, accuracy))
+                    for tolerance in tolerances[number]
+                }
+                for number, law in of.items()
+            }
+            for ics, of in laws.items()
+        },
+    }
+
+
+def _record(found: Crossing) -> dict[str, Any]:
+    """Return a crossing as JSON: NaN has no place there."""
+    return {
+        "at": None if found.at is None else asdict(found.at),
+        "estimate": None if found.at is None else found.estimate,
+        "before": found.before,
+        "stays": found.stays,
+        "largest": asdict(found.largest),
+        "end": asdict(found.end),
+    }
+
+
+def draw(values: Mapping[str, Any]) -> Figure:
+    """Return the decision figure: errors of p_max over the angle by pair, and of F_x by friction."""
+    angle, pairs = "Δδ: angle of the patch with C [°]", values["pairs"].values()
+    frictions = values["rolling"]["frictions"]
+    levels = (-100 * SHOWN, 100 * SHOWN)
+    pressures = [
+        Panel(
+            f"p_max with {symbol_of(ics)}, without friction",
+            angle,
+            "error of p_max [%]",
+            [curve for pair in pairs for curve in _pair_curves(pair, ics)]
+            + _crossed([pair["crossings"][ics]["p_max"] for pair in pairs]),
+            levels=levels,
+        )
+        for ics in ("A", "Bhat")
+    ]
+    forces = [
+        Panel(
+            title,
+            angle,
+            "error of F_x [% of friction × load]",
+            [
+                curve
+                for friction in frictions
+                for curve in _force_curves(frictions[friction], number, friction)
+            ]
+            + _crossed([of[number] for one in frictions.values() for of in one["crossings"].values()]),
+            levels=levels,
+        )
+        for number, title in (
+            ("half", "F_x where C has half of friction × load"),
+            ("free", "F_x where C rolls freely"),
+        )
+    ]
+    looks = {symbol_of(ics): replace(OWN[ics], dash="solid", marker="") for ics in WITH_FRICTION}
+    looks |= {f"friction {friction}": Look(dash=dash) for friction, dash in OF_FRICTION.items()}
+    legends = chart_of("", pressures).legend, looks | {CROSSING: CROSSED}
+    with mpl.rc_context(RC):
+        figure = Figure((8.4, 6.8), layout="constrained")
+        for part, cells, legend in zip(figure.subfigures(2), (pressures, forces), legends, strict=True):
+            for axes, cell in zip(part.subplots(1, 2), cells, strict=True):
+                axes.set(title=cell.title, xlabel=cell.across, ylabel=cell.up)
+                draw_panel(axes, cell)
+            handles = [Line2D([], [], label=label, **style_of(look)) for label, look in legend.items()]
+            part.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+    return figure
+
+
+def _pair_curves(pair: Mapping[str, Any], ics: str) -> list[Curve]:
+    errors = np.array(pair["errors"][ics]["p_max"])
+    if pair["ratio"] is None:
+        look = OTHERS[pair["name"]]
+        label = pair["short"]
+    else:
+        wide = pair["flanks"] == WIDEST
+        look = Look(OF_RATIOS[pair["ratio"]], "solid" if wide else "dash")
+        label = pair["short"]
+    return [Curve(label, pair["angles"], 100 * errors[:, 0], look, 100 * errors[:, 1])]
+
+
+def _force_curves(solved: Mapping[str, Any], number: str, friction: str) -> list[Curve]:
+    curves = []
+    for ics, of in solved["errors"].items():
+        errors = np.array(of[number])
+        look = replace(OWN[ics], dash=OF_FRICTION[friction], marker="")
+        curves.append(Curve(symbol_of(ics), solved["angles"], 100 * errors[:, 0], look))
+    return curves
+
+
+def _crossed(crossings: Sequence[Mapping[str, Any]]) -> list[Curve]:
+    """Return marks where errors pass the tolerance that the figure shows."""
+    found = [of[f"{SHOWN:g}"] for of in crossings if f"{SHOWN:g}" in of]
+    at = [one["at"] for one in found if one["at"] and not one["before"]]
+    x, y = [one["angle"] for one in at], [100 * one["error"] for one in at]
+    return [Curve(CROSSING, x, y, CROSSED)] if at else []
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A number that one wants to a tolerance, in words, and its place among the numbers."""
+
+    text: str
+    number: str
+    tolerance: float
+
+
+PRESSURES = (
+    *(Wanted(f"p_max to {100 * tolerance:g} %", "p_max", tolerance) for tolerance in TOLERANCES["p_max"]),
+    Wanted("length of the patch to 5 %", "a", 0.05),
+    Wanted("width of the patch to 5 %", "b", 0.05),
+    Wanted("approach to 5 %", "approach", 0.05),
+)
+FORCES = (
+    Wanted("F_x to 5 % of itself (2.5 % of friction × load), where it is half of that", "half", 0.025),
+    Wanted("F_x to 10 % of itself (5 % of friction × load), where it is half of that", "half", 0.05),
+    Wanted("F_x to 5 % of friction × load, where C rolls freely", "free", 0.05),
+)
+
+
+def decision_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of the decision table: what is wanted, and how far each of some ICs is good enough."""
+    pairs = list(values["pairs"].values())
+    frictions = [
+        {"short": f"friction {friction}"} | solved
+        for friction, solved in values["rolling"]["frictions"].items()
+    ]
+    return [
+        {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in ("A", "Bhat", "Bhat_prime", "mix")}
+        for of, rows in ((pairs, PRESSURES), (frictions, FORCES))
+        for wanted in rows
+    ]
+
+
+def reach(solved: Sequence[Mapping[str, Any]], ics: str, wanted: Wanted) -> str:
+    """Return up to which angle some ICs are good enough: at worst and at best of the pairs, or frictions."""
+    if any(ics not in one["crossings"] for one in solved):
+        return ""
+    found = [(one, one["crossings"][ics][wanted.number][f"{wanted.tolerance:g}"]) for one in solved]
+    crossed = sorted((of["at"]["angle"], one["short"], of) for one, of in found if of["at"])
+    if not crossed:
+        return f"everywhere (to {max(of['end']['angle'] for _, of in found):.0f}°)"
+    (_, worst, first), (_, best, last) = crossed[0], crossed[-1]
+    text = f"{crossing_text(first)}° ({worst})"
+    if len(crossed) < len(found):
+        free = max((of["end"]["angle"], one["short"]) for one, of in found if not of["at"])
+        if free[0] > last["at"]["angle"]:
+            return f"{text} … beyond {free[0]:.0f}° ({free[1]})"
+    return text if len(crossed) == 1 else f"{text} … {crossing_text(last)}° ({best})"
+
+
+def crossing_text(found: Mapping[str, Any]) -> str:
+    """Return the angle of a crossing and its estimated error [deg]; a dash where there is none."""
+    if found["at"] is None:
+        return "–"
+    angle = f"{found['at']['angle']:.0f}"
+    if found["before"]:
+        return f"< {angle}"
+    return f"{angle} ± {np.ceil(found['estimate']):.0f}" + ("" if found["stays"] else " †")
+
+
+def error_text(deviation: Mapping[str, float]) -> str:
+    """Return an error with its estimated error [%]."""
+    return f"{100 * deviation['error']:+.1f} ± {max(100 * deviation['estimate'], 0.1):.1f}"
+
+
+def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dict[str, Any]:
+    """Return the errors of a pair, or of "rolling FRICTION", where angles or loads are nearest a place."""
+    pairs = values["pairs"]
+    solved = pairs[name] if name in pairs else values["rolling"]["frictions"][name.rsplit(maxsplit=1)[-1]]
+    k = int(np.argmin(np.abs(np.array(solved[key]) - place)))
+    return {
+        "title": solved.get("title", ""),
+        "load": solved["loads"][k],
+        "angle": solved["angles"][k],
+        "errors": {
+            ics: {number: {"error": row[k][0], "estimate": row[k][1]} for number, row in of.items()}
+            for ics, of in solved["errors"].items()
+        },
+    }
+
+
+def readme_table(values: Mapping[str, Any]) -> str:
+    """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
+    lines = [
+        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | known to |",
+        "|---|---|---|---|---|---|",
+    ]
+    rows = [
+        ("s1002-on-60e1-worn", "loads", 90e3),
+        ("arcs-1.02-60", "angles", 80.0),
+        ("tall", "loads", 58e3),
+        ("tall", "loads", 310e3),
+    ]
+    for name, key, place in rows:
+        at = nearest(values, name, key, place)
+        of = [at["errors"][ics]["p_max"] for ics in ("A", "Bhat")]
+        lines.append(_readme_row(f"p_max: {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
+    at = nearest(values, "rolling 0.4", "angles", 180.0)
+    for number, text in (
+        ("half", "F_x, half of friction × load, of itself"),
+        ("free", "F_x where C rolls freely, of friction × load"),
+    ):
+        factor = 1 / rolling.HALF if number == "half" else 1.0
+        of = [
+            {key: factor * value for key, value in at["errors"][ics][number].items()}
+            for ics in ("A", "Bhat", "Bhat_prime")
+        ]
+        lines.append(_readme_row(text, at["angle"], of[:2], of[2]))
+    return "\n".join(lines)
+
+
+def _readme_row(
+    text: str, angle: float, of: Sequence[Mapping[str, float]], fitted: Mapping[str, float] | None
+) -> str:
+    known = max(one["estimate"] for one in (*of, *([fitted] if fitted else [])))
+    cells = [f"{100 * one['error']:+.1f} %" for one in of] + [
+        f"{100 * fitted['error']:+.1f} %" if fitted else ""
+    ]
+    return f"| {text} | {angle:.0f}° | {' | '.join(cells)} | ± {max(100 * known, 0.1):.1f} % |"
+
+
+def load_of(found: Mapping[str, Any], pair: Mapping[str, Any]) -> str:
+    """Return the load of a crossing and, read between the loads that were solved, p_max with C there."""
+    if found["at"] is None:
+        return "–"
+    load = found["at"]["load"]
+    pressure = np.exp(np.interp(np.log(load), np.log(pair["loads"]), np.log(pair["p_max"])))
+    return f"{kilonewton(load)}, {float(f'{pressure:.2g}'):.0f} MPa"
+
+
+def kilonewton(load: float) -> str:
+    return f"{load / 1e3:.3g} kN" if load < 1e6 else f"{load / 1e3:.0f} kN"
