@@ -1,8 +1,8 @@
 """Advice on the cheapest ICs for wanted numbers of a contact, with the evidence for it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -14,13 +14,28 @@ from compare.contact_frontier.compute import (
     require_comparable,
 )
 from compare.contact_frontier.errors import worst
-from compare.contact_frontier.ways import TIGHTEST
+from compare.contact_frontier.ways import TIGHTEST, approximations
 from compare.frontier.advice import REFERENCE_FACTOR, cheapest
+from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.errors import Failure, WrongInput
 
 BUDGET = 600.0  # s
+
+
+class Expectation(Protocol):
+    """What is known of the errors of ICs in a contact without solving it with C."""
+
+    def high(self, ics: str, number: str) -> float:
+        """Return the largest error to be expected, a share; infinite where nothing is known."""
+
+    def sentence_of(self, ics: str, number: str) -> str:
+        """Return what is expected of a number with some ICs, and how reliable that is."""
+
+
+Expect = Callable[[ContactProblem, Sequence[str]], Expectation | None]  # None: outside of what is known
 
 
 @dataclass(frozen=True)
@@ -64,9 +79,14 @@ def require_answerable(scene: Scene, question: ContactQuestion) -> None:
 
 @dataclass(frozen=True)
 class Effort:
-    """The seconds that may be spent on an answer."""
+    """The seconds that may be spent on an answer, and what is asked before C is solved, if anything."""
 
     budget: float = BUDGET
+    expect: Expect | None = None
+
+    def __post_init__(self) -> None:
+        """Raise WrongInput unless the budget is positive."""
+        ContactRequest(budget=self.budget)
 
 
 ALLOWED = Effort()
@@ -149,10 +169,27 @@ def answer(
 
     Raises as `advise_contact` and `compute_contact_frontier`.
     """
+    if effort.expect is not None:
+        scene = load_scene(base)
+        expectation = effort.expect(scene.contact_problem, question.wants)
+        if expectation is not None and (advice := expected_advice(scene, question, expectation)):
+            return Answer(advice, None)
     tightest = max(question.tolerance / REFERENCE_FACTOR, TIGHTEST)
     request = ContactRequest(question.wants, effort.budget, tightest)
     dataset = compute_contact_frontier(base, request, options, given)
     return Answer(advise_contact(dataset, question), dataset)
+
+
+def expected_advice(
+    scene: Scene, question: ContactQuestion, expectation: Expectation
+) -> ContactAdvice | None:
+    """Return the first approximation, simplest first, of which enough is known; None where none is."""
+    for name in approximations(scene):
+        bound = max(expectation.high(name, number) for number in question.wants)
+        if bound <= question.tolerance:
+            because = " ".join(expectation.sentence_of(name, number) for number in question.wants)
+            return ContactAdvice(question, name, {"contact": {"ics": [name]}}, bound, because)
+    return None
 
 
 def sentence(advice: ContactAdvice) -> str:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -13,7 +12,14 @@ import xarray as xr
 from compare.contact.compute import require_solvable
 from compare.contact_frontier.errors import error_variables
 from compare.contact_frontier.scales import ESTIMATE, scale_of
-from compare.contact_frontier.solving import STAGES, Expected, Solution, expected_c, grids_for, solutions
+from compare.contact_frontier.solving import (
+    STAGES,
+    Solution,
+    expected_seconds,
+    first_models,
+    grids_for,
+    solutions,
+)
 from compare.contact_frontier.ways import APPROXIMATION, MAP_OF_C, TIGHTEST, Way, ways_of
 from compare.matrix.compute import discounted
 from femic.cache.digests import results_digest, versions
@@ -27,7 +33,7 @@ from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
 NO_MAPS: Mapping[str, Any] = {}
-GROWTH = 3.5  # exponent of the elements across a patch in the seconds of a contact: n_x n_s^2, and more steps
+GROWTH = 2.5  # exponent of the elements across a patch in the seconds of contacts: measured 1 to 3
 FURTHER = 4.0  # seconds of a contact with its estimates, over those of the contact alone
 
 
@@ -66,7 +72,7 @@ def compute_contact_frontier(
 ) -> xr.Dataset:
     """Compute the errors and seconds of every way to a scene's contact that fits the budget.
 
-    Ways run in the order of their predicted seconds; `given` are the maps of C that the scene names. Errors
+    Approximations come first, then C, cheapest first; `given` are the maps of C that the scene names. Errors
     are those of `error_variables`, against the C with the smallest estimates. Raises WrongInput as
     `require_comparable`, Failure where no C fits into the budget.
     """
@@ -97,11 +103,12 @@ def compute_contact_frontier(
 
 def worst_estimate(numbers: xr.Dataset, wants: Iterable[Want]) -> float:
     """Return the largest estimate of numbers that cannot vanish, over its scale [-]; infinite if unknown."""
-    shares = [
-        float((numbers[ESTIMATE + want.number] / scale_of(want, numbers)).max(skipna=False))
-        for want in wants
-        if not want.scale.vanishing
-    ]
+    shares = [0.0]
+    for want in wants:
+        scale = scale_of(want, numbers)
+        if not want.scale.vanishing and scale.notnull().any():
+            own = numbers[ESTIMATE + want.number] / scale
+            shares.append(float(own.where(scale.notnull(), 0.0).max(skipna=False)))
     return float(np.max(np.nan_to_num(shares, nan=np.inf)))
 
 
@@ -141,21 +148,27 @@ class _Solver:
     solved: dict[Way, Solution] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
     walls: dict[int, float] = field(default_factory=dict)  # of all approximations, by elements [s]
+    grids: dict[int | None, tuple[Grid, ...]] = field(default_factory=dict)  # of C alone, by elements
+    expected: dict[Way, float] = field(default_factory=dict)  # of the models of C [s]
 
     def solve(self, ways: Iterable[Way], budget: float) -> None:
-        """Solve ways in the order of their predicted seconds, as long as they fit the budget."""
+        """Solve ways as long as they fit the budget: approximations first, then C, cheapest first."""
         start, groups = perf_counter(), _groups(self._distinct(ways))
         while groups:
-            predicted = [self._predicted(group) for group in groups]
-            number = int(np.argmin(predicted))
-            group, left = groups.pop(number), budget - (perf_counter() - start)
-            names = _names(group)
-            if predicted[number] > left:
-                reason = f"about {predicted[number]:.0f} s, but {max(left, 0):.0f} s of the budget are left"
+            group = min(groups, key=self._turn)
+            groups.remove(group)
+            predicted, left = self._predicted(group), budget - (perf_counter() - start)
+            names = [way.name for way in group]
+            if predicted > left:
+                reason = f"about {predicted:.0f} s, but {max(left, 0):.0f} s of the budget are left"
                 self.skipped.update(dict.fromkeys(names, reason))
                 continue
-            self.options.watch.on_stage(f"  {'; '.join(names)}: about {predicted[number]:.0f} s")
+            self.options.watch.on_stage(f"  {'; '.join(names)}: about {predicted:.0f} s")
             self._solve_group(group)
+
+    def _turn(self, group: Sequence[Way]) -> tuple[bool, float]:
+        """Return what orders ways that are solved together."""
+        return group[0].kind != APPROXIMATION, self._predicted(group)
 
     def _solve_group(self, group: Sequence[Way]) -> None:
         """Solve ways together, or one by one where that fails."""
@@ -181,7 +194,8 @@ class _Solver:
             if way.tolerance is None:
                 yield way
                 continue
-            first = known.setdefault((way.elements, self._expected[way].models), way)
+            models = first_models(self.scene, way.tolerance, self._grids(way), self.options)
+            first = known.setdefault((way.elements, models), way)
             if first is way:
                 yield way
             else:
@@ -191,7 +205,7 @@ class _Solver:
         """Return the expected seconds of ways that are solved together."""
         way = group[0]
         if way.kind == MAP_OF_C or not self.walls:
-            return 0.0 if way.tolerance is None else self._expected[way].seconds
+            return 0.0 if way.tolerance is None else self._expected(way)
         elements = way.elements or 0
         nearest = min(self.walls, key=lambda other: abs(other - elements))
         wall = self.walls[nearest] * (elements / nearest if nearest else 1.0) ** GROWTH
@@ -202,31 +216,19 @@ class _Solver:
             for other, solution in self.solved.items()
             if other.kind == APPROXIMATION and (other.elements or 0) == nearest
         )
-        return self._expected[way].seconds + FURTHER * slowest * (wall / self.walls[nearest])
+        return self._expected(way) + FURTHER * slowest * (wall / self.walls[nearest])
 
-    @cached_property
-    def _expected(self) -> "_ExpectedOfC":
-        return _ExpectedOfC(self.scene, self.options)
-
-
-class _ExpectedOfC(dict[Way, Expected]):
-    """What C begins with, by its way, found when it is needed for the first time."""
-
-    def __init__(self, scene: Scene, options: RunOptions) -> None:
-        super().__init__()
-        self.scene, self.options = scene, options
-        self.grids: dict[int | None, tuple[Grid, ...]] = {}
-
-    def __missing__(self, way: Way) -> Expected:
+    def _grids(self, way: Way) -> tuple[Grid, ...]:
         if way.elements not in self.grids:
             self.grids[way.elements] = grids_for(self.scene, way.elements)
+        return self.grids[way.elements]
+
+    def _expected(self, way: Way) -> float:
+        """Return the expected seconds of the models of C."""
         assert way.tolerance is not None
-        self[way] = expected_c(self.scene, way.tolerance, self.grids[way.elements], self.options)
-        return self[way]
-
-
-def _names(group: Sequence[Way]) -> list[str]:
-    return [way.name for way in group]
+        if way not in self.expected:
+            self.expected[way] = expected_seconds(self.scene, way.tolerance, self._grids(way), self.options)
+        return self.expected[way]
 
 
 def _groups(ways: Iterable[Way]) -> list[list[Way]]:

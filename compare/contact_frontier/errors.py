@@ -25,36 +25,33 @@ def error_variables(
     a way has no solution, or a case has no number that is known as a share. `judged` and `points` (number,
     case): how many of the case's numbers are known so, and how many there are.
     """
-    parts = [_of_want(solutions, want, reference) for want in wants]
-    names = [want.name for want in wants]
-    joined = {
-        name: xr.concat([part[name] for part in parts], xr.IndexVariable("number", names))
-        for name in parts[0]
-    }
+    names = sorted({prefix + want.number for want in wants for prefix in ("", ESTIMATE)})
+    ways = xr.DataArray(list(solutions), dims="way", name="way")
+    stacked = xr.concat([solution[names] for solution in solutions.values()], ways)
+    parts = [_of_want(stacked, solutions[reference], want, reference) for want in wants]
+    numbers = xr.DataArray([want.name for want in wants], dims="number", name="number")
+    joined = {name: xr.concat([part[name] for part in parts], numbers) for name in parts[0]}
     return {
         name: values.transpose(*(dimension for dimension in DIMENSIONS if dimension in values.dims))
         for name, values in joined.items()
     }
 
 
-def _of_want(solutions: Mapping[str, xr.Dataset], want: Want, reference: str) -> dict[str, xr.DataArray]:
-    of_reference = solutions[reference]
-    scale = scale_of(want, of_reference)
+def _of_want(
+    stacked: xr.Dataset, of_reference: xr.Dataset, want: Want, reference: str
+) -> dict[str, xr.DataArray]:
+    """Return the variables of a number; `stacked` has the numbers of all ways."""
     number, estimate = want.number, ESTIMATE + want.number
+    scale, others = scale_of(want, of_reference), stacked.way != reference
     own = of_reference[estimate] / scale
-    judged = np.isfinite(own)
-    errors, bounds, estimates = [], [], []
-    for name, solution in solutions.items():
-        away = abs(solution[number] - of_reference[number]) / scale
-        known = own if name == reference else away
-        errors.append(_largest(known, judged))
-        bounds.append(_largest(known if name == reference else away + own, judged))
-        estimates.append(_largest(solution[estimate] / scale, judged))
-    by_way = {"error": errors, "bound": bounds, "estimate": estimates}
-    ways = xr.IndexVariable("way", list(solutions))
-    counts = {"judged": judged, "points": of_reference[number].notnull()}
-    return {name: xr.concat(rows, ways) for name, rows in by_way.items()} | {
-        name: _over_points(which.astype(int), "sum") for name, which in counts.items()
+    judged = own.notnull() & (own < np.inf)
+    away = abs(stacked[number] - of_reference[number]) / scale
+    return {
+        "error": _largest(away.where(others, own), judged),
+        "bound": _largest((away + own).where(others, own), judged),
+        "estimate": _largest(stacked[estimate] / scale, judged),
+        "judged": _over_points(judged.astype(int), "sum"),
+        "points": _over_points(of_reference[number].notnull().astype(int), "sum"),
     }
 
 

@@ -4,7 +4,7 @@ Numbers are along the dimension `case`: loads, or coefficients of friction; with
 creepages, or loads.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -24,6 +24,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import approximation, full_reference_ics, normal_reference_ics
 from femic.contact.specification import ContactProblem
 from femic.reference.level import Level
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.plan import plans, total_seconds
 from femic.reference.run_options import RunOptions, Solved, Watch
 from femic.scenes.scene import Scene
@@ -139,27 +140,32 @@ def _prepare(
         on_grid.operator(name)
 
 
-@dataclass(frozen=True)
-class Expected:
-    """What C on the grids of a contact begins with: the keys of its models, and their expected seconds."""
+def first_models(
+    scene: Scene, tolerance: float, grids: Sequence[Grid], options: RunOptions
+) -> frozenset[str]:
+    """Return the keys of the models with which C begins on grids; equal where all of its cells are."""
+    keys = set[str]()
+    for jobs in _jobs(scene, tolerance, grids):
+        for job in jobs.values():
+            engine = job.settings.engine
+            levels = Level().models(engine.estimate.models).values()
+            keys |= {engine.models.key(job.request(level), options.store) for level in levels}
+    return frozenset(keys)
 
-    models: frozenset[str]
-    seconds: float
+
+def expected_seconds(scene: Scene, tolerance: float, grids: Sequence[Grid], options: RunOptions) -> float:
+    """Return the expected seconds of the models with which C begins on grids at a tolerance."""
+    return sum(
+        total_seconds(list(plans(jobs, options.workers)), options.workers)
+        for jobs in _jobs(scene, tolerance, grids)
+    )
 
 
-def expected_c(scene: Scene, tolerance: float, grids: Sequence[Grid], options: RunOptions) -> Expected:
-    """Return what C begins with on grids at a tolerance; keys are equal where all of its cells are."""
+def _jobs(scene: Scene, tolerance: float, grids: Sequence[Grid]) -> Iterator[dict[str, MatrixJob]]:
     problem = scene.contact_problem
     problem = replace(problem, settings=replace(problem.settings, tolerance=tolerance))
-    engine, keys, seconds = problem.settings.engine, set[str](), 0.0
     for grid in grids:
-        jobs = c_jobs(problem, pair_on_grid(problem, grid))
-        seconds += total_seconds(list(plans(jobs, options.workers)), options.workers)
-        levels = Level().models(engine.estimate.models).values()
-        keys |= {
-            engine.models.key(job.request(level), options.store) for job in jobs.values() for level in levels
-        }
-    return Expected(frozenset(keys), seconds)
+        yield c_jobs(problem, pair_on_grid(problem, grid))
 
 
 def grids_for(scene: Scene, elements: int | None) -> tuple[Grid, ...]:

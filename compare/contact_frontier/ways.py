@@ -45,7 +45,7 @@ class Way:
         return {"contact": contact} | engine
 
 
-def fineness(specification: ContactSpecification) -> list[int | None]:
+def fineness(specification: ContactSpecification) -> Sequence[int | None]:
     """Return the elements across the smallest patch that are tried: half, as many, and twice as many."""
     if not specification.automatic:
         return [None]
