@@ -63,12 +63,15 @@ def write_contact(
     out: Path,
     supports: Mapping[str, Mapping[str, float]] = NO_OTHERS,
     further: FurtherSolution | None = None,
+    *,
+    choice: str = "",
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
-    `supports` has the numbers of the largest contact with other supports, by change.
+    `supports` has the numbers of the largest contact with other supports, by change; `choice` says why these
+    ICs were chosen.
     """
-    dataset = with_supports(to_dataset(results), supports)
+    dataset = with_supports(to_dataset(results), supports).assign_attrs(choice=choice)
     return write_results(_page(results, dataset, further), out, "contact", dataset)
 
 
@@ -80,7 +83,8 @@ def _page(results: ContactResults, dataset: xr.Dataset, further: FurtherSolution
 def _sections(
     results: ContactResults, dataset: xr.Dataset, further: FurtherSolution | None
 ) -> Iterator[Section | Folded]:
-    yield Section("", [figures.answer_chart(dataset)])
+    why = [Note(dataset.attrs["choice"])] if dataset.attrs["choice"] else []
+    yield Section("", [figures.answer_chart(dataset), *why])
     lower = next(iter(results.solved.contacts.values())).on_grid.undeformed.lower
     yield Section("Pressures on the rail", [figures.on_rail(dataset, lower)])
     yield Section("Patches", [figures.patches(dataset)])

@@ -77,8 +77,9 @@ class MotionPage:
         return write_results(page, out, "contact", dataset)
 
     def explained(self, dataset: xr.Dataset) -> str:
-        """Return what the main chart shows, and how friction depends on the contact angle if it does."""
-        return f"{self.note(dataset)} {dataset.attrs['friction_by_angle']}".strip()
+        """Return what the main chart shows, how friction depends on the angle, and why ICs were chosen."""
+        texts = self.note(dataset), dataset.attrs["friction_by_angle"], dataset.attrs.get("choice", "")
+        return " ".join(filter(None, texts))
 
     def number_tables(self, dataset: xr.Dataset) -> list[Block]:
         """Return the tables of each number, one per friction, and which numbers vanish."""

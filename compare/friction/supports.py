@@ -24,7 +24,7 @@ def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAU
     if C not in dataset.ics.values or not scene.contact.supports:
         return dataset
     problem, friction = scene.contact_problem, float(dataset.friction.min())
-    pair = PairWithFriction(problem, pair_on_grid(problem, _grid(dataset)), options)
+    pair = PairWithFriction(problem, pair_on_grid(problem, grid_of(dataset)), options)
     points = changed_supports_with_friction(pair, friction)
     if not points:
         return dataset
@@ -37,7 +37,7 @@ def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAU
     )
 
 
-def _grid(dataset: xr.Dataset) -> Grid:
+def grid_of(dataset: xr.Dataset) -> Grid:
     """Return the grid of the arrays, to the last digit: C on it is in the store."""
     dx, ds, middle = (float(dataset.attrs[name]) for name in ("dx", "ds", "s_middle"))
     return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, middle)

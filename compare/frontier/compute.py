@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -52,11 +53,11 @@ class FrontierRequest:
     changes: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def all(cls, budget: float) -> "FrontierRequest":
+    def all(cls, budget: float, changes: Mapping[str, Any] = MappingProxyType({})) -> "FrontierRequest":
         """Request all engines at all tolerances; raises WrongInput unless the budget [s] is positive."""
         if not budget > 0:
             raise WrongInput(f"--budget {budget:g}: must be positive [s]")
-        return cls(tuple(way for name in ENGINES for way in ways.engine_ways(name)), budget)
+        return cls(tuple(way for name in ENGINES for way in ways.engine_ways(name)), budget, changes)
 
     def scene(self, base: str, engine: Mapping[str, Any]) -> Scene:
         """Load the scene with the changes of this request and the engine settings of a way."""

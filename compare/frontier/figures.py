@@ -77,7 +77,7 @@ def time_text(seconds: float) -> str:
     """Return seconds, or milliseconds, with their unit."""
     if np.isnan(seconds):
         return "–"
-    return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.2g} ms"
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{float(f'{1000 * seconds:.2g}'):g} ms"
 
 
 def ways_on_front(errors: xr.Dataset) -> Array:

@@ -12,13 +12,14 @@ from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions
-from femic.scenes.ic_names import MAP, is_map
+from femic.scenes.ic_names import AUTO, MAP, is_map
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
     from compare.contact import compute, page, sensitivity
+    from compare.contact_frontier import advice as contact_advice
     from compare.finite_elements import beside
     from compare.friction import compute as friction_compute
     from compare.friction import pages
@@ -37,6 +38,7 @@ def contact(
     """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
     `contact.motion` of a scene is none without friction, else steady or transient rolling, or compression.
+    With ics = "auto" and `want` it is solved with the cheapest ICs that are good enough.
     For two frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the
     patch of another.
     """
@@ -44,22 +46,31 @@ def contact(
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
     changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
     scenes = [load_scene(name, changes) for name in scene]
+    questions = {loaded.name: question_of(loaded) for loaded in scenes if not ics and is_chosen(loaded)}
     for loaded in scenes:
         compute.require_solvable(loaded)  # raises before any work starts
         pages.require_page(loaded)
-    mapped = [loaded.name for loaded in scenes if sensitivity.is_mapped(loaded)]
+        if loaded.name in questions:
+            contact_advice.require_answerable(loaded, questions[loaded.name])
+    mapped = [
+        loaded.name for loaded in scenes if sensitivity.is_mapped(loaded) and loaded.name not in questions
+    ]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.folders_of(scenes, map_folders)
     console, contacts = Console(markup=False, highlight=False), {}
-    for loaded, folder in zip(scenes, scene_folders, strict=True):
+    for name, loaded, folder in zip(scene, scenes, scene_folders, strict=True):
         print_warnings(loaded, console)
         with work.options(folder, console) as options:
-            if loaded.contact.friction is None:
-                results = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
-                contacts[loaded.name] = results
-                report = _write_frictionless(results, folder, options)
+            solved, choice = loaded, ""
+            if loaded.name in questions:
+                solved, choice = _chosen(name, loaded, questions[loaded.name], options)
+                console.print(choice, soft_wrap=True, markup=False, highlight=False)
+            if solved.contact.friction is None:
+                results = compute.compute_contact(solved, options, c_map.maps_of_scene(solved))
+                contacts[solved.name] = results
+                report = _write_frictionless(results, folder, options, choice)
             else:
-                report = _write_with_friction(loaded, folder, options)
+                report = _write_with_friction(solved, folder, options, choice)
         announce(report, console)
     for folder in map_folders:
         with folders.locked(folder):
@@ -72,14 +83,35 @@ def _from_here(name: str) -> str:
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name
 
 
-def _write_frictionless(contacts: compute.ContactResults, folder: Path, options: RunOptions) -> Path:
+def is_chosen(scene: Scene) -> bool:
+    """Return whether the ICs of a scene's contact are chosen by what it wants."""
+    return scene.ics == AUTO and bool(scene.want)
+
+
+def question_of(scene: Scene) -> contact_advice.ContactQuestion:
+    """Return the question that a scene asks the adviser."""
+    return contact_advice.ContactQuestion(scene.want, scene.ics_tolerance)
+
+
+def _chosen(
+    name: str, scene: Scene, question: contact_advice.ContactQuestion, options: RunOptions
+) -> tuple[Scene, str]:
+    """Return the scene with the cheapest ICs that are good enough, and why these."""
+    chosen = contact_advice.answer(name, question, options, c_map.maps_of_scene(scene)).advice
+    return load_scene(name, chosen.changes), contact_advice.sentence(chosen)
+
+
+def _write_frictionless(
+    contacts: compute.ContactResults, folder: Path, options: RunOptions, choice: str
+) -> Path:
     """Write the page of contact without friction; return its path."""
     others = supports.changed_supports(contacts.solved, options)
-    return page.write_contact(contacts, folder, others, beside.stored_solution(contacts, options.store))
+    stored = beside.stored_solution(contacts, options.store)
+    return page.write_contact(contacts, folder, others, stored, choice=choice)
 
 
-def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Path:
+def _write_with_friction(scene: Scene, folder: Path, options: RunOptions, choice: str) -> Path:
     """Solve a contact with friction and write its page; return its path."""
     dataset = friction_compute.compute_with_friction(scene, options)
-    dataset = friction_supports.with_supports(scene, dataset, options)
+    dataset = friction_supports.with_supports(scene, dataset, options).assign_attrs(choice=choice)
     return pages.PAGES[scene.contact.motion].write(dataset, folder)

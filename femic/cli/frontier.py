@@ -1,5 +1,6 @@
 """Commands that help to choose ICs: `frontier`, `advise`."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -7,51 +8,133 @@ from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
 from femic.late import lazy_imports
+from femic.scenes import wants
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 
 with lazy_imports():
+    from compare.contact_frontier import advice as contact_advice
+    from compare.contact_frontier import compute as contact_compute
+    from compare.contact_frontier import page as contact_page
     from compare.frontier import advice, compute, page
+    from femic.campaigns.maps import c_map
+
+Wanted = Annotated[
+    str | None,
+    Parameter(help="numbers of the contact, such as p_max,F_x (see docs/decide/frontier.md)"),
+]
+Components = Annotated[
+    str | None, Parameter(help="ICs by themselves, such as nn,sn; default: all that the scene compares")
+]
+Budget = Annotated[float, Parameter(help="seconds; ways that would take longer are skipped and listed")]
 
 
 def frontier(
     scene: SceneName,
     /,
     *,
-    budget: Annotated[
-        float, Parameter(help="seconds; ways that would take longer are skipped and listed")
-    ] = 600.0,
+    want: Wanted = None,
+    components: Components = None,
+    budget: Budget = 600.0,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Compare all ways to compute the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
+    """Compare errors and seconds of all ways to a contact, or to the ICs of a scene; write a report.
+
+    Of a scene with loads, the contact with all ICs, on coarser and finer grids: errors of what is wanted, by
+    default of all numbers. With `--components`, and of other scenes: the ICs by themselves.
+    """
     loaded = load_scene(scene)
+    names = _wanted(loaded, want, components)
     folder, console = work.folder(loaded), Console()
-    with work.options(folder, console) as options:
-        computed = compute.compute_frontier(scene, compute.FrontierRequest.all(budget), options)
-        report = page.write_frontier(computed, folder)
-    console.print(page.summary(computed), markup=False, highlight=False)
+    if names is None:
+        changes = {"components": components.split(",")} if components else {}
+        request = compute.FrontierRequest.all(budget, changes)
+        load_scene(scene, changes)  # raises before any work starts
+        with work.options(folder, console) as options:
+            computed = compute.compute_frontier(scene, request, options)
+            report = page.write_frontier(computed, folder)
+        text = page.summary(computed)
+    else:
+        of_contact = contact_compute.ContactRequest(names, budget)
+        contact_compute.require_comparable(loaded, names)
+        maps = c_map.maps_of_scene(loaded)
+        with work.options(folder, console) as options:
+            computed = contact_compute.compute_contact_frontier(scene, of_contact, options, maps)
+            report = contact_page.write_contact_frontier(computed, folder)
+        text = contact_page.summary(computed)
+    console.print(text, markup=False, highlight=False)
     announce(report, console)
+
+
+def _wanted(scene: Scene, want: str | None, components: str | None) -> tuple[str, ...] | None:
+    """Return the numbers of a contact that are wanted, none: all; None where ICs by themselves are.
+
+    Raises WrongInput where both are named.
+    """
+    if want is not None and components is not None:
+        raise WrongInput(
+            "--want, --components: numbers of the contact, or ICs by themselves: give one of them"
+        )
+    if want is not None:
+        return tuple(name.strip() for name in want.split(","))
+    if components is not None or not wants.wants_of(scene.contact):
+        return None
+    return scene.want
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Asked:
+    """What is asked: numbers of a contact, or ICs by themselves."""
+
+    want: Wanted = None
+    components: Components = None
+    body: Annotated[
+        BodyName | None, Parameter(help="of ICs by themselves; default: the first that the scene compares")
+    ] = None
+
+
+ASKED = Asked()
 
 
 def advise(
     scene: SceneName,
     /,
     *,
-    tolerance: Annotated[float, Parameter(help="largest error, share of the component itself")] = 0.02,
-    components: Annotated[
-        str | None, Parameter(help="such as nn,sn; default: all that the scene compares")
+    asked: Asked = ASKED,
+    tolerance: Annotated[
+        float | None,
+        Parameter(help="largest error, share of what the table says; default: ics_tolerance of the scene"),
     ] = None,
-    body: Annotated[BodyName | None, Parameter(help="default: the first that the scene compares")] = None,
+    budget: Budget = 600.0,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Name the cheapest ICs that are good enough, with reasons."""
+    """Name the cheapest ICs that are good enough, with reasons.
+
+    Of a scene with loads, for numbers of its contact: p_max, and in rolling F_x, unless others are wanted.
+    With `--components` or `--body`, and of other scenes, for the ICs by themselves.
+    """
     loaded = load_scene(scene)
-    named = tuple(components.split(",")) if components else loaded.components
-    question = advice.Question(body or loaded.compared[0], named, tolerance)
-    folder = work.folder(loaded)
-    console = Console(width=TABLE_WIDTH, highlight=False)
+    largest = loaded.ics_tolerance if tolerance is None else tolerance
+    body_alone = asked.body is not None and asked.want is None
+    names = None if body_alone else _wanted(loaded, asked.want, asked.components)
+    folder, console = work.folder(loaded), Console(width=TABLE_WIDTH, highlight=False)
+    if names is None:
+        named = tuple(asked.components.split(",")) if asked.components else loaded.components
+        question = advice.Question(asked.body or loaded.compared[0], named, largest)
+        with work.options(folder, console) as options:
+            _, computed = advice.frontier_for(scene, question, options)
+        answer = advice.advise(computed, question)
+        console.print(page.evidence(computed, answer))
+        console.print(advice.sentence(answer), markup=False)
+        return
+    of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
+    contact_advice.require_answerable(loaded, of_contact)
+    maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget)
     with work.options(folder, console) as options:
-        _, computed = advice.frontier_for(scene, question, options)
-    answer = advice.advise(computed, question)
-    console.print(page.evidence(computed, answer))
-    console.print(advice.sentence(answer), markup=False)
+        found = contact_advice.answer(scene, of_contact, options, maps, effort)
+    if found.frontier is not None:
+        console.print(contact_page.evidence(found.frontier, found.advice))
+    console.print(contact_advice.sentence(found.advice), markup=False)

@@ -28,6 +28,7 @@ from femic.scenes.lines import (
 )
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import shared
+from femic.scenes.wants import want_misfits
 from geometries.bodies import Body, common_extent
 from geometries.contours import Contour
 from geometries.surfaces import LOWER, UPPER
@@ -95,6 +96,7 @@ def misfits(scene: Scene) -> Iterator[str]:
         yield from body_misfits(name, body, scene.settings.engine.limits.inclination)
     yield from engine_misfits(scene)
     yield from contact_misfits(scene)
+    yield from want_misfits(scene)
     yield from effective_misfits(scene)
 
 

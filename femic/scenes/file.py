@@ -55,11 +55,19 @@ class SceneFile(SceneTable):
     )
     ics: ICName = Field(
         "C",
-        description="ICs to use where one has to be chosen (femic export): C, an approximation, or auto: the "
-        "cheapest that is good enough, as femic advise chooses it",
+        description="ICs to use where one has to be chosen (femic export; with `want` also femic contact): "
+        "C, an approximation, or auto: the cheapest that is good enough, as femic advise chooses it",
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
-        0.02, description="largest error, share of the component itself, that is good enough for ics = 'auto'"
+        0.02,
+        description="largest error that is good enough for ics = 'auto': share of the component itself, or "
+        "of what is wanted",
+    )
+    want: Several[str] = Field(
+        (),
+        description="numbers of the contact that ICs have to be good for, such as p_max, F_x, F_x/limit: "
+        "femic advise and frontier ask for them, and with ics = 'auto' femic contact is solved with the "
+        "cheapest ICs that are good enough, instead of contact.ics",
     )
     fields: bool = Field(
         False,
@@ -88,4 +96,4 @@ class SceneFile(SceneTable):
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 
-    _distinct = field_validator("bodies", "components", "variants")(each_once)
+    _distinct = field_validator("bodies", "components", "variants", "want")(each_once)

@@ -1,0 +1,219 @@
+"""File, chart and report of the frontier of a contact, and the evidence of advice."""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from rich.table import Table as Printed
+
+from compare.contact_frontier.advice import ContactAdvice
+from compare.contact_frontier.errors import worst
+from compare.contact_frontier.figures import (
+    chart,
+    error_text,
+    known_numbers,
+    label_of,
+    ways_on_front,
+)
+from compare.contact_frontier.ways import APPROXIMATION
+from compare.frontier.advice import cheapest
+from compare.frontier.figures import time_text
+from compare.report.errors import colour, percent
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
+from compare.report.tables import Cell, Row, Table, numbers, texts
+
+TOLERANCES = (0.1, 0.05, 0.02, 0.01)
+IN_SENTENCES = (0.05, 0.02, 0.01)
+MAIN = {  # numbers of the answer, where none are named
+    "none": ("p_max", "b", "stiffness", "approach"),
+    "rolling": ("p_max", "F_x", "F_x/limit", "sliding_share"),
+    "compression": ("p_max", "F_y/limit", "sliding_share"),
+}
+IN_SUMMARY = 2  # numbers of which the summary speaks
+IN_A_TABLE = 6  # numbers beside each other
+COST = (
+    "ICs: of C the sum over its models, as measured when they were solved. Operator: from ICs to the "
+    "operator of contact; of approximations with the ICs. Contact: all cases, without estimates. Measured "
+    "once, beside whatever else the machine did."
+)
+READING = (
+    "Table: the cheapest way whose error, with the estimate of the reference, is within the tolerance in all "
+    "cases; among those within a factor of three in time the closest one; below it, its error and time. "
+    "Points: each ICs on coarser and finer grids (elements across the smallest patch); beside C: its "
+    "tolerance and elements. Bars: how far the error may be off, as the reference has one, too; below its "
+    "estimate, nothing counts as closer."
+)
+EXPLANATION = (
+    "An error is the largest over the creepages or loads of a case, and over the cases. Numbers that may "
+    "vanish have errors as shares of themselves only where the reference's number exceeds ten times its own "
+    "estimate: the last column says at how many of them. Forces have two names: the same difference is a "
+    "larger share of the force than of friction times load, by as much as the force is smaller."
+)
+APPROACH = (
+    "C has no approach of its own without supports: of the rigid motion that these allow, a convention takes "
+    "the part along z away. So errors of approaches contain what that convention leaves, which is common to "
+    "all approximations; tractions do not depend on it."
+)
+
+
+def write_contact_frontier(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write `contact_frontier.nc`, the figures and `contact_frontier.html`; returns the path of the page."""
+    title = f"Which ICs does this contact need? {dataset.attrs['title']}"
+    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset))
+    return write_results(page, folder, "contact_frontier", dataset)
+
+
+def main_numbers(dataset: xr.Dataset) -> list[str]:
+    """Return the numbers of the answer: the main ones of the motion that were compared, or the first."""
+    known = known_numbers(dataset)
+    main = [name for name in MAIN[dataset.attrs["motion"]] if name in known]
+    return main or known[: len(MAIN["none"])]
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Return which ICs are enough, in at most three sentences: for one or two numbers, and against what."""
+    names = main_numbers(dataset)[:IN_SUMMARY]
+    if not names:
+        return f"The reference, {_best(dataset)}, does not know any number well enough."
+    known = join_words(
+        f"{percent(worst(dataset, [name]).floor.sel(way=dataset.attrs['best']).item())} in {name}"
+        for name in main_numbers(dataset)
+    )
+    against = f"Errors are against {_best(dataset)}, which is known to {known}."
+    return " ".join([*(_sentence(dataset, name) for name in names), against])
+
+
+def _best(dataset: xr.Dataset) -> str:
+    return label_of(dataset.sel(way=dataset.attrs["best"]))
+
+
+def _sentence(dataset: xr.Dataset, name: str) -> str:
+    """Return the cheapest ways for a number, and the closest approximation."""
+    errors = worst(dataset, [name])
+    found: dict[str, list[str]] = {}
+    for tolerance in IN_SENTENCES:
+        if way := _cheapest(errors, tolerance):
+            found.setdefault(way, []).append(f"{tolerance:.0%}")
+    choices = [f"{label_of(errors.sel(way=way))} to {join_words(shares)}" for way, shares in found.items()]
+    approximations = errors.isel(way=np.flatnonzero(errors.kind.values == APPROXIMATION)).dropna(
+        "way", subset=["bound"]
+    )
+    text = f"For {name}: {'; '.join(choices) if choices else f'no way is known to {IN_SENTENCES[0]:.0%}'}"
+    if not approximations.sizes["way"]:
+        return f"{text}."
+    closest = approximations.isel(way=int(np.argmin(approximations.bound.values)))
+    return f"{text}; the closest approximation, {label_of(closest)}, is {error_text(closest)} % off at worst."
+
+
+def _cheapest(errors: xr.Dataset, tolerance: float) -> str:
+    """Return the name of the cheapest way that is good enough, "" where none is."""
+    number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
+    return str(errors.way.values[number]) if number >= 0 else ""
+
+
+def answer_table(dataset: xr.Dataset) -> Table:
+    """Return the cheapest ways for the main numbers, a row per tolerance."""
+    names = main_numbers(dataset)
+    rows = []
+    errors = {name: worst(dataset, [name]) for name in names}
+    for tolerance in TOLERANCES:
+        ways = {name: _cheapest(errors[name], tolerance) for name in names}
+        cells = [
+            Cell(label_of(errors[name].sel(way=way)), below=_cost(errors[name].sel(way=way)))
+            if way
+            else Cell("none")
+            for name, way in ways.items()
+        ]
+        rows.append(Row(f"{tolerance:.0%}", cells))
+    return Table("cheapest ICs to", texts(*names), rows)
+
+
+def _cost(errors: xr.Dataset) -> str:
+    return f"{error_text(errors)} %, {time_text(errors.seconds.item())}"
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    yield Section("", [chart(dataset), Note(READING)])
+    yield Folded("What errors are shares of", [_scales_table(dataset), Note(EXPLANATION)])
+    tables = list(_errors_tables(dataset))
+    yield Folded("Errors of all ways by number", [Note(_marks(dataset)), *tables])
+    yield Folded("Time of all ways", [_cost_table(dataset), Note(COST)])
+    if skipped := json.loads(dataset.attrs["skipped"]):
+        yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+    yield Folded("Rigid motions and supports of the bodies", [dataset.attrs["discounted"], APPROACH])
+    yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
+
+
+def _scales_table(dataset: xr.Dataset) -> Table:
+    judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
+    rows = [
+        Row(
+            str(name),
+            [
+                str(dataset.scale.sel(number=name).item()),
+                f"{judged.sel(number=name).item()} of {points.sel(number=name).item()}",
+            ],
+        )
+        for name in dataset.number.values
+    ]
+    return Table("number", [*texts("error is a"), *numbers("known at")], rows)
+
+
+def _marks(dataset: xr.Dataset) -> str:
+    return (
+        f"Worst case, in percent. The row of the reference, {_best(dataset)}, has its estimate. *: on the "
+        "front of that number."
+    )
+
+
+def _errors_tables(dataset: xr.Dataset) -> Iterator[Table]:
+    """Yield the errors of all ways, some numbers in each table."""
+    names = known_numbers(dataset)
+    for first in range(0, len(names), IN_A_TABLE):
+        yield _errors_table(dataset, names[first : first + IN_A_TABLE])
+
+
+def _errors_table(dataset: xr.Dataset, names: Sequence[str]) -> Table:
+    errors = {name: worst(dataset, [name]) for name in names}
+    fronts = {name: set(ways_on_front(each.dropna("way", subset=["bound"]))) for name, each in errors.items()}
+    rows = []
+    for way in dataset.way.values:
+        cells = []
+        for name, each in errors.items():
+            one = each.sel(way=way)
+            text = error_text(one) + (" *" if way in fronts[name] else "")
+            error = one.error.item()
+            cells.append(Cell(text, colour="" if np.isnan(error) else colour(error)))
+        rows.append(Row(label_of(dataset.sel(way=way)), cells))
+    return Table("ICs", numbers(*names, unit="%"), rows)
+
+
+def _cost_table(dataset: xr.Dataset) -> Table:
+    rows = []
+    for way in dataset.way.values:
+        at = dataset.sel(way=way)
+        stages = [at[f"{stage}_seconds"].item() for stage in ("ics", "operator", "contact")]
+        cells = [time_text(seconds) if seconds else "–" for seconds in (*stages, at.seconds.item())]
+        rows.append(Row(label_of(at), [*cells, Cell(at.strips.item(), "d")]))
+    return Table("ICs", numbers("ICs", "operator", "contact", "all", "strips"), rows)
+
+
+def evidence(dataset: xr.Dataset, advice: ContactAdvice) -> Printed:
+    """Return the table behind the advice: upper bounds of each way's errors, and its seconds."""
+    names = list(advice.question.wants)
+    table = Printed(
+        title=f"error at most, worst case: measured, and the estimate of {dataset.attrs['best']}",
+        caption="; ".join(f"{name}: {dataset.scale.sel(number=name).item()}" for name in names),
+    )
+    for heading in ("", "time", *names):
+        table.add_column(heading, justify="right")
+    errors = {name: worst(dataset, [name]) for name in names}
+    for way in dataset.sortby("seconds").way.values:
+        bounds = [each.bound.sel(way=way).item() for each in errors.values()]
+        mark = "> " if way == advice.way else ""
+        shown = ("–" if np.isnan(bound) else f"{bound:.2%}" for bound in bounds)
+        at = dataset.sel(way=way)
+        table.add_row(f"{mark}{label_of(at)}", time_text(at.seconds.item()), *shown)
+    return table

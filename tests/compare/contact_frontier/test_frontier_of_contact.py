@@ -1,0 +1,207 @@
+"""Frontiers of contacts of scenes, as commands and scene files ask for them."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.contact_frontier.advice import ContactQuestion, Effort, answer, sentence
+from compare.contact_frontier.compute import ContactRequest, compute_contact_frontier
+from compare.contact_frontier.page import write_contact_frontier
+from compare.contact_frontier.ways import fineness, ways_of
+from femic.cache.store import Store
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.run_options import RunOptions
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene
+from geometries.errors import Failure
+from tests.compare.contact_frontier.scenes import flat_text, put, text
+from tests.pages import widest
+
+ROLLING = 'motion = "rolling"\nfriction = [0.3]\nlongitudinal = [-0.004, 0.0, 0.004]'
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(content):
+        path = tmp_path / "mine.toml"
+        path.write_text(content, encoding="utf-8")
+        return str(path)
+
+    return written
+
+
+def test_every_way_on_half_spaces_is_as_good_as_the_reference(write, tmp_path, monkeypatch):
+    """A is exact there, and all others are A: what differs is the grid."""
+    put(monkeypatch, "A")
+    path = write(flat_text(tmp_path))
+    dataset = compute_contact_frontier(path, ContactRequest(), RunOptions(1))
+    assert dataset.attrs["best"] == "C 0.1, 16 elements"
+    on_its_grid = dataset.sel(way=dataset.elements == 16)
+    errors = on_its_grid.error.where(on_its_grid.way != dataset.attrs["best"], drop=True)
+    assert set(errors.ics.values) == {"A", "B", "Bbar", "Bhat", "mix"}
+    assert float(errors.max()) < 1e-6
+    own = on_its_grid.bound.sel(way=dataset.attrs["best"])
+    assert not dataset.judged.sel(number="angle").any()  # a plane turns by no angle
+    known = dataset.judged.sum("case") > 0
+    np.testing.assert_allclose((on_its_grid.bound - own).sel(number=known), 0.0, atol=1e-6)
+    assert np.all(dataset.bound.sel(way="A, 8 elements", number="p_max") > own.sel(number="p_max"))
+
+
+def test_frontier_page_of_a_wheel_on_a_rail(write, tmp_path, monkeypatch):
+    put(monkeypatch, "Bhat")
+    dataset = compute_contact_frontier(write(text()), ContactRequest(), RunOptions(1))
+    assert "begins with the same cells as C 0.1, 8 elements" in dataset.attrs["skipped"]
+    assert np.all(dataset.seconds > 0)
+    # B-hat is C here, on the same grid; A is not
+    p_max = dataset.error.sel(number="p_max", case="20000 N")
+    assert p_max.sel(way="Bhat, 16 elements") < 1e-3
+    assert p_max.sel(way="A, 16 elements") > 1e-2
+    html = write_contact_frontier(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "Which ICs does this contact need?" in html
+    stored = xr.open_dataset(tmp_path / "contact_frontier.nc")
+    xr.testing.assert_allclose(stored.bound, dataset.bound)
+
+
+@pytest.mark.slow
+def test_rolling_has_both_scales_of_forces(write, tmp_path, monkeypatch):
+    """The same difference, over the force and over friction times load."""
+    put(monkeypatch, "Bhat")
+    path = write(text(contact="loads = [2e4]", motion=ROLLING))
+    request = ContactRequest(("F_x", "F_x/limit", "sliding_share"))
+    dataset = compute_contact_frontier(path, request, RunOptions(1))
+    force, limit = (dataset.error.sel(number=name) for name in ("F_x", "F_x/limit"))
+    assert float(dataset.error.sel(way="Bhat, 16 elements").max()) < 1e-3
+    one = {"way": "A, 16 elements"}
+    assert float(force.sel(one).max()) > float(limit.sel(one).max()) > 0
+    assert write_contact_frontier(dataset, tmp_path).is_file()
+
+
+def test_what_does_not_fit_the_budget_is_listed(write, monkeypatch):
+    put(monkeypatch, "Bhat")
+    with pytest.raises(Failure, match=r"no reference C within the budget of 1e-09 s .*A, 8 elements: about"):
+        compute_contact_frontier(write(text()), ContactRequest((), 1e-9), RunOptions(1))
+
+
+def test_grids_are_half_as_fine_and_twice_as_fine_within_their_limits(write):
+    assert [
+        fineness(load_scene(write(text()), {"contact": {"elements": n}}).contact) for n in (8, 20, 40, 64)
+    ] == [
+        [8, 16],
+        [10, 20, 40],
+        [20, 40, 64],
+        [32, 64],
+    ]
+    of_scene = load_scene(write(text()), {"contact": {"grid": "scene"}})
+    assert fineness(of_scene.contact) == [None]
+    assert {way.name for way in ways_of(of_scene, 0.1)} == {"A", "B", "Bbar", "Bhat", "mix", "C 0.1"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--want", "p_mx"], "want = 'p_mx': no such number; did you mean 'p_max'"),
+        (["--want", "F_x"], "want = 'F_x': not of contact.motion = 'none'"),
+        (["--want", "p_max", "--tolerance", "0"], "--tolerance 0: between 0 and 1"),
+        (["--want", "p_max", "--components", "nn"], "--want, --components: .* give one of them"),
+        (["--want", "p_max", "--budget", "-1"], "--budget -1: must be positive"),
+    ],
+)
+def test_wrong_questions_are_refused_before_any_work(write, tmp_path, capsys, arguments, message):
+    out = tmp_path / "out"
+    assert exit_code(["advise", write(text()), "--out", str(out), *arguments]) == WRONG_INPUT
+    assert not out.exists()
+    assert re.search(message, " ".join(capsys.readouterr().err.split()))
+
+
+@pytest.mark.slow
+def test_advise_and_frontier_of_a_contact(write, tmp_path, capsys, monkeypatch):
+    put(monkeypatch, "Bhat")
+    path, out = write(text()), str(tmp_path / "out")
+    assert exit_code(["advise", path, "--want", "p_max,b", "--tolerance", "0.2", "--out", out]) == DONE
+    printed = " ".join(capsys.readouterr().out.split())
+    for part in ("Use contact.ics = [", "p_max, b to", "share of the number itself", "measured against C"):
+        assert part in printed
+    assert exit_code(["frontier", path, "--want", "p_max", "--out", out]) == DONE
+    assert "For p_max:" in capsys.readouterr().out
+    assert (tmp_path / "out" / "contact_frontier.html").is_file()
+
+
+@pytest.mark.slow
+def test_scene_takes_the_cheapest_ics_for_what_it_wants(write, tmp_path, capsys, monkeypatch):
+    put(monkeypatch, "Bhat")
+    path = write(text('ics = "auto"\nwant = ["p_max"]\nics_tolerance = 0.1'))
+    out = tmp_path / "out"
+    chosen = answer(path, ContactQuestion(("p_max",), 0.1), RunOptions(1)).advice
+    assert exit_code(["contact", path, "--out", str(out)]) == DONE
+    because = f"Use contact.ics = [{chosen.ics!r}]"
+    assert because in " ".join(capsys.readouterr().out.split())
+    dataset = xr.open_dataset(out / "contact.nc")
+    assert list(dataset.ics.values) == [chosen.ics]
+    assert because in dataset.attrs["choice"]
+    assert "p_max to" in (out / "contact.html").read_text(encoding="utf-8")
+
+
+class Expected:
+    """What is expected without C: A to 30 %, B to 8 %, of p_max alone."""
+
+    def high(self, ics, number):
+        return {"A": 0.3, "B": 0.08}.get(ics, np.inf) if number == "p_max" else np.inf
+
+    def sentence_of(self, ics, number):
+        return f"{number} with {ics}: as in others."
+
+
+@pytest.mark.parametrize(("tolerance", "ics"), [(0.3, "A"), (0.29, "B"), (0.08, "B")])
+def test_what_is_expected_may_decide_without_c(write, tolerance, ics):
+    effort = Effort(expect=lambda *_: Expected())
+    found = answer(write(text()), ContactQuestion(("p_max",), tolerance), RunOptions(1), effort=effort)
+    assert found.frontier is None
+    assert found.advice.changes == {"contact": {"ics": [ics]}}
+    assert sentence(found.advice).endswith(f"p_max with {ics}: as in others.")
+
+
+@pytest.mark.parametrize(("wants", "tolerance"), [(("p_max",), 0.079), (("p_max", "b"), 0.3)])
+def test_c_is_solved_where_what_is_expected_does_not_decide(write, monkeypatch, wants, tolerance):
+    asked = []
+    monkeypatch.setattr("compare.contact_frontier.advice.advise_contact", lambda *_: "with C")
+    monkeypatch.setattr(
+        "compare.contact_frontier.advice.compute_contact_frontier", lambda *_: asked.append(wants)
+    )
+    for expect in (lambda *_: Expected(), lambda *_: None):
+        effort = Effort(expect=expect)
+        found = answer(write(text()), ContactQuestion(wants, tolerance), RunOptions(1), effort=effort)
+        assert found.advice == "with C"
+    assert asked == [wants, wants]
+
+
+@pytest.mark.parametrize(
+    ("top", "contact", "message"),
+    [
+        ('want = ["p_max"]', "", "want = .*: the scene has no contact: give .contact. loads"),
+        ('want = ["F_x"]', "loads = [1e3]", "want = 'F_x': not of contact.motion = 'none', but of 'rolling'"),
+        ('want = ["p_max", "p_max"]', "loads = [1e3]", "given twice"),
+    ],
+)
+def test_scenes_that_want_what_their_contact_has_not_are_refused(write, top, contact, message):
+    with pytest.raises(BadScene, match=message):
+        load_scene(write(text(top, contact)))
+
+
+@pytest.mark.slow
+def test_c_on_a_finer_grid_is_the_reference(write, tmp_path, browser):
+    """C itself: its own row has its estimate; at other tolerances it is within both estimates."""
+    store = Store(tmp_path / "store")
+    path = write(text(contact="loads = [2e4]"))
+    dataset = compute_contact_frontier(path, ContactRequest(), RunOptions(2, store))
+    best = dataset.sel(way=dataset.attrs["best"])
+    assert best.elements == 16
+    np.testing.assert_array_equal(best.error, best.bound)
+    np.testing.assert_array_equal(best.error, best.estimate)
+    other = dataset.sel(way="C 0.001, 8 elements")
+    assert np.all(other.error <= other.estimate + best.estimate)
+    assert np.all(dataset.ics_seconds.where(dataset.kind == "harmonic", drop=True) > 0)
+    again = compute_contact_frontier(path, ContactRequest(("p_max",)), RunOptions(2, store))
+    assert again.ics_seconds.sel(way=dataset.attrs["best"]) == best.ics_seconds  # as they were stored
+    assert widest(browser, write_contact_frontier(dataset, tmp_path), 800) <= 800
