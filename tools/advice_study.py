@@ -2,14 +2,12 @@
 
     python tools/advice_study.py [--known N] [--test N] [--workers N] [--out FOLDER] [--no-solve]
 
-Each scene is stored in FOLDER when it is solved: an interrupted run goes on with the missing ones. At the end,
-or with --no-solve at once, all stored scenes go to femic/advice/knowledge.json (those of the known seed) and the
-reliability of the advice on those of the test seed to docs/numbers/advice.json. Test scenes decide nothing:
-neither scales nor numbers of neighbours come from them.
+Each scene is stored in FOLDER when it is solved: an interrupted run goes on with the missing ones. At the
+end, or with --no-solve at once, all scenes of the known seed go to femic/advice/knowledge.json, and the
+reliability of the advice on those of the test seed to docs/numbers/advice.json. Test scenes decide nothing.
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from time import perf_counter
@@ -18,7 +16,7 @@ from femic.advice.store import solve_missing
 
 ROOT = Path(__file__).parents[1]
 KNOWN_SEED, TEST_SEED = 40, 41
-FIRST = 100  # known scenes that are solved before those of the test, the others after them
+FIRST = 100  # scenes of each kind that are solved in turn, so that both are there at any time
 
 
 def main() -> None:
@@ -43,12 +41,15 @@ def arguments() -> argparse.Namespace:
 def solve(options: argparse.Namespace) -> None:
     known = [(KNOWN_SEED, number) for number in range(options.known)]
     test = [(TEST_SEED, number) for number in range(options.test)]
-    wanted = [*known[:FIRST], *test, *known[FIRST:]]
+    in_turn = [pair for both in zip(known[:FIRST], test[:FIRST], strict=True) for pair in both]
+    wanted = [*in_turn, *test[FIRST:], *known[FIRST:]]
     start = perf_counter()
     for done, entry in enumerate(solve_missing(options.out, wanted, options.workers), start=1):
         what = entry.get("failure") or f"turns by {entry['features']['angle']:.0f} degrees"
         seconds = perf_counter() - start
-        sys.stderr.write(f"{done} of {len(wanted)}, {seconds:.0f} s: {entry['seed']}-{entry['number']} {what}\n")
+        sys.stderr.write(
+            f"{done} of {len(wanted)}, {seconds:.0f} s: {entry['seed']}-{entry['number']} {what}\n"
+        )
 
 
 def write(folder: Path) -> None:

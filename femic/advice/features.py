@@ -39,7 +39,9 @@ FEATURES: Mapping[str, Feature] = {
     "aspect": Feature("its aspect a/b", 0.7, logarithmic=True),
     "unlike": Feature("the relative difference of the bodies' curvatures", 1.0, logarithmic=True),
     "varying": Feature("the curvature at its ends over that at its middle", 0.5, logarithmic=True),
-    "beyond": Feature("the inclination of the flatter flank beyond its ends, less that of the end", 25.0, "deg"),
+    "beyond": Feature(
+        "the inclination of the flatter flank beyond its ends, less that of the end", 25.0, "deg"
+    ),
     "modulus": Feature("the modulus of the upper over that of the lower body", 0.5, logarithmic=True),
     "nu_lower": Feature("Poisson's ratio of the lower body", 0.15),
     "nu_upper": Feature("Poisson's ratio of the upper body", 0.15),
@@ -97,7 +99,7 @@ def _varying(contour: Contour, size: Size) -> float:
     """Return the mean curvature at both ends of a patch over that at its middle."""
     middle, half = sum(size.s) / 2, INSIDE * (size.s[1] - size.s[0]) / 2
     ends = np.abs(contour.curvature(middle + half * np.array([-1.0, 1.0])))
-    return float(max(np.mean(ends), FLAT) / max(abs(float(contour.curvature(middle))), FLAT))
+    return max(float(np.mean(ends)), FLAT) / max(abs(float(contour.curvature(middle))), FLAT)
 
 
 def _beyond(problem: ContactProblem, ends: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Random wheels on rails, over what users have: arcs and ellipses, on and beside the crown, and their contact.
+"""Random wheels on rails, over what users have: arcs and ellipses, on and beside the crown.
 
 A patch turns by an angle that is drawn; the load follows from it. Radii are those of rail heads and gauge
 corners; one wheel of twenty is nearly prismatic.
@@ -92,7 +92,10 @@ def _bodies(
     width = radius * height  # so that width^2 over height times width is the radius
     steeper = _flanks(random, ends)
     flatter = _flanks(random, ends) if random.random() < 0.5 else steeper
-    flanks = steeper, tuple(np.minimum(steeper, flatter).tolist())  # a steeper wheel would touch with its flanks
+    flanks = (
+        steeper,
+        tuple(np.minimum(steeper, flatter).tolist()),
+    )  # a steeper wheel would touch with its flanks
     lower, upper = (_contour(width * scale, height, of) for scale, of in zip((1, ratio), flanks, strict=True))
     phi = np.arctan(np.tan(np.radians(middle)) / height)
     rolling_radius = LONG if random.random() < LONG_SHARE else random.uniform(*ROLLING_RADII)

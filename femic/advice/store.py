@@ -45,7 +45,7 @@ def solve_missing(
     workers: int,
     solve: Callable[[int, int], Entry] = solved,
 ) -> Iterator[Entry]:
-    """Solve the scenes, pairs of seed and number, that are not stored by this code, and yield each when it is.
+    """Solve the scenes, pairs of seed and number, that this code has not stored; yield each when it is.
 
     Each is stored at once: after an interruption the others are solved.
     """

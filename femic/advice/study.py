@@ -17,8 +17,8 @@ from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import solve
-from femic.contact.operators.protocols import FullOperator
 from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.body_ics import ALL
 from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
@@ -40,7 +40,10 @@ SIZING = "Bhat"  # creepages are counted from that without force with these ICs
 PERTURBED = "C plus its estimate"
 NORMAL_NUMBERS = ("p_max", "a", "b", "angle", "approach", "area", "stiffness")
 TOLERANCE = 1e-4  # of tractions in rolling
-CELLS_PER_STRIP, GROWTH = 0.5, 1.2  # first cells of C over the width of a strip, and over the distance from it
+CELLS_PER_STRIP, GROWTH = (
+    0.5,
+    1.2,
+)  # first cells of C over the width of a strip, and over the distance from it
 SLOPE = 0.05  # force over friction times load between which and none the slope is taken
 
 
@@ -91,7 +94,7 @@ def operators_of_c(problem: ContactProblem, on_grid: PairOnGrid, tolerance: floa
         np.stack([reference.column(strip).estimate for strip in range(on_grid.grid.n_s)], axis=-1)
         for reference in references.values()
     ]  # (i, j, lag, observed, loaded) each
-    estimate = on_grid.grid.area * sum(estimates).transpose(2, 3, 4, 0, 1)
+    estimate = on_grid.grid.area * np.sum(estimates, axis=0).transpose(2, 3, 4, 0, 1)
     added = GridOperator.of(np.asarray(estimate, dtype=float))
     return {C: operator, PERTURBED: replace(operator, transformed=operator.transformed + added.transformed)}
 
@@ -179,7 +182,7 @@ class _Curve:
             first,
             Loading(self.load),
             forces={"longitudinal": share * self.limit},
-            start=start and start.contact,
+            start=None if start is None else start.contact,
             tolerance=TOLERANCE,
         )
 

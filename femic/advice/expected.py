@@ -1,0 +1,184 @@
+"""What errors to expect of approximate ICs in a contact, from known scenes like it, before C is solved."""
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from femic.advice.errors import NUMBERS
+from femic.advice.features import features_of
+from femic.advice.knowledge import WITH_FRICTION, Knowledge, packaged
+from femic.contact.pairs.contact_size import Size, contact_size
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.specification import ContactProblem
+from geometries.bodies import Body
+from geometries.errors import Failure
+
+MOTIONS = ("none", "rolling")  # that were studied
+NOT_FROM_NO_FORCE = ("F_x",)  # shares that grow without bound where the force vanishes: no largest is known
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Between what the size of an error lies, a share."""
+
+    low: float
+    high: float
+
+
+NOTHING_KNOWN = Bounds(0.0, np.inf)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Bounds of errors by ICs and number, from how many known scenes, and how often such bounds held."""
+
+    bounds: Mapping[tuple[str, str], Bounds]
+    knowledge: Knowledge
+
+    def low(self, ics: str, number: str) -> float:
+        """Return the least error to be expected, a share; 0 where nothing is known."""
+        return self.bounds.get((ics, number), NOTHING_KNOWN).low
+
+    def high(self, ics: str, number: str) -> float:
+        """Return the largest error to be expected, a share; infinite where nothing is known."""
+        return self.bounds.get((ics, number), NOTHING_KNOWN).high
+
+    @property
+    def sentence(self) -> str:
+        """What is expected, from what, and how often that was right."""
+        return " ".join(self.sentence_of(ics, number) for ics, number in self.bounds)
+
+    def sentence_of(self, ics: str, number: str) -> str:
+        """Return what is expected of one number with some ICs, from what, and how often that was right."""
+        if (ics, number) not in self.bounds:
+            return f"No errors of {number} with {ics} are known."
+        low, high = (100 * bound for bound in (self.low(ics, number), self.high(ics, number)))
+        expected = f"{low:.1f} to {high:.1f} %" if np.isfinite(high) else f"{low:.1f} % or more"
+        held, tested = self.knowledge.held.of(ics, number)
+        how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
+        return (
+            f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
+            f"{number} with {ics} is off by {expected}; {how_often}."
+        )
+
+
+def expect(
+    problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None
+) -> Expectation | None:
+    """Return what errors to expect of the wanted numbers, at all loads and coefficients of friction together.
+
+    None where the contact lies outside of what is known, which is logged: `why_not`. `knowledge` is by
+    default that of the package.
+    """
+    knowledge = knowledge or packaged()
+    try:
+        cases = list(_cases(problem))
+    except Failure as failure:
+        log.info(f"{problem.name}: nothing known: {failure}")
+        return None
+    if reasons := _reasons(problem, cases, want, knowledge):
+        log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
+        return None
+    names = sorted({ics for scene in knowledge.scenes for ics in scene.errors})
+    bounds = {}
+    for ics in names:
+        for number in (name for name in want if name in NUMBERS):
+            of_cases = [bounds_at(knowledge, features, ics, number) for features, _ in cases]
+            if None not in of_cases:
+                bounds[ics, number] = _joined([each for each in of_cases if each], number)
+    return Expectation(bounds, knowledge)
+
+
+def why_not(problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None) -> list[str]:
+    """Return why nothing is expected of a contact, in words; nothing where something is."""
+    try:
+        cases = list(_cases(problem))
+    except Failure as failure:
+        return [str(failure)]
+    return _reasons(problem, cases, want, knowledge or packaged())
+
+
+def bounds_at(
+    knowledge: Knowledge, features: Mapping[str, float], ics: str, number: str, without: int | None = None
+) -> Bounds | None:
+    """Return the bounds of an error at features by the rule of `knowledge`; None where too few are known.
+
+    `without`: the index of a known scene that does not count.
+    """
+    rule, signed = knowledge.rule, []
+    for index in knowledge.nearest(features, number, without):
+        scene = knowledge.scenes[index]
+        if number in scene.errors.get(ics, {}):
+            grown = (features["angle"] / scene.features["angle"]) ** rule.growth
+            estimate = scene.estimates[number]
+            signed += [grown * (scene.errors[ics][number] + part) for part in (-estimate, estimate)]
+    if len(signed) < rule.nearest:  # two each: of half of the nearest
+        return None
+    low, high = min(signed), max(signed)
+    more = rule.widened * (high - low)
+    return _of_size(low - more, high + more)
+
+
+def _of_size(low: float, high: float) -> Bounds:
+    """Return the bounds of the size of a number with a sign between two bounds."""
+    return Bounds(0.0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
+
+
+def _joined(bounds: Sequence[Bounds], number: str) -> Bounds:
+    """Return the bounds of the largest error of some cases."""
+    low, high = max(each.low for each in bounds), max(each.high for each in bounds)
+    return Bounds(low, np.inf if number in NOT_FROM_NO_FORCE else high)
+
+
+def _cases(problem: ContactProblem) -> Iterator[tuple[dict[str, float], Size]]:
+    """Yield features and patch of each loading and friction; raises Failure as `contact_size`."""
+    on_grid = pair_on_grid(problem, problem.grid)
+    friction = problem.specification.friction
+    for loading in problem.specification.loadings:
+        size = contact_size(on_grid, loading)
+        features = features_of(problem, size)
+        for coefficient in friction.coefficients if friction else (0.0,):
+            yield features | {"friction": coefficient}, size
+
+
+def _reasons(
+    problem: ContactProblem,
+    cases: Sequence[tuple[Mapping[str, float], Size]],
+    want: Sequence[str],
+    knowledge: Knowledge,
+) -> list[str]:
+    """Return why a contact lies outside of what is known, in words."""
+    friction = any(name in WITH_FRICTION for name in want)
+    reasons = list(_of_kind(problem))
+    for features, size in cases:
+        reasons += knowledge.outside(features, friction=friction)
+        reasons += [
+            f"curvature of the {name} contour that jumps within the patch"
+            for name, body in problem.bodies.items()
+            if any(size.s[0] < jump < size.s[1] for jump in body.contour.jumps)
+        ]
+    return list(dict.fromkeys(reasons))
+
+
+def _of_kind(problem: ContactProblem) -> Iterator[str]:
+    """Yield what a contact has that the known scenes have not."""
+    specification, friction = problem.specification, problem.specification.friction
+    if specification.motion not in MOTIONS:
+        yield f"motion = {specification.motion}"
+    if specification.lateral_force is not None:
+        yield "a lateral force"
+    if specification.extra_gap is not None:
+        yield "an extra gap"
+    if friction and (friction.lateral or friction.spin):
+        yield "lateral creepage or spin"
+    if friction and friction.friction_by_angle:
+        yield "friction by the contact angle"
+    yield from (f"the outline of the {name} body" for name, body in problem.bodies.items() if _outlined(body))
+
+
+def _outlined(body: Body) -> bool:
+    return body.outline is not None
