@@ -8,13 +8,36 @@ reliability of the advice on those of the test seed to docs/numbers/advice.json.
 """
 
 import argparse
+import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
-from femic.advice.store import solve_missing
+import numpy as np
+from write_docs import rounded
+
+from femic.advice.errors import NUMBERS as NUMBERS_OF
+from femic.advice.features import FEATURES
+from femic.advice.knowledge import Knowledge, KnownScene
+from femic.advice.knowledge import write as write_knowledge
+from femic.advice.reliability import (
+    LEAST_HELD,
+    TOLERANCES,
+    checked,
+    chosen_rule,
+    outcomes_of,
+    rows_of,
+    scenes_of,
+    worst_of,
+)
+from femic.advice.scenes import ELEMENTS
+from femic.advice.store import entries, solve_missing
+from femic.cache.digests import versions
 
 ROOT = Path(__file__).parents[1]
+NUMBERS = ROOT / "docs" / "numbers" / "advice.json"
 KNOWN_SEED, TEST_SEED = 40, 41
 FIRST = 100  # scenes of each kind that are solved in turn, so that both are there at any time
 
@@ -53,7 +76,60 @@ def solve(options: argparse.Namespace) -> None:
 
 
 def write(folder: Path) -> None:
-    sys.stderr.write(f"{folder}: to be written\n")
+    """Write the knowledge file and the numbers of the page from the stored scenes."""
+    known, test = (entries(folder, seed) for seed in (KNOWN_SEED, TEST_SEED))
+    codes = sorted({entry["code"] for entry in [*known, *test]})
+    scenes = scenes_of(known)
+    untested = Knowledge(scenes, chosen_rule(scenes), code=" and ".join(codes))
+    knowledge, tried = checked(untested, scenes_of(test))
+    facts = {"module": None, "versions": versions(), "elements": ELEMENTS}  # a slow test solves two again
+    write_knowledge(knowledge, facts)
+    record = {
+        "code": knowledge.code,
+        **facts,
+        "seeds": {"known": KNOWN_SEED, "test": TEST_SEED},
+        "known": counts(known),
+        "test": counts(test),
+        "rule": asdict(knowledge.rule),
+        "ranges": ranges(knowledge),
+        "outside": sum(bool(knowledge.outside(scene.features, friction=True)) for scene in scenes_of(test)),
+        "trials": len(tried),
+        "held": sum(trial.beyond <= 0 for trial in tried),
+        "decisions": [{"tolerance": tolerance, **outcomes_of(tried, tolerance)} for tolerance in TOLERANCES],
+        "rows": rows_of(tried),
+        "worst": worst_of(tried),
+        "least_held": LEAST_HELD,
+        "estimates": largest_estimates(scenes),
+    }
+    text = json.dumps(rounded(record), indent=1, ensure_ascii=False, allow_nan=False)
+    NUMBERS.write_text(text + "\n", encoding="utf-8")
+    sys.stderr.write(f"{len(scenes)} known scenes, {len(scenes_of(test))} of the test, {knowledge.rule}\n")
+    sys.stderr.write(f"bounds held in {record['held']} of {len(tried)} trials; {record['decisions']}\n")
+
+
+def counts(found: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return how many scenes were solved, and why others were not."""
+    failures = [entry["failure"] for entry in found if "failure" in entry]
+    return {"solved": len(found) - len(failures), "failures": failures}
+
+
+def ranges(knowledge: Knowledge) -> list[dict[str, Any]]:
+    """Return the ranges of the features of known scenes."""
+    return [
+        {"meaning": of.meaning, "unit": of.unit, "low": min(values), "high": max(values), "scale": of.scale}
+        | {"logarithmic": of.logarithmic}
+        for name, of in FEATURES.items()
+        if (values := [scene.features[name] for scene in knowledge.scenes])
+    ]
+
+
+def largest_estimates(scenes: list[KnownScene]) -> dict[str, dict[str, float]]:
+    """Return median and largest estimated error of C by number."""
+    by_number = {name: [scene.estimates[name] for scene in scenes] for name in NUMBERS_OF}
+    return {
+        name: {"median": float(np.median(values)), "largest": max(values)}
+        for name, values in by_number.items()
+    }
 
 
 if __name__ == "__main__":

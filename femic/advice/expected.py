@@ -8,7 +8,7 @@ import numpy as np
 
 from femic.advice.errors import NUMBERS
 from femic.advice.features import features_of
-from femic.advice.knowledge import WITH_FRICTION, Knowledge, packaged
+from femic.advice.knowledge import WITH_FRICTION, Knowledge, KnownScene, Rule, packaged
 from femic.contact.pairs.contact_size import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
@@ -83,13 +83,12 @@ def expect(
     if reasons := _reasons(problem, cases, want, knowledge):
         log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
         return None
-    names = sorted({ics for scene in knowledge.scenes for ics in scene.errors})
     bounds = {}
-    for ics in names:
-        for number in (name for name in want if name in NUMBERS):
-            of_cases = [bounds_at(knowledge, features, ics, number) for features, _ in cases]
-            if None not in of_cases:
-                bounds[ics, number] = _joined([each for each in of_cases if each], number)
+    for number in (name for name in want if name in NUMBERS):
+        of_cases = [bounds_at(knowledge, features, number) for features, _ in cases]
+        for ics in of_cases[0]:
+            if all(ics in of_case for of_case in of_cases):
+                bounds[ics, number] = _joined([of_case[ics] for of_case in of_cases], number)
     return Expectation(bounds, knowledge)
 
 
@@ -103,22 +102,34 @@ def why_not(problem: ContactProblem, want: Sequence[str], knowledge: Knowledge |
 
 
 def bounds_at(
-    knowledge: Knowledge, features: Mapping[str, float], ics: str, number: str, without: int | None = None
-) -> Bounds | None:
-    """Return the bounds of an error at features by the rule of `knowledge`; None where too few are known.
+    knowledge: Knowledge, features: Mapping[str, float], number: str, without: int | None = None
+) -> dict[str, Bounds]:
+    """Return the bounds of the errors of a number at features, by ICs, by the rule of `knowledge`.
 
-    `without`: the index of a known scene that does not count.
+    Left out are ICs of which too few errors are known. `without`: the index of a scene that does not count.
     """
-    rule, signed = knowledge.rule, []
-    for index in knowledge.nearest(features, number, without):
-        scene = knowledge.scenes[index]
+    order = knowledge.order(features, friction=number in WITH_FRICTION)
+    nearest = [knowledge.scenes[index] for index in order if index != without][: knowledge.rule.nearest]
+    names = dict.fromkeys(ics for scene in nearest for ics in scene.errors)
+    found = {ics: bounds_by(knowledge.rule, nearest, features["angle"], (ics, number)) for ics in names}
+    return {ics: bounds for ics, bounds in found.items() if bounds is not None}
+
+
+def bounds_by(
+    rule: Rule, nearest: Sequence[KnownScene], angle: float, which: tuple[str, str]
+) -> Bounds | None:
+    """Return the bounds of an error by a rule from scenes, where the patch turns by an angle [deg].
+
+    `which`: ICs and number. None where fewer than half of the scenes have one.
+    """
+    (ics, number), errors = which, []
+    for scene in nearest:
         if number in scene.errors.get(ics, {}):
-            grown = (features["angle"] / scene.features["angle"]) ** rule.growth
-            estimate = scene.estimates[number]
-            signed += [grown * (scene.errors[ics][number] + part) for part in (-estimate, estimate)]
-    if len(signed) < rule.nearest:  # two each: of half of the nearest
+            grown, estimate = (angle / scene.features["angle"]) ** rule.growth, scene.estimates[number]
+            errors += [grown * (scene.errors[ics][number] + part) for part in (-estimate, estimate)]
+    if len(errors) < rule.nearest:  # two of each
         return None
-    low, high = min(signed), max(signed)
+    low, high = min(errors), max(errors)
     more = rule.widened * (high - low)
     return _of_size(low - more, high + more)
 

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ WITH_FRICTION = ("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepag
 class Rule:
     """How bounds follow from the `nearest` known scenes.
 
-    Their errors are taken as if they grew with the angle to the power `growth`; the range of these is made
-    longer at both ends by the share `widened`.
+    Their errors are taken to the angle of a contact as if they grew with it to the power `growth`, plus and
+    minus the estimated errors of C; their range is made longer at both ends by the share `widened`.
     """
 
     nearest: int
@@ -64,21 +64,16 @@ class Knowledge:
     held: Held = field(default_factory=Held)
     code: str = ""
 
-    def nearest(self, features: Mapping[str, float], number: str, without: int | None = None) -> Indices:
-        """Return the indices of the nearest known scenes for a number, without one of them if given."""
-        names = [
-            name for name, of in FEATURES.items() if number in WITH_FRICTION or not of.only_with_friction
-        ]
-        own = np.array([FEATURES[name].on_scale(features[name]) for name in names])
-        distances = np.linalg.norm(self._scaled(tuple(names)) - own, axis=1)
-        if without is not None:
-            distances[without] = np.inf
-        return np.argsort(distances, kind="stable")[: self.rule.nearest]
+    def order(self, features: Mapping[str, float], *, friction: bool) -> Indices:
+        """Return the indices of the known scenes, the most similar first."""
+        apart = self._scaled - _on_scale(features)
+        counts = [friction or not of.only_with_friction for of in FEATURES.values()]
+        return np.argsort(np.linalg.norm(apart[:, counts], axis=1), kind="stable")
 
-    def _scaled(self, names: tuple[str, ...]) -> Array:
-        """Features of the scenes over their scales, (scenes, names)."""
-        rows = [[FEATURES[name].on_scale(scene.features[name]) for name in names] for scene in self.scenes]
-        return np.array(rows)
+    @cached_property
+    def _scaled(self) -> Array:
+        """Features of the scenes over their scales, (scenes, features)."""
+        return np.array([_on_scale(scene.features) for scene in self.scenes])
 
     def outside(self, features: Mapping[str, float], *, friction: bool) -> list[str]:
         """Return what lies outside of the known scenes, in words."""
@@ -93,6 +88,11 @@ class Knowledge:
         """Return the least and the largest value of a feature."""
         values = [scene.features[name] for scene in self.scenes]
         return min(values), max(values)
+
+
+def _on_scale(features: Mapping[str, float]) -> Array:
+    """Return features over their scales, shape (features,)."""
+    return np.array([of.on_scale(features[name]) for name, of in FEATURES.items()])
 
 
 def _outside(name: str, value: float, values: Sequence[float]) -> str:

@@ -16,12 +16,14 @@ from geometries.errors import Failure, WrongInput
 
 Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its seed, number and why
 
+MODULE = "femic.advice.study"  # which makes scenes and solves them, with all that it imports
+
 log = logging.getLogger(__name__)
 
 
 def code_of_studies() -> str:
     """Return the digest of the code that makes scenes and solves them."""
-    return results_digest("femic.advice.study")
+    return results_digest(MODULE)
 
 
 def solved(seed: int, number: int) -> Entry:
