@@ -10,7 +10,11 @@ from femic.advice.study import NORMAL_ICS, NORMAL_NUMBERS, PERTURBED, ROLLING_IC
 from femic.contact.pairs.given_ics import C
 
 MIX, SAME_NORMAL = "mix", "Bhat"  # the mix has the nn ICs of B-hat
-ROLLING_NUMBERS = ("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepage", "slope")
+PRESSURE_IN_ROLLING = "p_max in rolling"  # tangential tractions change pressures, too
+ROLLING_NUMBERS = (
+    *("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepage", "slope"),
+    PRESSURE_IN_ROLLING,
+)
 NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
 AWAY = np.array(CREEPAGES) != 0  # creepages at which the force is not nearly none
 
@@ -51,7 +55,9 @@ def _rolling(entry: Mapping[str, Any], name: str) -> dict[str, float]:
         for number in ("F_x", "F_y", "sliding_share")
     }
     shares = away["F_x"][AWAY] / np.maximum(np.abs(np.array(reference["F_x"]))[AWAY], 1e-3)
+    pressures = np.abs(np.array(own["p_max"]) / np.array(reference["p_max"]) - 1)
     return {
+        PRESSURE_IN_ROLLING: float(np.max(pressures)),
         "F_x/limit": float(np.max(away["F_x"])),
         "F_x": float(np.max(shares)),
         "F_y/limit": float(np.max(away["F_y"])),

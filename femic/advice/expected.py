@@ -2,13 +2,14 @@
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.advice.errors import NUMBERS
-from femic.advice.features import features_of
-from femic.advice.knowledge import WITH_FRICTION, Knowledge, KnownScene, Rule, packaged
+from femic.advice.errors import PRESSURE_IN_ROLLING, ROLLING_NUMBERS
+from femic.advice.features import features_of, saturation
+from femic.advice.knowledge import Knowledge, KnownScene, Rule, packaged
+from femic.advice.study import NORMAL_NUMBERS
 from femic.contact.pairs.contact_size import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
@@ -38,6 +39,7 @@ class Expectation:
 
     bounds: Mapping[tuple[str, str], Bounds]
     knowledge: Knowledge
+    studied: Mapping[str, str]  # names of the numbers in known scenes
 
     def low(self, ics: str, number: str) -> float:
         """Return the least error to be expected, a share; 0 where nothing is known."""
@@ -58,7 +60,7 @@ class Expectation:
             return f"No errors of {number} with {ics} are known."
         low, high = (100 * bound for bound in (self.low(ics, number), self.high(ics, number)))
         expected = f"{low:.1f} to {high:.1f} %" if np.isfinite(high) else f"{low:.1f} % or more"
-        held, tested = self.knowledge.held.of(ics, number)
+        held, tested = self.knowledge.held.of(ics, self.studied[number])
         how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
         return (
             f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
@@ -83,13 +85,26 @@ def expect(
     if reasons := _reasons(problem, cases, want, knowledge):
         log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
         return None
-    bounds = {}
-    for number in (name for name in want if name in NUMBERS):
-        of_cases = [bounds_at(knowledge, features, number) for features, _ in cases]
+    bounds, spanned = {}, all(_spans_studied(problem, *case) for case in cases)
+    for number, studied in _studied(problem, want).items():
+        of_cases = [bounds_at(knowledge, features, studied) for features, _ in cases]
         for ics in of_cases[0]:
             if all(ics in of_case for of_case in of_cases):
-                bounds[ics, number] = _joined([of_case[ics] for of_case in of_cases], number)
-    return Expectation(bounds, knowledge)
+                joined = _joined([of_case[ics] for of_case in of_cases], number)
+                bounds[ics, number] = joined if spanned else replace(joined, low=0.0)
+    return Expectation(bounds, knowledge, _studied(problem, want))
+
+
+def _studied(problem: ContactProblem, want: Sequence[str]) -> dict[str, str]:
+    """Return the names of wanted numbers in known scenes; without those that were not studied there.
+
+    With friction tangential tractions change pressures and patches. Of these, p_max alone was studied so.
+    """
+    if problem.specification.friction is None:
+        return {name: name for name in want if name in NORMAL_NUMBERS}
+    return {name: name for name in want if name in ROLLING_NUMBERS} | {
+        name: PRESSURE_IN_ROLLING for name in want if name == "p_max"
+    }
 
 
 def why_not(problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None) -> list[str]:
@@ -108,7 +123,7 @@ def bounds_at(
 
     Left out are ICs of which too few errors are known. `without`: the index of a scene that does not count.
     """
-    order = knowledge.order(features, friction=number in WITH_FRICTION)
+    order = knowledge.order(features, friction=number in ROLLING_NUMBERS)
     nearest = [knowledge.scenes[index] for index in order if index != without][: knowledge.rule.nearest]
     names = dict.fromkeys(ics for scene in nearest for ics in scene.errors)
     found = {ics: bounds_by(knowledge.rule, nearest, features["angle"], (ics, number)) for ics in names}
@@ -145,6 +160,17 @@ def _joined(bounds: Sequence[Bounds], number: str) -> Bounds:
     return Bounds(low, np.inf if number in NOT_FROM_NO_FORCE else high)
 
 
+def _spans_studied(problem: ContactProblem, features: Mapping[str, float], size: Size) -> bool:
+    """Return whether creepages reach as far as those studied; of fewer, the largest error may be smaller."""
+    specification = problem.specification
+    if specification.friction is None:
+        return True
+    loads = specification.loads or (np.inf,)
+    step = saturation(problem, size, features["friction"], max(loads))
+    creepages = specification.friction.longitudinal
+    return min(creepages) <= -step and step <= max(creepages)
+
+
 def _cases(problem: ContactProblem) -> Iterator[tuple[dict[str, float], Size]]:
     """Yield features and patch of each loading and friction; raises Failure as `contact_size`."""
     on_grid = pair_on_grid(problem, problem.grid)
@@ -163,8 +189,10 @@ def _reasons(
     knowledge: Knowledge,
 ) -> list[str]:
     """Return why a contact lies outside of what is known, in words."""
-    friction = any(name in WITH_FRICTION for name in want)
+    friction = problem.specification.friction is not None
     reasons = list(_of_kind(problem))
+    if not _studied(problem, want):
+        reasons.append(f"{', '.join(want)} of this motion")
     for features, size in cases:
         reasons += knowledge.outside(features, friction=friction)
         reasons += [

@@ -15,7 +15,6 @@ from geometries.arrays import Array, Indices
 
 PACKAGED = Path(__file__).with_name("knowledge.json")
 DIGITS = 4
-WITH_FRICTION = ("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepage", "slope")
 
 
 @dataclass(frozen=True)

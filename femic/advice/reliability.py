@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from femic.advice.errors import NUMBERS, errors_of, estimates_of
+from femic.advice.errors import NUMBERS, ROLLING_NUMBERS, errors_of, estimates_of
 from femic.advice.expected import Bounds, bounds_at, bounds_by
-from femic.advice.knowledge import WITH_FRICTION, Held, Knowledge, KnownScene, Rule
+from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule
 
 TOLERANCES = 0.02, 0.05, 0.1  # of decisions
 RULES = tuple(Rule(*rule) for rule in product((6, 8, 12, 20), (0.1, 0.25, 0.5, 1.0), (0.0, 1.0, 2.0)))
@@ -64,7 +64,7 @@ def trials(knowledge: Knowledge, tested: Sequence[KnownScene]) -> Iterator[Trial
     """Yield the trials of scenes within what is known."""
     for scene in tested:
         for number in NUMBERS:
-            if knowledge.outside(scene.features, friction=number in WITH_FRICTION):
+            if knowledge.outside(scene.features, friction=number in ROLLING_NUMBERS):
                 continue
             for ics, bounds in bounds_at(knowledge, scene.features, number).items():
                 if number in scene.errors.get(ics, {}):
@@ -80,7 +80,7 @@ def chosen_rule(scenes: Sequence[KnownScene]) -> Rule:
     left_out = _left_out(scenes)
     for rule in RULES:
         tried = [trial for scene, orders in left_out for trial in _by_rule(rule, scene, orders)]
-        held = float(np.mean([trial.beyond <= 0 for trial in tried]))
+        held = sum(trial.beyond <= 0 for trial in tried) / max(len(tried), 1)
         right = sum(trial.outcome(tolerance) == "right" for trial in tried for tolerance in TOLERANCES)
         scores[rule] = (held >= LEAST_HELD, right) if held >= LEAST_HELD else (False, held)
     return max(scores, key=scores.__getitem__)
@@ -112,7 +112,7 @@ def _by_rule(rule: Rule, scene: KnownScene, orders: Orders) -> Iterator[Trial]:
     """Yield the trials of a known scene by a rule, from the other scenes."""
     for ics, errors in scene.errors.items():
         for number in errors:
-            nearest = orders[number in WITH_FRICTION][: rule.nearest]
+            nearest = orders[number in ROLLING_NUMBERS][: rule.nearest]
             if bounds := bounds_by(rule, nearest, scene.features["angle"], (ics, number)):
                 yield Trial(scene, ics, number, bounds)
 

@@ -12,6 +12,7 @@ from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, ro
 from femic.advice.scenes import random_scene
 
 NUMBER, ICS = "p_max", "A"
+ROLLING = "p_max in rolling"
 PLAIN = Rule(nearest=6, widened=0.0, growth=0.0)
 
 
@@ -129,8 +130,9 @@ def around(scene, errors):
         spread = 0.9 + 0.2 * number / (len(errors) - 1)
         near = {name: spread * value for name, value in features.items()} | {"friction": friction}
         near["middle"] = features["middle"] + spread - 1
-        of_all.append(KnownScene(0, number, near, {ICS: {NUMBER: error}}, {NUMBER: 0.0}))
-    return Knowledge(of_all, PLAIN, Held(10, {ICS: {NUMBER: [9, 10]}}))
+        errors, exact = {NUMBER: 2 * error, ROLLING: error}, {NUMBER: 0.0, ROLLING: 0.0}
+        of_all.append(KnownScene(0, number, near, {ICS: errors}, exact))
+    return Knowledge(of_all, PLAIN, Held(10, {ICS: {ROLLING: [9, 10]}}))
 
 
 def test_expected_of_a_contact(scene):
@@ -140,6 +142,34 @@ def test_expected_of_a_contact(scene):
     assert (expected.low("B", NUMBER), expected.high("B", NUMBER)) == (0.0, np.inf)
     assert "1.0 to 6.0 %" in expected.sentence
     assert "9 of 10 random scenes" in expected.sentence
+
+
+def test_pressures_without_friction_are_those_studied_without(scene):
+    specification = replace(scene.problem.specification, motion="none", friction=None)
+    still = replace(scene.problem, specification=specification)
+    expected = expect(still, [NUMBER], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]))
+    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.02, 0.12)
+    assert "not tested" in expected.sentence
+    assert expect(still, ["F_x"], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])) is None
+
+
+def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
+    known = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    own = [
+        replace(each, errors={ICS: {"F_x": each.errors[ICS][ROLLING]}}, estimates={"F_x": 0.0})
+        for each in known.scenes
+    ]
+    expected = expect(scene.problem, ["F_x"], replace(known, scenes=own))
+    assert (expected.low(ICS, "F_x"), expected.high(ICS, "F_x")) == (0.01, np.inf)
+    assert "1.0 % or more" in expected.sentence
+
+
+def test_of_fewer_creepages_than_studied_the_error_may_be_smaller(scene):
+    known, specification = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]), scene.problem.specification
+    friction = replace(specification.friction, longitudinal=(0.5, 0.6))  # all of it slides
+    sliding = replace(scene.problem, specification=replace(specification, friction=friction))
+    expected = expect(sliding, [NUMBER], known)
+    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.0, 0.06)
 
 
 def test_nothing_is_expected_outside(scene):
