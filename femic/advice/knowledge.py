@@ -14,7 +14,8 @@ from femic.cache.files import write_text
 from geometries.arrays import Array, Indices
 
 PACKAGED = Path(__file__).with_name("knowledge.json")
-DIGITS = 4
+DIGITS = 4  # of stored numbers
+NEARLY = 0.1  # of the scale of a feature: so far outside of known values is still inside
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,13 @@ class Knowledge:
         return [
             _outside(name, features[name], [scene.features[name] for scene in self.scenes])
             for name, of in FEATURES.items()
-            if (friction or not of.only_with_friction)
-            and not self._range(name)[0] <= features[name] <= self._range(name)[1]
+            if (friction or not of.only_with_friction) and not self._covers(name, features[name])
         ]
 
-    def _range(self, name: str) -> tuple[float, float]:
-        """Return the least and the largest value of a feature."""
-        values = [scene.features[name] for scene in self.scenes]
-        return min(values), max(values)
+    def _covers(self, name: str, value: float) -> bool:
+        """Return whether a value of a feature is between those of known scenes, or nearly so."""
+        known = [FEATURES[name].on_scale(scene.features[name]) for scene in self.scenes]
+        return min(known) - NEARLY <= FEATURES[name].on_scale(value) <= max(known) + NEARLY
 
 
 def _on_scale(features: Mapping[str, float]) -> Array:

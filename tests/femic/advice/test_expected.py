@@ -112,6 +112,8 @@ def test_a_scene_outside_is_named(knowledge):
     (reason,) = knowledge.outside(inside | {"angle": 150.0}, friction=True)
     assert FEATURES["angle"].meaning in reason
     assert "150 deg" in reason
+    most = max(scene.features["angle"] for scene in knowledge.scenes)
+    assert knowledge.outside(inside | {"angle": 1.01 * most}, friction=True) == []  # nearly inside
     assert knowledge.outside(inside | {"friction": 0.9}, friction=False) == []
     assert len(knowledge.outside(inside | {"friction": 0.9}, friction=True)) == 1
 
