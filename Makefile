@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -62,6 +62,10 @@ site: $(READY)  ## the documentation as a site: out/site/index.html (runs the ex
 
 attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)
 	$(BIN)/python tools/attack --page
+	$(BIN)/python tools/write_docs.py
+
+advice: $(READY)  ## random scenes with and without C, for the adviser: docs/evidence/advice.md (hours; resumes)
+	$(BIN)/python tools/advice_study.py
 	$(BIN)/python tools/write_docs.py
 
 mutations: $(READY)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)

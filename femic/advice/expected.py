@@ -1,0 +1,223 @@
+"""What errors to expect of approximate ICs in a contact, from known scenes like it, before C is solved."""
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.advice.errors import PRESSURE_IN_ROLLING, ROLLING_NUMBERS
+from femic.advice.features import features_of, saturation
+from femic.advice.knowledge import Knowledge, KnownScene, Rule, packaged
+from femic.advice.study import NORMAL_NUMBERS
+from femic.contact.pairs.contact_size import Size, contact_size
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.specification import ContactProblem
+from geometries.bodies import Body
+from geometries.errors import Failure
+
+MOTIONS = ("none", "rolling")  # that were studied
+NOT_FROM_NO_FORCE = ("F_x",)  # shares that grow without bound where the force vanishes: no largest is known
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Between what the size of an error lies, a share."""
+
+    low: float
+    high: float
+
+
+NOTHING_KNOWN = Bounds(0.0, np.inf)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Bounds of errors by ICs and number, from how many known scenes, and how often such bounds held."""
+
+    bounds: Mapping[tuple[str, str], Bounds]
+    knowledge: Knowledge
+    studied: Mapping[str, str]  # names of the numbers in known scenes
+
+    def low(self, ics: str, number: str) -> float:
+        """Return the least error to be expected, a share; 0 where nothing is known."""
+        return self.bounds.get((ics, number), NOTHING_KNOWN).low
+
+    def high(self, ics: str, number: str) -> float:
+        """Return the largest error to be expected, a share; infinite where nothing is known."""
+        return self.bounds.get((ics, number), NOTHING_KNOWN).high
+
+    @property
+    def sentence(self) -> str:
+        """What is expected, from what, and how often that was right."""
+        return " ".join(self.sentence_of(ics, number) for ics, number in self.bounds)
+
+    def sentence_of(self, ics: str, number: str) -> str:
+        """Return what is expected of one number with some ICs, from what, and how often that was right."""
+        if (ics, number) not in self.bounds:
+            return f"No errors of {number} with {ics} are known."
+        low, high = (100 * bound for bound in (self.low(ics, number), self.high(ics, number)))
+        expected = f"{low:.1f} to {high:.1f} %" if np.isfinite(high) else f"{low:.1f} % or more"
+        held, tested = self.knowledge.held.of(ics, self.studied[number])
+        how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
+        return (
+            f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
+            f"{number} with {ics} is off by {expected}; {how_often}."
+        )
+
+
+def expect(
+    problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None
+) -> Expectation | None:
+    """Return what errors to expect of the wanted numbers, at all loads and coefficients of friction together.
+
+    None where the contact lies outside of what is known, which is logged: `why_not`. `knowledge` is by
+    default that of the package.
+    """
+    knowledge = knowledge or packaged()
+    try:
+        cases = list(_cases(problem))
+    except Failure as failure:
+        log.info(f"{problem.name}: nothing known: {failure}")
+        return None
+    if reasons := _reasons(problem, cases, want, knowledge):
+        log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
+        return None
+    bounds, spanned = {}, all(_spans_studied(problem, *case) for case in cases)
+    for number, studied in _studied(problem, want).items():
+        of_cases = [bounds_at(knowledge, features, studied) for features, _ in cases]
+        for ics in of_cases[0]:
+            if all(ics in of_case for of_case in of_cases):
+                joined = _joined([of_case[ics] for of_case in of_cases], number)
+                bounds[ics, number] = joined if spanned else replace(joined, low=0.0)
+    return Expectation(bounds, knowledge, _studied(problem, want))
+
+
+def _studied(problem: ContactProblem, want: Sequence[str]) -> dict[str, str]:
+    """Return the names of wanted numbers in known scenes; without those that were not studied there.
+
+    With friction tangential tractions change pressures and patches. Of these, p_max alone was studied so.
+    """
+    if problem.specification.friction is None:
+        return {name: name for name in want if name in NORMAL_NUMBERS}
+    return {name: name for name in want if name in ROLLING_NUMBERS} | {
+        name: PRESSURE_IN_ROLLING for name in want if name == "p_max"
+    }
+
+
+def why_not(problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None) -> list[str]:
+    """Return why nothing is expected of a contact, in words; nothing where something is."""
+    try:
+        cases = list(_cases(problem))
+    except Failure as failure:
+        return [str(failure)]
+    return _reasons(problem, cases, want, knowledge or packaged())
+
+
+def bounds_at(
+    knowledge: Knowledge, features: Mapping[str, float], number: str, without: int | None = None
+) -> dict[str, Bounds]:
+    """Return the bounds of the errors of a number at features, by ICs, by the rule of `knowledge`.
+
+    Left out are ICs of which too few errors are known. `without`: the index of a scene that does not count.
+    """
+    order = knowledge.order(features, friction=number in ROLLING_NUMBERS)
+    nearest = [knowledge.scenes[index] for index in order if index != without][: knowledge.rule.nearest]
+    names = dict.fromkeys(ics for scene in nearest for ics in scene.errors)
+    found = {ics: bounds_by(knowledge.rule, nearest, features["angle"], (ics, number)) for ics in names}
+    return {ics: bounds for ics, bounds in found.items() if bounds is not None}
+
+
+def bounds_by(
+    rule: Rule, nearest: Sequence[KnownScene], angle: float, which: tuple[str, str]
+) -> Bounds | None:
+    """Return the bounds of an error by a rule from scenes, where the patch turns by an angle [deg].
+
+    `which`: ICs and number. None where fewer than half of the scenes have one.
+    """
+    (ics, number), errors = which, []
+    for scene in nearest:
+        if number in scene.errors.get(ics, {}):
+            grown, estimate = (angle / scene.features["angle"]) ** rule.growth, scene.estimates[number]
+            errors += [grown * (scene.errors[ics][number] + part) for part in (-estimate, estimate)]
+    if len(errors) < rule.nearest:  # two of each
+        return None
+    low, high = min(errors), max(errors)
+    more = rule.widened * (high - low)
+    return _of_size(low - more, high + more)
+
+
+def _of_size(low: float, high: float) -> Bounds:
+    """Return the bounds of the size of a number with a sign between two bounds."""
+    return Bounds(0.0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
+
+
+def _joined(bounds: Sequence[Bounds], number: str) -> Bounds:
+    """Return the bounds of the largest error of some cases."""
+    low, high = max(each.low for each in bounds), max(each.high for each in bounds)
+    return Bounds(low, np.inf if number in NOT_FROM_NO_FORCE else high)
+
+
+def _spans_studied(problem: ContactProblem, features: Mapping[str, float], size: Size) -> bool:
+    """Return whether creepages reach as far as those studied; of fewer, the largest error may be smaller."""
+    specification = problem.specification
+    if specification.friction is None:
+        return True
+    loads = specification.loads or (np.inf,)
+    step = saturation(problem, size, features["friction"], max(loads))
+    creepages = specification.friction.longitudinal
+    return min(creepages) <= -step and step <= max(creepages)
+
+
+def _cases(problem: ContactProblem) -> Iterator[tuple[dict[str, float], Size]]:
+    """Yield features and patch of each loading and friction; raises Failure as `contact_size`."""
+    on_grid = pair_on_grid(problem, problem.grid)
+    friction = problem.specification.friction
+    for loading in problem.specification.loadings:
+        size = contact_size(on_grid, loading)
+        features = features_of(problem, size)
+        for coefficient in friction.coefficients if friction else (0.0,):
+            yield features | {"friction": coefficient}, size
+
+
+def _reasons(
+    problem: ContactProblem,
+    cases: Sequence[tuple[Mapping[str, float], Size]],
+    want: Sequence[str],
+    knowledge: Knowledge,
+) -> list[str]:
+    """Return why a contact lies outside of what is known, in words."""
+    friction = problem.specification.friction is not None
+    reasons = list(_of_kind(problem))
+    if not _studied(problem, want):
+        reasons.append(f"{', '.join(want)} of this motion")
+    for features, size in cases:
+        reasons += knowledge.outside(features, friction=friction)
+        reasons += [
+            f"curvature of the {name} contour that jumps within the patch"
+            for name, body in problem.bodies.items()
+            if any(size.s[0] < jump < size.s[1] for jump in body.contour.jumps)
+        ]
+    return list(dict.fromkeys(reasons))
+
+
+def _of_kind(problem: ContactProblem) -> Iterator[str]:
+    """Yield what a contact has that the known scenes have not."""
+    specification, friction = problem.specification, problem.specification.friction
+    if specification.motion not in MOTIONS:
+        yield f"motion = {specification.motion}"
+    if specification.lateral_force is not None:
+        yield "a lateral force"
+    if specification.extra_gap is not None:
+        yield "an extra gap"
+    if friction and (friction.lateral or friction.spin):
+        yield "lateral creepage or spin"
+    if friction and friction.friction_by_angle:
+        yield "friction by the contact angle"
+    yield from (f"the outline of the {name} body" for name, body in problem.bodies.items() if _outlined(body))
+
+
+def _outlined(body: Body) -> bool:
+    return body.outline is not None

@@ -1,0 +1,134 @@
+"""What is known: features and errors of random scenes, the rule of bounds, and how often these held."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femic.advice.features import FEATURES
+from femic.cache.files import write_text
+from geometries.arrays import Array, Indices
+
+PACKAGED = Path(__file__).with_name("knowledge.json")
+DIGITS = 4  # of stored numbers
+NEARLY = 0.1  # of the scale of a feature: so far outside of known values is still inside
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How bounds follow from the `nearest` known scenes.
+
+    Their errors are taken to the angle of a contact as if they grew with it to the power `growth`, plus and
+    minus the estimated errors of C; their range is made longer at both ends by the share `widened`.
+    """
+
+    nearest: int
+    widened: float
+    growth: float
+
+
+@dataclass(frozen=True)
+class KnownScene:
+    """A solved random scene: features, errors by ICs and number, and estimated errors of C by number."""
+
+    seed: int
+    number: int
+    features: Mapping[str, float]
+    errors: Mapping[str, Mapping[str, float]]
+    estimates: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Held:
+    """In how many of some test scenes bounds held, by ICs and number: (held, of)."""
+
+    scenes: int = 0
+    counts: Mapping[str, Mapping[str, Sequence[int]]] = field(default_factory=dict)
+
+    def of(self, ics: str, number: str) -> tuple[int, int]:
+        """Return in how many scenes bounds held, and of how many; (0, 0) where none were tested."""
+        held, tested = self.counts.get(ics, {}).get(number, (0, 0))
+        return int(held), int(tested)
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """Known scenes, the rule of bounds, how often they held in other scenes, and which code solved them."""
+
+    scenes: Sequence[KnownScene]
+    rule: Rule
+    held: Held = field(default_factory=Held)
+    code: str = ""
+
+    def order(self, features: Mapping[str, float], *, friction: bool) -> Indices:
+        """Return the indices of the known scenes, the most similar first."""
+        apart = self._scaled - _on_scale(features)
+        counts = [friction or not of.only_with_friction for of in FEATURES.values()]
+        return np.argsort(np.linalg.norm(apart[:, counts], axis=1), kind="stable")
+
+    @cached_property
+    def _scaled(self) -> Array:
+        """Features of the scenes over their scales, (scenes, features)."""
+        return np.array([_on_scale(scene.features) for scene in self.scenes])
+
+    def outside(self, features: Mapping[str, float], *, friction: bool) -> list[str]:
+        """Return what lies outside of the known scenes, in words."""
+        return [
+            _outside(name, features[name], [scene.features[name] for scene in self.scenes])
+            for name, of in FEATURES.items()
+            if (friction or not of.only_with_friction) and not self._covers(name, features[name])
+        ]
+
+    def _covers(self, name: str, value: float) -> bool:
+        """Return whether a value of a feature is between those of known scenes, or nearly so."""
+        known = [FEATURES[name].on_scale(scene.features[name]) for scene in self.scenes]
+        return min(known) - NEARLY <= FEATURES[name].on_scale(value) <= max(known) + NEARLY
+
+
+def _on_scale(features: Mapping[str, float]) -> Array:
+    """Return features over their scales, shape (features,)."""
+    return np.array([of.on_scale(features[name]) for name, of in FEATURES.items()])
+
+
+def _outside(name: str, value: float, values: Sequence[float]) -> str:
+    feature = FEATURES[name]
+    unit = f" {feature.unit}" if feature.unit else ""
+    return f"{feature.meaning} ({value:.3g}{unit}; known: {min(values):.3g} ... {max(values):.3g}{unit})"
+
+
+@cache
+def packaged() -> Knowledge:
+    """Return the knowledge of the package."""
+    return read(PACKAGED)
+
+
+def read(path: Path) -> Knowledge:
+    """Return the knowledge of a file."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    scenes = [KnownScene(**scene) for scene in content["scenes"]]
+    return Knowledge(scenes, Rule(**content["rule"]), Held(**content["held"]), content["code"])
+
+
+def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:
+    """Write knowledge, and facts on how it was computed, to a file."""
+    content = {
+        "code": knowledge.code,
+        **facts,
+        "rule": asdict(knowledge.rule),
+        "held": asdict(knowledge.held),
+    }
+    scenes = [json.dumps(_rounded(asdict(scene)), ensure_ascii=False) for scene in knowledge.scenes]
+    head = json.dumps(content, ensure_ascii=False)[:-1]
+    listed = ",\n".join(scenes)
+    write_text(f'{head},\n"scenes": [\n{listed}\n]}}\n', path)
+
+
+def _rounded(values: Any) -> Any:
+    """Return values with numbers to `DIGITS` digits."""
+    if isinstance(values, Mapping):
+        return {key: _rounded(value) for key, value in values.items()}
+    return float(f"{values:.{DIGITS}g}") if isinstance(values, float) else values

@@ -1,0 +1,174 @@
+"""How often bounds of errors hold and decisions by them are right, in scenes that did not make the bounds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from femic.advice.errors import NUMBERS, ROLLING_NUMBERS, errors_of, estimates_of
+from femic.advice.expected import Bounds, bounds_at, bounds_by
+from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule
+
+TOLERANCES = 0.02, 0.05, 0.1  # of decisions
+RULES = tuple(Rule(*rule) for rule in product((6, 8, 12, 20), (0.1, 0.25, 0.5, 1.0), (0.0, 1.0, 2.0)))
+LEAST_HELD = 0.95  # share of bounds that hold in known scenes, each left out once, with the chosen rule
+WORST = 10  # trials that are listed
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An error in a scene, its bounds without this scene, and the estimated error of C, shares all."""
+
+    scene: KnownScene
+    ics: str
+    number: str
+    bounds: Bounds
+
+    @property
+    def error(self) -> float:
+        """The size of the error."""
+        return abs(self.scene.errors[self.ics][self.number])
+
+    @property
+    def estimate(self) -> float:
+        """The estimated error of C."""
+        return self.scene.estimates[self.number]
+
+    @property
+    def beyond(self) -> float:
+        """By how much the error is beyond its bounds and the estimate of C; 0 or less: they hold."""
+        return max(self.bounds.low - self.error, self.error - self.bounds.high) - self.estimate
+
+    def outcome(self, tolerance: float) -> str:
+        """Return how a decision ends: right, wrong, not decided; open where the estimate of C decides."""
+        if self.bounds.low <= tolerance < self.bounds.high:
+            return "undecided"
+        if abs(self.error - tolerance) <= self.estimate:
+            return "open"
+        good = self.bounds.high <= tolerance
+        return "right" if good == (self.error <= tolerance) else "wrong"
+
+
+def scenes_of(entries: Sequence[dict[str, Any]]) -> list[KnownScene]:
+    """Return the scenes of entries that have a solution."""
+    return [
+        KnownScene(entry["seed"], entry["number"], entry["features"], errors_of(entry), estimates_of(entry))
+        for entry in entries
+        if "failure" not in entry
+    ]
+
+
+def trials(knowledge: Knowledge, tested: Sequence[KnownScene]) -> Iterator[Trial]:
+    """Yield the trials of scenes within what is known."""
+    for scene in tested:
+        for number in NUMBERS:
+            if knowledge.outside(scene.features, friction=number in ROLLING_NUMBERS):
+                continue
+            for ics, bounds in bounds_at(knowledge, scene.features, number).items():
+                if number in scene.errors.get(ics, {}):
+                    yield Trial(scene, ics, number, bounds)
+
+
+def chosen_rule(scenes: Sequence[KnownScene]) -> Rule:
+    """Return the rule by which most decisions are right in known scenes, each left out once.
+
+    Among those whose bounds hold in `LEAST_HELD` of all trials; where none does, the one that holds most.
+    """
+    scores = {}
+    left_out = _left_out(scenes)
+    for rule in RULES:
+        tried = [trial for scene, orders in left_out for trial in _by_rule(rule, scene, orders)]
+        held = sum(trial.beyond <= 0 for trial in tried) / max(len(tried), 1)
+        right = sum(trial.outcome(tolerance) == "right" for trial in tried for tolerance in TOLERANCES)
+        scores[rule] = (held >= LEAST_HELD, right) if held >= LEAST_HELD else (False, held)
+    return max(scores, key=scores.__getitem__)
+
+
+Orders = dict[bool, list[KnownScene]]  # the other scenes, the most similar first, by whether friction counts
+
+
+def _left_out(scenes: Sequence[KnownScene]) -> list[tuple[KnownScene, Orders]]:
+    knowledge = Knowledge(scenes, RULES[0])
+    most = max(rule.nearest for rule in RULES)
+    return [
+        (
+            scene,
+            {
+                friction: [
+                    scenes[other]
+                    for other in knowledge.order(scene.features, friction=friction)
+                    if scenes[other] is not scene
+                ][:most]
+                for friction in (False, True)
+            },
+        )
+        for scene in scenes
+    ]
+
+
+def _by_rule(rule: Rule, scene: KnownScene, orders: Orders) -> Iterator[Trial]:
+    """Yield the trials of a known scene by a rule, from the other scenes."""
+    for ics, errors in scene.errors.items():
+        for number in errors:
+            nearest = orders[number in ROLLING_NUMBERS][: rule.nearest]
+            if bounds := bounds_by(rule, nearest, scene.features["angle"], (ics, number)):
+                yield Trial(scene, ics, number, bounds)
+
+
+def checked(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowledge, list[Trial]]:
+    """Return the knowledge with how often its bounds held in other scenes, and the trials."""
+    tried = list(trials(knowledge, scenes))
+    counts: dict[str, dict[str, list[int]]] = {}
+    for trial in tried:
+        count = counts.setdefault(trial.ics, {}).setdefault(trial.number, [0, 0])
+        count[0] += trial.beyond <= 0
+        count[1] += 1
+    return replace(knowledge, held=Held(len(scenes), counts)), tried
+
+
+def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Return how bounds held and decisions ended, by number and ICs."""
+    groups: dict[tuple[str, str], list[Trial]] = {}
+    for trial in tried:
+        groups.setdefault((trial.number, trial.ics), []).append(trial)
+    return [
+        {
+            "number": number,
+            "ics": ics,
+            "scenes": len(group),
+            "held": sum(trial.beyond <= 0 for trial in group),
+            "median_high": float(np.median([trial.bounds.high for trial in group])),
+            "median_error": float(np.median([trial.error for trial in group])),
+            "largest_error": max(trial.error for trial in group),
+            "decisions": [
+                {"tolerance": tolerance, **outcomes_of(group, tolerance)} for tolerance in TOLERANCES
+            ],
+        }
+        for (number, ics), group in sorted(groups.items(), key=lambda item: NUMBERS.index(item[0][0]))
+    ]
+
+
+def outcomes_of(tried: Sequence[Trial], tolerance: float) -> dict[str, int]:
+    """Return how many decisions at a tolerance end in which way."""
+    outcomes = [trial.outcome(tolerance) for trial in tried]
+    return {name: outcomes.count(name) for name in ("right", "wrong", "undecided", "open")}
+
+
+def worst_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Return the errors that are farthest beyond their bounds, and the features of their scenes."""
+    failed = sorted((trial for trial in tried if trial.beyond > 0), key=lambda trial: -trial.beyond)
+    return [
+        {
+            "scene": f"{trial.scene.seed}-{trial.scene.number}",
+            "number": trial.number,
+            "ics": trial.ics,
+            "error": trial.error,
+            "low": trial.bounds.low,
+            "high": trial.bounds.high,
+            "estimate": trial.estimate,
+            "features": dict(trial.scene.features),
+        }
+        for trial in failed[:WORST]
+    ]

@@ -1,0 +1,242 @@
+"""Bounds from handmade knowledge: a law of errors, what lies outside, more scenes, decisions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.advice.expected import Bounds, bounds_at, expect, why_not
+from femic.advice.features import FEATURES, features_of
+from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule, read, write
+from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of
+from femic.advice.scenes import random_scene
+
+NUMBER, ICS = "p_max", "A"
+ROLLING = "p_max in rolling"
+PLAIN = Rule(nearest=6, widened=0.0, growth=0.0)
+
+
+def law(features):
+    """Errors as those of flat half-spaces: they grow with the squared angle, more where a patch is long."""
+    return 1e-5 * features["angle"] ** 2 * features["aspect"] ** 0.3
+
+
+def known_scenes(count, seed=1, factor=1.0, estimate=0.0):
+    random = np.random.default_rng(seed)
+    scenes = []
+    for number in range(count):
+        features = dict.fromkeys(FEATURES, 1.0) | {
+            "angle": 10 ** random.uniform(0.7, 2.0),
+            "aspect": 2 ** random.uniform(-1, 1),
+            "friction": random.uniform(0.1, 0.6),
+        }
+        errors = {NUMBER: factor * law(features), "F_x/limit": features["friction"]}
+        estimates = {NUMBER: estimate, "F_x/limit": 0.0}
+        scenes.append(KnownScene(seed, number, features, {ICS: errors}, estimates))
+    return scenes
+
+
+@pytest.fixture(scope="module")
+def knowledge():
+    return Knowledge(known_scenes(400), PLAIN)
+
+
+def test_bounds_enclose_a_law_and_are_close_to_it(knowledge):
+    for scene in known_scenes(40, seed=2):
+        if knowledge.outside(scene.features, friction=True):
+            continue
+        bounds = bounds_at(knowledge, scene.features, NUMBER)[ICS]
+        error = law(scene.features)
+        # six of 400 scenes in two features are within 15 % in angle and aspect, and errors within 40 %
+        assert 0.5 * error < bounds.low <= 1.15 * error
+        assert 0.85 * error <= bounds.high < 2 * error
+
+
+def test_errors_taken_to_the_angle_of_the_contact_have_narrower_bounds(knowledge):
+    grown = replace(knowledge, rule=replace(PLAIN, growth=2.0))  # the power of the law
+    widths = []
+    for known in (knowledge, grown):
+        of_scenes = [bounds_at(known, scene.features, NUMBER)[ICS] for scene in knowledge.scenes[:20]]
+        widths.append(np.mean([bounds.high / bounds.low - 1 for bounds in of_scenes]))
+    assert widths[1] < 0.8 * widths[0]
+
+
+def test_more_neighbours_give_wider_bounds(knowledge):
+    features = knowledge.scenes[3].features
+    several = [
+        bounds_at(replace(knowledge, rule=replace(PLAIN, nearest=k)), features, NUMBER)[ICS]
+        for k in (2, 6, 20, 100)
+    ]
+    lows, highs = [each.low for each in several], [each.high for each in several]
+    assert lows == sorted(lows, reverse=True)
+    assert highs == sorted(highs)
+    assert highs[0] < highs[-1]
+
+
+def test_bounds_are_those_of_the_size_of_errors_with_a_sign():
+    scenes = known_scenes(6)
+    signs = [-1, 1, 1, 1, 1, 1]
+    mixed = [
+        replace(scene, errors={ICS: {NUMBER: sign * 0.1 * (number + 1)}})
+        for number, (scene, sign) in enumerate(zip(scenes, signs, strict=True))
+    ]
+    both = bounds_at(Knowledge(mixed, PLAIN), scenes[0].features, NUMBER)[ICS]
+    assert (both.low, both.high) == (0.0, pytest.approx(0.6))
+    negative = [replace(scene, errors={ICS: {NUMBER: -0.1 * (k + 1)}}) for k, scene in enumerate(scenes)]
+    below = bounds_at(Knowledge(negative, PLAIN), scenes[0].features, NUMBER)[ICS]
+    assert (below.low, below.high) == (pytest.approx(0.1), pytest.approx(0.6))
+
+
+def test_estimates_of_c_and_the_margin_make_bounds_wider():
+    def bounds(scenes, rule):
+        return bounds_at(Knowledge(scenes, rule), scenes[0].features, NUMBER)[ICS]
+
+    exact = bounds(known_scenes(6), PLAIN)
+    uncertain = bounds(known_scenes(6, estimate=1e-4), PLAIN)
+    assert uncertain.low == pytest.approx(exact.low - 1e-4)
+    assert uncertain.high == pytest.approx(exact.high + 1e-4)
+    widened = bounds(known_scenes(6), replace(PLAIN, widened=0.1))
+    assert widened.high - exact.high == pytest.approx(0.1 * (exact.high - exact.low))
+
+
+def test_friction_counts_only_for_numbers_of_rolling(knowledge):
+    features = knowledge.scenes[0].features
+    other = features | {"friction": 0.6 if features["friction"] < 0.35 else 0.1}
+    assert bounds_at(knowledge, features, NUMBER) == bounds_at(knowledge, other, NUMBER)
+    assert bounds_at(knowledge, features, "F_x/limit") != bounds_at(knowledge, other, "F_x/limit")
+
+
+def test_a_scene_outside_is_named(knowledge):
+    inside = knowledge.scenes[0].features
+    assert knowledge.outside(inside, friction=True) == []
+    (reason,) = knowledge.outside(inside | {"angle": 150.0}, friction=True)
+    assert FEATURES["angle"].meaning in reason
+    assert "150 deg" in reason
+    most = max(scene.features["angle"] for scene in knowledge.scenes)
+    assert knowledge.outside(inside | {"angle": 1.01 * most}, friction=True) == []  # nearly inside
+    assert knowledge.outside(inside | {"friction": 0.9}, friction=False) == []
+    assert len(knowledge.outside(inside | {"friction": 0.9}, friction=True)) == 1
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return random_scene(7, 0)
+
+
+def around(scene, errors):
+    """Scenes about one, with some errors of p_max."""
+    features = features_of(scene.problem, scene.size)
+    friction = scene.problem.specification.friction.coefficients[0]
+    of_all = []
+    for number, error in enumerate(errors):
+        spread = 0.9 + 0.2 * number / (len(errors) - 1)
+        near = {name: spread * value for name, value in features.items()} | {"friction": friction}
+        near["middle"] = features["middle"] + spread - 1
+        errors, exact = {NUMBER: 2 * error, ROLLING: error}, {NUMBER: 0.0, ROLLING: 0.0}
+        of_all.append(KnownScene(0, number, near, {ICS: errors}, exact))
+    return Knowledge(of_all, PLAIN, Held(10, {ICS: {ROLLING: [9, 10]}}))
+
+
+def test_expected_of_a_contact(scene):
+    expected = expect(scene.problem, [NUMBER, "area"], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]))
+    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.01, 0.06)
+    assert (expected.low(ICS, "area"), expected.high(ICS, "area")) == (0.0, np.inf)
+    assert (expected.low("B", NUMBER), expected.high("B", NUMBER)) == (0.0, np.inf)
+    assert "1.0 to 6.0 %" in expected.sentence
+    assert "9 of 10 random scenes" in expected.sentence
+
+
+def test_pressures_without_friction_are_those_studied_without(scene):
+    specification = replace(scene.problem.specification, motion="none", friction=None)
+    still = replace(scene.problem, specification=specification)
+    expected = expect(still, [NUMBER], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]))
+    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.02, 0.12)
+    assert "not tested" in expected.sentence
+    assert expect(still, ["F_x"], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])) is None
+
+
+def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
+    known = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    own = [
+        replace(each, errors={ICS: {"F_x": each.errors[ICS][ROLLING]}}, estimates={"F_x": 0.0})
+        for each in known.scenes
+    ]
+    expected = expect(scene.problem, ["F_x"], replace(known, scenes=own))
+    assert (expected.low(ICS, "F_x"), expected.high(ICS, "F_x")) == (0.01, np.inf)
+    assert "1.0 % or more" in expected.sentence
+
+
+def test_of_fewer_creepages_than_studied_the_error_may_be_smaller(scene):
+    known, specification = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]), scene.problem.specification
+    friction = replace(specification.friction, longitudinal=(0.5, 0.6))  # all of it slides
+    sliding = replace(scene.problem, specification=replace(specification, friction=friction))
+    expected = expect(sliding, [NUMBER], known)
+    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.0, 0.06)
+
+
+def test_nothing_is_expected_outside(scene):
+    knowledge = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    far = scene.problem.specification
+    heavier = replace(scene.problem, specification=replace(far, loads=(far.loads[0] / 20,)))
+    assert expect(heavier, [NUMBER], knowledge) is None
+    assert any(FEATURES["angle"].meaning in reason for reason in why_not(heavier, [NUMBER], knowledge))
+    friction = replace(far.friction, spin=1e-4)
+    turning = replace(scene.problem, specification=replace(far, friction=friction))
+    assert expect(turning, [NUMBER], knowledge) is None
+    assert why_not(turning, [NUMBER], knowledge) == ["lateral creepage or spin"]
+    assert why_not(scene.problem, [NUMBER], knowledge) == []
+
+
+@pytest.mark.parametrize(
+    ("bounds", "error", "outcome"),
+    [
+        (Bounds(0.01, 0.03), 0.02, "right"),
+        (Bounds(0.01, 0.03), 0.08, "wrong"),
+        (Bounds(0.06, 0.09), 0.08, "right"),
+        (Bounds(0.06, 0.09), 0.02, "wrong"),
+        (Bounds(0.01, 0.09), 0.02, "undecided"),
+        (Bounds(0.01, 0.03), 0.052, "open"),
+        (Bounds(0.01, 0.05), 0.04, "right"),
+    ],
+)
+def test_decisions(bounds, error, outcome):
+    scene = replace(known_scenes(1)[0], errors={ICS: {NUMBER: -error}}, estimates={NUMBER: 0.003})
+    assert Trial(scene, ICS, NUMBER, bounds).outcome(0.05) == outcome
+
+
+def test_errors_beyond_their_bounds_are_counted(knowledge):
+    rule = replace(PLAIN, growth=2.0, widened=0.25)
+    inside, _ = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3))
+    held, of = inside.held.of(ICS, NUMBER)
+    assert 0.9 * of <= held <= of
+    assert of > 30
+    twice, tried = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3, factor=2.0))
+    assert twice.held.of(ICS, NUMBER)[0] < 0.1 * of
+    (row,) = (row for row in rows_of(tried) if row["number"] == NUMBER)
+    assert row["scenes"] == of
+    assert all(
+        sum(one[end] for end in ("right", "wrong", "undecided", "open")) == of for one in row["decisions"]
+    )
+
+
+def test_the_chosen_rule_holds_in_known_scenes_left_out():
+    scenes = known_scenes(40, seed=4)
+    rule = chosen_rule(scenes)
+    knowledge = Knowledge(scenes, rule)
+    held = [
+        bounds.low <= abs(scene.errors[ICS][number]) <= bounds.high
+        for index, scene in enumerate(scenes)
+        for number in (NUMBER, "F_x/limit")
+        for bounds in [bounds_at(knowledge, scene.features, number, index)[ICS]]
+    ]
+    assert np.mean(held) >= LEAST_HELD
+
+
+def test_knowledge_is_read_as_it_was_written(tmp_path, knowledge):
+    small = replace(knowledge, scenes=knowledge.scenes[:3], held=Held(4, {ICS: {NUMBER: [3, 4]}}), code="c")
+    write(small, {"versions": {}}, tmp_path / "knowledge.json")
+    again = read(tmp_path / "knowledge.json")
+    assert (again.rule, again.code, again.held.of(ICS, NUMBER)) == (small.rule, "c", (3, 4))
+    for one, other in zip(again.scenes, small.scenes, strict=True):
+        assert one.errors[ICS][NUMBER] == pytest.approx(other.errors[ICS][NUMBER], rel=1e-3)
+        assert one.features == pytest.approx(other.features, rel=1e-3)
