@@ -19,6 +19,7 @@ from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from femic.validation.estimates.coverage import stored_comparisons
 from femic.validation.estimates.studies import GridComparison
+from femic.validation.statements.contact_series import ContactSeries, series_of
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
@@ -47,6 +48,7 @@ class Runs:
     tolerance: float  # of C
     done: dict[str, Results] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
+    series: dict[str, ContactSeries] = field(default_factory=dict)
     comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
@@ -108,6 +110,12 @@ class Runs:
             self.contacts[key] = to_dataset(compute_contact(scene, self.options))
         return self.contacts[key]
 
+    def contact_series(self, name: str) -> ContactSeries:
+        """Return the frictionless contacts of a scene under any load with A, B, B-hat and C."""
+        if name not in self.series:
+            self.series[name] = series_of(self._contact_scene(name), self.options)
+        return self.series[name]
+
     def random_contacts(self, study: str, seed: int, count: int) -> list[GridComparison]:
         """Return random contacts of a study on grids of three fineness levels."""
         key = study, seed, count
@@ -126,6 +134,9 @@ class Runs:
         variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
         defaults = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
         return load_scene(name, defaults | dict(changes or {}))
+
+    def _contact_scene(self, name: str) -> Scene:
+        return load_scene(name)
 
     def _with_fit(self, results: Results) -> Results:
         fit = self._fit(results.scene.name)
