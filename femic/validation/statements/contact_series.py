@@ -15,8 +15,7 @@ from femic.contact.estimates import Numbers
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import Operator
-from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid, sizing_of
-from femic.contact.pairs.contact_size import contact_size
+from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
@@ -24,13 +23,9 @@ from femic.contact.pairs.quantities import angle, numbers
 from femic.contact.pairs.reference_ics import ReferenceICs, normal_reference_ics
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
-from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
-LEAST, MOST = 18.0, 113.0  # deg, angles with B-hat between which contacts are found
 GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
-ANGLE_STEPS, ANGLE_SHARE = 40, 0.02  # of the loads with these angles: most steps, and their accuracy
-HERTZ = 3.0  # a load goes like the third power of the size of its patch
 LOAD_SHARE = 1e-3  # accuracy of loads at which a patch turns by an angle
 ICS = ("A", "B", "Bhat", C)
 
@@ -54,18 +49,17 @@ class SharedGrid:
 
 @dataclass(eq=False)
 class ContactSeries:
-    """The frictionless contacts of a problem under any load with A, B, B-hat and C; each is solved once."""
+    """The frictionless contacts of a problem with A, B, B-hat and C, each solved once.
+
+    `loads` [N] are the least and the largest one that grids are made for.
+    """
 
     problem: ContactProblem
     options: RunOptions
+    loads: tuple[float, float]
     contacts: dict[tuple[float, str, bool], PairContact] = field(default_factory=dict)
     measured: dict[tuple[float, str], Numbers] = field(default_factory=dict)
-    loads: dict[float, float] = field(default_factory=dict)  # by angle of the patch with C
-
-    @cached_property
-    def grid_loads(self) -> tuple[float, ...]:
-        """Loads [N] that the grids are made for; the patch with B-hat turns from `LEAST` to `MOST`."""
-        return grid_loads(self.problem)
+    loads_at: dict[float, float] = field(default_factory=dict)  # by angle of the patch with C
 
     @cached_property
     def grids(self) -> list[SharedGrid]:
@@ -73,9 +67,10 @@ class ContactSeries:
         return list(self._grids())
 
     def _grids(self) -> Iterator[SharedGrid]:
-        for grid, loadings in grids_of(_with_loads(self.problem, self.grid_loads)):
+        problem = _with_loads(self.problem, tuple(map(float, np.geomspace(*self.loads, GRID_LOADS))))
+        for grid, loadings in grids_of(problem):
             largest = max(loadings, key=_load)
-            yield on_fitting_grid(self.problem, grid, partial(self._shared_grid, largest))
+            yield on_fitting_grid(problem, grid, partial(self._shared_grid, largest))
 
     def _shared_grid(self, largest: Loading, on_grid: PairOnGrid) -> SharedGrid:
         grid = on_grid.grid
@@ -124,12 +119,12 @@ class ContactSeries:
 
     def load_at(self, degrees: float) -> float:
         """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids."""
-        if degrees not in self.loads:
-            self.loads[degrees] = self._load_at(degrees)
-        return self.loads[degrees]
+        if degrees not in self.loads_at:
+            self.loads_at[degrees] = self._load_at(degrees)
+        return self.loads_at[degrees]
 
     def _load_at(self, degrees: float) -> float:
-        for end in (self.grid_loads[0], *(shared.load for shared in self.grids)):
+        for end in (self.loads[0], *(shared.load for shared in self.grids)):
             self.solved(end)
         known = {load: self.angle(load) for load, ics, exact in self.contacts if ics == C and not exact}
         below = [load for load, turned in known.items() if turned < degrees]
@@ -147,11 +142,6 @@ class ContactSeries:
         return float(np.exp(brentq(beyond, np.log(max(below)), np.log(min(above)), xtol=LOAD_SHARE)))
 
 
-def series_of(scene: Scene, options: RunOptions) -> ContactSeries:
-    """Return the contacts of a scene under any load."""
-    return ContactSeries(scene.contact_problem, options)
-
-
 def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactProblem:
     specification = replace(problem.specification, loads=loads, approaches=(), ics=ICS)
     return replace(problem, specification=specification)
@@ -159,27 +149,3 @@ def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactPro
 
 def _load(loading: Loading) -> float:
     return float(loading.load or 0.0)
-
-
-def grid_loads(problem: ContactProblem) -> tuple[float, ...]:
-    """Return loads [N] under which the patch with B-hat turns by angles from `LEAST` to `MOST`."""
-    loads = problem.specification.loads
-    low, high = (
-        _load_by_size(problem, start, degrees) for start, degrees in ((min(loads), LEAST), (max(loads), MOST))
-    )
-    return tuple(map(float, np.geomspace(low, high, GRID_LOADS)))
-
-
-def _load_by_size(problem: ContactProblem, load: float, degrees: float) -> float:
-    """Return the load [N] under which the patch with B-hat turns by an angle, from coarse grids."""
-    bodies = sizing_of(problem).bodies
-    for _ in range(ANGLE_STEPS):
-        size = contact_size(bodies, Loading(load))
-        turned = float(np.degrees(np.ptp(bodies.undeformed.lower.contour.inclination(np.array(size.s)))))
-        if abs(turned / degrees - 1) < ANGLE_SHARE:
-            return load
-        load *= (degrees / turned) ** HERTZ
-    raise Failure(
-        f"{problem.name}: no load found at which the patch with B-hat turns by {degrees:g} degrees: "
-        f"{turned:.3g} under {load:.3g} N; give other loads to begin with"
-    )
