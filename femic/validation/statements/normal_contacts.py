@@ -13,18 +13,25 @@ import numpy as np
 
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
+from femic.contact.normal import NormalContact
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.contact.pairs.quantities import angle as patch_angle
 from femic.validation.statements.contact_series import ICS, ContactSeries
 from femic.validation.statements.criteria import FOLLOWS, SATISFACTORY, Numbers, Statement
 from femic.validation.statements.curves import rms
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
+from geometries.errors import Failure
 
 WIDE, TALL = PAIRS = ("wide", "tall")
 FROM_PRESSURES = ("p_max", "approach")
 OF_EDGES = ("a", "b")
 NAMES = (*FROM_PRESSURES, *OF_EDGES)
+NUMBERS: Mapping[str, Callable[[NormalContact], float]] = {
+    "p_max": lambda contact: float(np.max(contact.p)),
+    "approach": lambda contact: contact.approach,
+}
 SMALL_ANGLES = (20.0, 30.0, 40.0)  # deg
 ANGLES = tuple(np.arange(30.0, 101.0, 10.0))  # `wide` has no patch over more without one at its ends
 GOOD = FOLLOWS  # as "B_ss is good along s" of statement 17
@@ -174,13 +181,25 @@ def _angle_panels(runs: Runs) -> list[Panel]:
 
 
 def angles_by_ics(runs: Runs) -> Mapping[str, float]:
-    """Return Δδ [deg] under the loads of the source with all ICs."""
+    """Return Δδ [deg] under the loads of the source with all ICs, with C also at the exact distance."""
     return {
         f"{pair}, {load:g} N, Δδ with {symbol_of(ics)} [deg]": runs.contact_series(pair).angle(load, ics)
         for pair, angles in SOURCE_ANGLES.items()
         for load in angles
         for ics in ICS
+    } | {
+        f"{pair}, {load:g} N, Δδ with C, exact distance [deg]": _exact_angle(runs.contact_series(pair), load)
+        for pair, angles in SOURCE_ANGLES.items()
+        for load in angles
     }
+
+
+def _exact_angle(series: ContactSeries, load: float) -> float:
+    try:
+        contact = series.solved(load, exact=True)
+    except Failure:
+        return np.nan
+    return patch_angle(contact.on_grid, contact.normal)
 
 
 def _loads(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
@@ -188,6 +207,42 @@ def _loads(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
     return {
         f"{pair}: load at which Δδ with C is {angle:g}° [N]": runs.contact_series(pair).load_at(angle)
         for pair, angle in product(PAIRS, angles)
+    }
+
+
+def with_exact_distance(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
+    """Return errors of p_max and the approach with the distance of the displaced body; NaN if not found.
+
+    That is the convention of the contact which changes most: the source's distance is linearised.
+    """
+    return {
+        f"exact distance: {pair}, load of {angle:g}°, {name} by {symbol_of(ics)}": _exact_error(
+            series := runs.contact_series(pair), series.load_at(angle), ics, name
+        )
+        for pair, angle, name, ics in product(PAIRS, angles, FROM_PRESSURES, ("A", "B", "Bhat"))
+    }
+
+
+def _exact_error(series: ContactSeries, load: float, ics: str, name: str) -> float:
+    try:
+        number, with_c = (NUMBERS[name](series.solved(load, which, exact=True).normal) for which in (ics, C))
+    except Failure:
+        return np.nan
+    return number / with_c - 1
+
+
+def rigid_differences(runs: Runs) -> Mapping[str, float]:
+    """Return differences of approaches to C over the load [mm/MN], at angles of the patch.
+
+    Where they are alike at all angles, the reference of approaches (a rigid motion) decides their sign.
+    """
+    return {
+        f"{pair}, {angle:g}°: (approach by {symbol_of(ics)} - by C) / load [mm/MN]": 1e6
+        * (series.numbers(load, ics)["approach"] - series.numbers(load)["approach"])
+        / load
+        for pair, angle, ics in product(PAIRS, ANGLES, ("B", "Bhat"))
+        for series in [runs.contact_series(pair)]
+        for load in [series.load_at(angle)]
     }
 
 
@@ -209,7 +264,7 @@ STATEMENTS = (
             ),
         ),
         error_panels(("A",), (*SMALL_ANGLES, *ANGLES[2:])),
-        partial(_loads, angles=SMALL_ANGLES),
+        lambda runs: {**_loads(runs, SMALL_ANGLES), **with_exact_distance(runs, (40.0,))},
     ),
     Statement(
         27,
@@ -237,6 +292,7 @@ STATEMENTS = (
             sizes(("B", "Bhat"), OF_EDGES, ANGLES).below(GOOD, "a, b", _edges_text("the same of a and b")),
         ),
         error_panels(("B", "Bhat"), ANGLES),
+        partial(with_exact_distance, angles=(80.0, 100.0)),
     ),
     Statement(
         29,
@@ -248,6 +304,7 @@ STATEMENTS = (
             bhat_over_b([(TALL, "approach")]).above(1.0, "approach", "the same of the approach on tall"),
         ),
         error_panels(("B", "Bhat"), ANGLES),
+        rigid_differences,
     ),
     Statement(
         30,

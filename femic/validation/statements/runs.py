@@ -24,7 +24,7 @@ from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
-SERIES_LOADS = {  # N, of contacts under any load: patches with C turn by less than 20 to more than 100 degrees
+SERIES_LOADS = {  # N, of contacts under any load: patches turn by less than 20 to more than 100 degrees
     "wide": (60e3, 24e6),  # under larger ones the linearised distance closes at the end of the ellipse, too
     "tall": (0.35e3, 340e3),
 }
