@@ -12,8 +12,8 @@ from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.statements import contact_series, normal_contacts, pressure_shapes, rigid_approaches
-from femic.validation.statements.contact_series import LOAD_SHARE, ContactSeries
-from femic.validation.statements.normal_contacts import TALL, WIDE
+from femic.validation.statements.contact_series import LOAD_SHARE
+from femic.validation.statements.normal_contacts import TALL
 from femic.validation.statements.pressure_shapes import KURTOSIS_OF_HERTZ, OF_HERTZ, kurtosis, peakedness
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import Runs
@@ -128,7 +128,7 @@ def test_errors_grow_with_the_angle_and_vanish_without_a_turn(series):
 @pytest.mark.parametrize(
     ("shape", "largest", "of_places"),
     [
-        (lambda t: np.ones_like(t), 1.0, 1.8),
+        (np.ones_like, 1.0, 1.8),
         (lambda t: np.sqrt(1 - t**2), OF_HERTZ, KURTOSIS_OF_HERTZ),
         (lambda t: 1 - t**2, 1.5, 15 / 7),
     ],
@@ -166,7 +166,7 @@ def test_what_is_proportional_to_the_load_is_rigid():
     dataset = approaches(bent=0.0, of_mzz=1.2)().fe_contact(SimpleNamespace(loads=(1e3, 5e3, 2e4)))
     assert rigid_approaches.compliance(dataset) == pytest.approx(1.2e-6)
     np.testing.assert_allclose(rigid_approaches.off_rigid(dataset), 0.0, atol=1e-15)
-    bent = dataset.assign(fe_raw_approach=dataset.fe_raw_approach + [0.0, 0.0, 0.01])
+    bent = dataset.assign(fe_raw_approach=dataset.fe_raw_approach + np.array([0.0, 0.0, 0.01]))
     assert rigid_approaches.off_rigid(bent)[2] == pytest.approx(0.01)
 
 
