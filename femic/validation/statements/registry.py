@@ -1,4 +1,4 @@
-"""All statements by number: 1 to 13 and 16 to 21 are from [BVSV], all others are about this program.
+"""All statements by number: 1 to 13, 16 to 21, 26 to 33 are from [BVSV], others are about this program.
 
 Thresholds were set before the first run and have not been changed since; `changes` lists the changes of
 claims and criteria. Errors are shares of the component itself (docs/theory/errors.md) on the lines of the
@@ -16,15 +16,21 @@ from femic.validation.statements import (
     elements,
     fe_contacts,
     nn,
+    normal_contacts,
+    pressure_shapes,
     program,
     random_contacts,
+    rigid_approaches,
     sn,
     tangential,
     xn,
 )
 from femic.validation.statements.criteria import Statement
 
-GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, random_contacts)
+GROUPS = (
+    *(nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, random_contacts),
+    *(normal_contacts, pressure_shapes, rigid_approaches),
+)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement

@@ -19,10 +19,15 @@ from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from femic.validation.estimates.coverage import stored_comparisons
 from femic.validation.estimates.studies import GridComparison
+from femic.validation.statements.contact_series import ContactSeries
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
+SERIES_LOADS = {  # N, of contacts under any load: patches turn by less than 20 to more than 100 degrees
+    "wide": (60e3, 24e6),  # under larger ones the linearised distance closes at the end of the ellipse, too
+    "tall": (0.35e3, 340e3),
+}
 NEARLY_PLANE = 1e4  # mm, radius of the arcs
 
 
@@ -47,6 +52,7 @@ class Runs:
     tolerance: float  # of C
     done: dict[str, Results] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
+    series: dict[str, ContactSeries] = field(default_factory=dict)
     comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
@@ -108,6 +114,13 @@ class Runs:
             self.contacts[key] = to_dataset(compute_contact(scene, self.options))
         return self.contacts[key]
 
+    def contact_series(self, name: str) -> ContactSeries:
+        """Return the frictionless contacts of a scene under any load with A, B, B-hat and C."""
+        if name not in self.series:
+            problem = self._contact_scene(name).contact_problem
+            self.series[name] = ContactSeries(problem, self.options, SERIES_LOADS[name])
+        return self.series[name]
+
     def random_contacts(self, study: str, seed: int, count: int) -> list[GridComparison]:
         """Return random contacts of a study on grids of three fineness levels."""
         key = study, seed, count
@@ -126,6 +139,9 @@ class Runs:
         variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
         defaults = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
         return load_scene(name, defaults | dict(changes or {}))
+
+    def _contact_scene(self, name: str) -> Scene:
+        return load_scene(name)
 
     def _with_fit(self, results: Results) -> Results:
         fit = self._fit(results.scene.name)

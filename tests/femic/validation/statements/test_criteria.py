@@ -17,6 +17,7 @@ from femic.validation.statements.elements import ELEMENTS
 from femic.validation.statements.elements import NUMBERS as ELEMENT_NUMBERS
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
+from tests.femic.validation.statements import normal_makers
 from tests.femic.validation.statements.handmade import (
     SOFT,
     STIFF,
@@ -280,6 +281,7 @@ EXACT = {  # the threshold, and C for a value
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
     (25, "held frictionless"): (0.95, known),
     (25, "held rolling"): (0.95, known),
+    **normal_makers.EXACT,
 }
 
 

@@ -1,0 +1,151 @@
+"""Contacts of a pair under any load, on grids that some loads share: C is solved once for each grid.
+
+So contacts can be compared at angles Δδ of the patch instead of loads: the load at which the patch with C
+turns by an angle is sought.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+import numpy as np
+from scipy.optimize import brentq
+
+from femic.contact.estimates import Numbers
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.operators.protocols import Operator
+from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
+from femic.contact.pairs.quantities import angle, numbers
+from femic.contact.pairs.reference_ics import ReferenceICs, normal_reference_ics
+from femic.contact.specification import ContactProblem
+from femic.reference.run_options import RunOptions
+from geometries.errors import Failure
+
+GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
+LOAD_SHARE = 1e-3  # accuracy of loads at which a patch turns by an angle
+ICS = ("A", "B", "Bhat", C)
+
+
+@dataclass(frozen=True, eq=False)
+class SharedGrid:
+    """Bodies on a grid, the ICs by name, C as it was found, and the largest load [N] of the grid."""
+
+    on_grid: PairOnGrid
+    operators: Mapping[str, Operator]
+    reference: ReferenceICs
+    load: float
+
+    def solve(self, loading: Loading, ics: str, *, exact: bool = False) -> PairContact:
+        """Return the contact with some ICs; `exact`: with the distance of the displaced body."""
+        try:
+            return self.on_grid.solve(self.operators[ics], loading, exact=exact)
+        except PotentialAreaTooSmall as short:
+            raise PotentialAreaTooSmall(short.ends, loading, ics) from short
+
+
+@dataclass(eq=False)
+class ContactSeries:
+    """The frictionless contacts of a problem with A, B, B-hat and C, each solved once.
+
+    `loads` [N] are the least and the largest one that grids are made for.
+    """
+
+    problem: ContactProblem
+    options: RunOptions
+    loads: tuple[float, float]
+    contacts: dict[tuple[float, str, bool], PairContact] = field(default_factory=dict)
+    measured: dict[tuple[float, str], Numbers] = field(default_factory=dict)
+    loads_at: dict[float, float] = field(default_factory=dict)  # by angle of the patch with C
+
+    @cached_property
+    def grids(self) -> list[SharedGrid]:
+        """The grids, those of smaller loads first."""
+        return list(self._grids())
+
+    def _grids(self) -> Iterator[SharedGrid]:
+        problem = _with_loads(self.problem, tuple(map(float, np.geomspace(*self.loads, GRID_LOADS))))
+        for grid, loadings in grids_of(problem):
+            largest = max(loadings, key=_load)
+            yield on_fitting_grid(problem, grid, partial(self._shared_grid, largest))
+
+    def _shared_grid(self, largest: Loading, on_grid: PairOnGrid) -> SharedGrid:
+        grid = on_grid.grid
+        self.options.watch.on_stage(
+            f"  {self.problem.name}: C on {grid.n_x} x {grid.n_s} elements, up to {largest}"
+        )
+        reference = normal_reference_ics(self.problem, on_grid, self.options)
+        operators: dict[str, Operator] = {ics: on_grid.operator(ics) for ics in ICS if ics != C}
+        shared = SharedGrid(on_grid, operators | {C: reference.operator}, reference, _load(largest))
+        for ics in ICS:  # a grid that is too short for one of them is made longer
+            shared.solve(largest, ics)
+        return shared
+
+    def grid_of(self, load: float) -> SharedGrid:
+        """Return the grid of a load [N]."""
+        return next((shared for shared in self.grids if load <= shared.load), self.grids[-1])
+
+    def solved(self, load: float, ics: str = C, *, exact: bool = False) -> PairContact:
+        """Return the contact under a load [N]; `exact`: with the distance of the displaced body."""
+        key = load, ics, exact
+        if key not in self.contacts:
+            self.contacts[key] = self.grid_of(load).solve(Loading(load), ics, exact=exact)
+        return self.contacts[key]
+
+    def contact(self, load: float, ics: str = C) -> SolvedContact:
+        """Return the contact under a load [N], of C also with its estimated error added."""
+        shared, loading = self.grid_of(load), Loading(load)
+        perturbed = shared.on_grid.solve(shared.reference.perturbed, loading) if ics == C else None
+        return SolvedContact(loading, ics, self.solved(load, ics), perturbed)
+
+    def numbers(self, load: float, ics: str = C) -> Numbers:
+        """Return the numbers of the contact under a load [N], and their estimated errors, `estimate_...`."""
+        key = load, ics
+        if key not in self.measured:
+            contact = self.contact(load, ics)
+            estimates = contact.estimated_errors().items()
+            self.measured[key] = numbers(contact.on_grid, contact.normal) | {
+                f"estimate_{name}": estimate for name, estimate in estimates
+            }
+        return self.measured[key]
+
+    def angle(self, load: float, ics: str = C) -> float:
+        """Return the angle [deg] by which the patch turns under a load [N]."""
+        contact = self.solved(load, ics)
+        return angle(contact.on_grid, contact.normal)
+
+    def load_at(self, degrees: float) -> float:
+        """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids."""
+        if degrees not in self.loads_at:
+            self.loads_at[degrees] = self._load_at(degrees)
+        return self.loads_at[degrees]
+
+    def _load_at(self, degrees: float) -> float:
+        for end in (self.loads[0], *(shared.load for shared in self.grids)):
+            self.solved(end)
+        known = {load: self.angle(load) for load, ics, exact in self.contacts if ics == C and not exact}
+        below = [load for load, turned in known.items() if turned < degrees]
+        above = [load for load, turned in known.items() if turned >= degrees]
+        if not below or not above:
+            raise Failure(
+                f"{self.problem.name}: no load at which the patch with C turns by {degrees:g} degrees; it "
+                f"turns by {min(known.values()):.3g} to {max(known.values()):.3g} under "
+                f"{min(known):.3g} to {max(known):.3g} N; try a finer C or finer elements"
+            )
+
+        def beyond(log_load: float) -> float:
+            return self.angle(float(np.exp(log_load))) - degrees
+
+        return float(np.exp(brentq(beyond, np.log(max(below)), np.log(min(above)), xtol=LOAD_SHARE)))
+
+
+def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactProblem:
+    specification = replace(problem.specification, loads=loads, approaches=(), ics=ICS)
+    return replace(problem, specification=specification)
+
+
+def _load(loading: Loading) -> float:
+    return float(loading.load or 0.0)

@@ -1,0 +1,321 @@
+"""Statements 26 to 30 ([BVSV] section 6.1): frictionless contact with A, B and B-hat beside C.
+
+Errors of p_max, a, b and the approach are compared at angles Δδ by which the patch with C turns, at the same
+load with all ICs. a and b are read between elements; criteria add their estimated errors, as the mesh limits
+them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
+from femic.contact.normal import NormalContact
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.contact.pairs.quantities import angle as patch_angle
+from femic.validation.statements.contact_series import ICS, ContactSeries
+from femic.validation.statements.criteria import FOLLOWS, SATISFACTORY, Numbers, Statement
+from femic.validation.statements.curves import rms
+from femic.validation.statements.runs import Runs
+from geometries.arrays import Array
+from geometries.errors import Failure
+
+WIDE, TALL = PAIRS = ("wide", "tall")
+FROM_PRESSURES = ("p_max", "approach")
+OF_EDGES = ("a", "b")
+NAMES = (*FROM_PRESSURES, *OF_EDGES)
+NUMBERS: Mapping[str, Callable[[NormalContact], float]] = {
+    "p_max": lambda contact: float(np.max(contact.p)),
+    "approach": lambda contact: contact.approach,
+}
+SMALL_ANGLES = (20.0, 30.0, 40.0)  # deg
+ANGLES = tuple(np.arange(30.0, 101.0, 10.0))  # `wide` has no patch over more without one at its ends
+GOOD = FOLLOWS  # as "B_ss is good along s" of statement 17
+SOURCE_ANGLES = {  # deg, by pair and load [N]
+    WIDE: {660e3: 40.0, 5300e3: 80.0, 18000e3: 110.0},
+    TALL: {7.4e3: 40.0, 58e3: 80.0, 310e3: 110.0},
+}
+
+
+def error(series: ContactSeries, load: float, ics: str, name: str) -> float:
+    """Return a number with some ICs over the same with C, minus 1."""
+    return series.numbers(load, ics)[name] / series.numbers(load)[name] - 1
+
+
+def known_to(series: ContactSeries, load: float, ics: str, name: str) -> float:
+    """Return the estimated error of an error: the sum of both estimates as a share of the number with C."""
+    both = sum(series.numbers(load, which)[f"estimate_{name}"] for which in (ics, C))
+    return both / series.numbers(load)[name]
+
+
+def size(series: ContactSeries, load: float, ics: str, name: str) -> float:
+    """Return |error|, of a and b less what is known of it."""
+    allowance = known_to(series, load, ics, name) if name in OF_EDGES else 0.0
+    return abs(error(series, load, ics, name)) - allowance
+
+
+def sizes(ics: Sequence[str], names: Sequence[str], angles: Sequence[float]) -> Numbers:
+    """Measure |errors| of both pairs at angles of the patch with C."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        return {
+            f"{pair}, {angle:g}°, {name} by {symbol_of(which)}": size(
+                series := runs.contact_series(pair), series.load_at(angle), which, name
+            )
+            for pair, angle, name, which in product(PAIRS, angles, names, ics)
+        }
+
+    return Numbers(measure)
+
+
+def tall_minus_wide(names: Sequence[str]) -> Numbers:
+    """Measure |error of A| on `tall` minus that on `wide` at equal angles; of a, b plus their estimates."""
+
+    def difference(runs: Runs, angle: float, name: str) -> float:
+        wide, tall = ((series := runs.contact_series(pair), series.load_at(angle)) for pair in PAIRS)
+        larger = abs(error(*tall, "A", name)) - abs(error(*wide, "A", name))
+        return larger + sum(known_to(*pair, "A", name) for pair in (wide, tall) if name in OF_EDGES)
+
+    return Numbers(
+        lambda runs: {
+            f"{angle:g}°, {name}": difference(runs, angle, name) for angle, name in product(ANGLES, names)
+        }
+    )
+
+
+def bhat_over_b(cases: Sequence[tuple[str, str]]) -> Numbers:
+    """Measure the rms error of B-hat over that of B at all angles, by pair and number."""
+
+    def ratio(runs: Runs, pair: str, name: str) -> float:
+        bhat, b = (rms(errors_at(runs.contact_series(pair), ANGLES, ics, name)) for ics in ("Bhat", "B"))
+        return bhat / b
+
+    return Numbers(lambda runs: {f"{pair}, {name}": ratio(runs, pair, name) for pair, name in cases})
+
+
+def errors_at(series: ContactSeries, angles: Sequence[float], ics: str, name: str) -> Array:
+    """Return the errors of a number at angles of the patch with C, (n,)."""
+    return np.array([error(series, series.load_at(angle), ics, name) for angle in angles])
+
+
+def angle_deviations(ics: str) -> Callable[[Runs], Mapping[str, float]]:
+    """Measure |Δδ over the angle of the source - 1| under its loads."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        return {
+            f"{pair}, {load:g} N": abs(runs.contact_series(pair).angle(load, ics) / angle - 1)
+            for pair, angles in SOURCE_ANGLES.items()
+            for load, angle in angles.items()
+        }
+
+    return measure
+
+
+# --- panels and further numbers -------------------------------------------------------------------------
+
+
+def error_panels(
+    ics: Sequence[str], angles: Sequence[float], names: Sequence[str] = NAMES
+) -> Callable[[Runs], list[Panel]]:
+    """Make panels of errors over the angle of the patch: a row per number, a column per pair."""
+
+    def panel(runs: Runs, name: str, pair: str) -> Panel:
+        series = runs.contact_series(pair)
+        curves = {symbol_of(which): 100 * errors_at(series, angles, which, name) for which in ics}
+        return Panel(
+            f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
+            "Δδ with C [deg]",
+            "error [%]",
+            curves_of(angles, curves),
+            levels=(-5.0, 5.0),
+        )
+
+    return lambda runs: [panel(runs, name, pair) for name, pair in product(names, PAIRS)]
+
+
+def _pairs_panels(runs: Runs) -> list[Panel]:
+    """Return panels of the errors of A on both pairs, by number."""
+    return [
+        Panel(
+            f"error of {OF_FRICTIONLESS[name].symbol} by A",
+            "Δδ with C [deg]",
+            "|error| [%]",
+            curves_of(
+                ANGLES,
+                {
+                    pair: 100 * np.abs(errors_at(runs.contact_series(pair), ANGLES, "A", name))
+                    for pair in PAIRS
+                },
+            ),
+        )
+        for name in NAMES
+    ]
+
+
+def _angle_panels(runs: Runs) -> list[Panel]:
+    """Return panels of the angle of the patch over the load, with all ICs, and the angles of the source."""
+    panels = []
+    for pair, angles in SOURCE_ANGLES.items():
+        series = runs.contact_series(pair)
+        loads = np.array([series.load_at(angle) for angle in ANGLES])
+        curves = {
+            symbol_of(ics): np.array([series.angle(load, ics) for load in loads]) for ics in (C, "A", "Bhat")
+        }
+        kilonewtons = tuple(load / 1e3 for load in angles)
+        panels.append(
+            Panel(
+                pair,
+                "load [kN]",
+                "Δδ [deg]",
+                curves_of(loads / 1e3, curves),
+                log_x=True,
+                marks=kilonewtons,
+                levels=tuple(angles.values()),
+            )
+        )
+    return panels
+
+
+def angles_by_ics(runs: Runs) -> Mapping[str, float]:
+    """Return Δδ [deg] under the loads of the source with all ICs, with C also at the exact distance."""
+    return {
+        f"{pair}, {load:g} N, Δδ with {symbol_of(ics)} [deg]": runs.contact_series(pair).angle(load, ics)
+        for pair, angles in SOURCE_ANGLES.items()
+        for load in angles
+        for ics in ICS
+    } | {
+        f"{pair}, {load:g} N, Δδ with C, exact distance [deg]": _exact_angle(runs.contact_series(pair), load)
+        for pair, angles in SOURCE_ANGLES.items()
+        for load in angles
+    }
+
+
+def _exact_angle(series: ContactSeries, load: float) -> float:
+    try:
+        contact = series.solved(load, exact=True)
+    except Failure:
+        return np.nan
+    return patch_angle(contact.on_grid, contact.normal)
+
+
+def _loads(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
+    """Return the loads at which the patch with C turns by angles."""
+    return {
+        f"{pair}: load at which Δδ with C is {angle:g}° [N]": runs.contact_series(pair).load_at(angle)
+        for pair, angle in product(PAIRS, angles)
+    }
+
+
+def with_exact_distance(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
+    """Return errors of p_max and the approach with the distance of the displaced body; NaN if not found.
+
+    That is the convention of the contact which changes most: the source's distance is linearised.
+    """
+    return {
+        f"exact distance: {pair}, load of {angle:g}°, {name} by {symbol_of(ics)}": _exact_error(
+            series := runs.contact_series(pair), series.load_at(angle), ics, name
+        )
+        for pair, angle, name, ics in product(PAIRS, angles, FROM_PRESSURES, ("A", "B", "Bhat"))
+    }
+
+
+def _exact_error(series: ContactSeries, load: float, ics: str, name: str) -> float:
+    try:
+        number, with_c = (NUMBERS[name](series.solved(load, which, exact=True).normal) for which in (ics, C))
+    except Failure:
+        return np.nan
+    return number / with_c - 1
+
+
+def rigid_differences(runs: Runs) -> Mapping[str, float]:
+    """Return differences of approaches to C over the load [mm/MN], at angles of the patch.
+
+    Where they are alike at all angles, the reference of approaches (a rigid motion) decides their sign.
+    """
+    return {
+        f"{pair}, {angle:g}°: (approach by {symbol_of(ics)} - by C) / load [mm/MN]": 1e6
+        * (series.numbers(load, ics)["approach"] - series.numbers(load)["approach"])
+        / load
+        for pair, angle, ics in product(PAIRS, ANGLES, ("B", "Bhat"))
+        for series in [runs.contact_series(pair)]
+        for load in [series.load_at(angle)]
+    }
+
+
+def _edges_text(what: str) -> str:
+    return f"{what}, less their estimated errors"
+
+
+STATEMENTS = (
+    Statement(
+        26,
+        "A_nn is within 5 % of C up to Δδ of 40° in p_max, a, b and approach, in both pairs "
+        "(section 6.1; a and b as far as the mesh tells them).",
+        (
+            sizes(("A",), FROM_PRESSURES, SMALL_ANGLES).below(
+                SATISFACTORY, "p_max, approach", "|error| of p_max and approach with A at Δδ of 20, 30, 40°"
+            ),
+            sizes(("A",), OF_EDGES, SMALL_ANGLES).below(
+                SATISFACTORY, "a, b", _edges_text("the same of a and b")
+            ),
+        ),
+        error_panels(("A",), (*SMALL_ANGLES, *ANGLES[2:])),
+        lambda runs: {**_loads(runs, SMALL_ANGLES), **with_exact_distance(runs, (40.0,))},
+    ),
+    Statement(
+        27,
+        "At equal Δδ errors of A are larger on the tall pair than on the wide one (section 6.1).",
+        (
+            tall_minus_wide(FROM_PRESSURES).above(
+                0.0,
+                "p_max, approach",
+                "|error| of p_max and approach with A on tall minus wide, at Δδ of 30, 40 ... 100°",
+            ),
+            tall_minus_wide(OF_EDGES).above(
+                0.0, "a, b", "the same of a and b, plus the estimated errors of both pairs"
+            ),
+        ),
+        _pairs_panels,
+        partial(_loads, angles=ANGLES),
+    ),
+    Statement(
+        28,
+        "B and B̂ are good in both pairs up to Δδ of about 100° (section 6.1; good: within 10 %, as in 17).",
+        (
+            sizes(("B", "Bhat"), FROM_PRESSURES, ANGLES).below(
+                GOOD, "p_max, approach", "|error| of p_max and approach with B and B̂ at Δδ of 30, 40 ... 100°"
+            ),
+            sizes(("B", "Bhat"), OF_EDGES, ANGLES).below(GOOD, "a, b", _edges_text("the same of a and b")),
+        ),
+        error_panels(("B", "Bhat"), ANGLES),
+        partial(with_exact_distance, angles=(80.0, 100.0)),
+    ),
+    Statement(
+        29,
+        "B̂ is better than B, but for the approach on the tall pair (section 6.1).",
+        (
+            bhat_over_b(
+                [(pair, name) for pair in PAIRS for name in NAMES if (pair, name) != (TALL, "approach")]
+            ).below(1.0, "better", "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°"),
+            bhat_over_b([(TALL, "approach")]).above(1.0, "approach", "the same of the approach on tall"),
+        ),
+        error_panels(("B", "Bhat"), ANGLES),
+        rigid_differences,
+    ),
+    Statement(
+        30,
+        "Loads of 660, 5300 and 18 000 kN on the wide pair and of 7.4, 58 and 310 kN on the tall one give Δδ "
+        "near 40, 80 and 110° (section 6.1; near: within 10 %).",
+        (
+            Numbers(angle_deviations(C)).below(
+                FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|"
+            ),
+        ),
+        _angle_panels,
+        angles_by_ics,
+    ),
+)
