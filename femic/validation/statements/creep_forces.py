@@ -1,0 +1,197 @@
+"""Statements 34 to 36: how ICs change creep forces and tractions of steady rolling ([BVSV] section 6.2)."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from compare.contact.dataset import others_of
+from compare.friction.rolling import scaled_force
+from compare.report.charts import Panel, curves_of
+from compare.report.looks import symbol_of
+from femic.validation.statements.criteria import FOLLOWS, SMALL_PART, Statement
+from femic.validation.statements.friction_contacts import (
+    FRICTIONS,
+    HIGH,
+    LOW,
+    SINGLE,
+    against,
+    case,
+    centre_line,
+    curve_distance,
+    from_friction_to_friction,
+    largest_curve_distance,
+    left_after_shift,
+    line_distance,
+    of_ics,
+    ratio,
+    rolling,
+    rolling_on_same_grid,
+    shift,
+)
+from femic.validation.statements.runs import Runs
+
+SHIFTED = ("B", "Bhat")
+GROWING = tuple(zip(FRICTIONS[1:], FRICTIONS[:-1], strict=True))  # each friction with the one below
+FEW_CREEPAGES = (-0.006, 0.0, 0.006)  # with forces beyond those at which tractions are compared
+OPPOSITE = -0.5  # F_x / (friction load) of the other direction
+
+
+def _distances(runs: Runs) -> Mapping[str, float]:
+    """Return distances of curves from C and shifts of all ICs at each coefficient of friction."""
+    contacts = rolling(runs)
+    return {
+        f"{kind}: {case(friction, name)}": measure(contacts, friction, name)
+        for kind, measure in (("shift", shift), ("rms of curve", curve_distance))
+        for friction in FRICTIONS
+        for name in others_of(contacts)
+    }
+
+
+def _shrinking(runs: Runs) -> Mapping[str, float]:
+    """Return ratios of distances from friction to friction of the other ICs, and of forces in N of all."""
+    contacts, details = rolling(runs), dict[str, float]()
+    for one, other in GROWING:
+        for name in SINGLE:
+            distances = [curve_distance(contacts, friction, name) for friction in (one, other)]
+            frictions = f"{symbol_of(name)}, friction {one:g} over {other:g}"
+            details[f"of friction load: {frictions}"] = ratio(*distances)
+            details[f"in N: {frictions}"] = ratio(distances[0] * one, distances[1] * other)
+    return details
+
+
+def equal_force_other_way(runs: Runs) -> xr.Dataset:
+    """Return rolling at the least friction whose tractions are compared at the opposite force."""
+    ics = [*SINGLE, "C"]
+    contact = {"ics": ics, "friction": [LOW], "equal_force": OPPOSITE, "longitudinal": list(FEW_CREEPAGES)}
+    return rolling_on_same_grid(runs, {"contact": contact})
+
+
+def _lines(runs: Runs) -> Mapping[str, float]:
+    """Return distances of p_x at equal force, of the other direction, too."""
+    same, opposite = rolling(runs), equal_force_other_way(runs)
+    details = {
+        f"p_x: {case(friction, name)}": line_distance(same, friction, name)
+        for friction in FRICTIONS
+        for name in others_of(same)
+    }
+    return details | {
+        f"p_x, braking instead of driving: {case(LOW, name)}": line_distance(opposite, LOW, name)
+        for name in SINGLE
+    }
+
+
+def _curve_panels(runs: Runs, frictions: tuple[float, ...] = (LOW,)) -> list[Panel]:
+    contacts = rolling(runs)
+    force = scaled_force(contacts)
+    estimate = scaled_force(contacts, "estimate_F_x").sel(ics="C")
+    panels = []
+    for friction in frictions:
+        curves = {
+            symbol_of(name): force.sel(friction=friction, ics=name).values for name in (*SINGLE, "mix", "C")
+        }
+        band = estimate.sel(friction=friction).values
+        panels.append(
+            Panel(
+                f"friction {friction:g}",
+                "longitudinal creepage [1e-3]",
+                "F_x over friction load [-]",
+                curves_of(1e3 * contacts.xi.values, curves, band),
+            )
+        )
+    return panels
+
+
+def _difference_panel(runs: Runs, friction: float) -> Panel:
+    """Return the differences of creep-force curves from C."""
+    contacts = rolling(runs)
+    force = scaled_force(contacts).sel(friction=friction)
+    away = {symbol_of(name): (force.sel(ics=name) - force.sel(ics="C")).values for name in (*SINGLE, "mix")}
+    return Panel(
+        f"friction {friction:g}",
+        "longitudinal creepage [1e-3]",
+        "F_x minus F_x with C, over friction load [-]",
+        curves_of(1e3 * contacts.xi.values, away),
+    )
+
+
+def _line_panels(runs: Runs, frictions: tuple[float, ...] = (LOW,)) -> list[Panel]:
+    contacts = rolling(runs)
+    panels = []
+    for friction in frictions:
+        line = centre_line(contacts, friction)
+        curves = {symbol_of(name): line.sel(ics=name).values for name in (*SINGLE, "mix", "C")}
+        largest = np.max(np.abs(line.sel(ics="C").values))
+        panels.append(
+            Panel(
+                f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
+                "x [mm]",
+                "p_x at s = 0 over the largest with C [-]",
+                curves_of(contacts.x.values, {name: p / largest for name, p in curves.items()}),
+            )
+        )
+    return panels
+
+
+STATEMENTS = (
+    Statement(
+        34,
+        "B and B̂ shift the creep-force curve at friction 0.20, and B̂′ restores it.",
+        (
+            of_ics(rolling, shift, SHIFTED, (LOW,)).above(
+                FOLLOWS,
+                "shift",
+                "difference to C of the creepage without force, times the slope with C, over friction load",
+            ),
+            of_ics(rolling, left_after_shift, SHIFTED, (LOW,)).below(
+                SMALL_PART,
+                "as a whole",
+                "share of the distance to C's curve that is left when the curve is moved by that difference",
+            ),
+            against(rolling, shift, ("Bhat_prime",), ("Bhat",), (LOW,)).below(
+                SMALL_PART, "restored", "the same difference: B̂′ over B̂"
+            ),
+            of_ics(rolling, largest_curve_distance, ("Bhat_prime",), (LOW,)).below(
+                FOLLOWS, "close", "largest distance of the curve with B̂′ from C's, over friction load"
+            ),
+        ),
+        lambda runs: [*_curve_panels(runs), _difference_panel(runs, LOW)],
+        _distances,
+    ),
+    Statement(
+        35,
+        "At equal F_x over friction load, p_x along the centre line is off with B and B̂ at friction 0.20, "
+        "and B̂′ restores it.",
+        (
+            of_ics(rolling, line_distance, SHIFTED, (LOW,)).above(
+                FOLLOWS, "off", "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it"
+            ),
+            against(rolling, line_distance, ("Bhat_prime",), ("Bhat",), (LOW,)).below(
+                SMALL_PART, "restored", "the same: B̂′ over B̂"
+            ),
+            of_ics(rolling, line_distance, ("Bhat_prime",), (LOW,)).below(
+                FOLLOWS, "close", "the same with B̂′"
+            ),
+        ),
+        _line_panels,
+        _lines,
+    ),
+    Statement(
+        36,
+        "Differences in rolling shrink with friction 0.40 and 0.60.",
+        (
+            from_friction_to_friction(rolling, curve_distance, SHIFTED, GROWING).below(
+                1.0, "curve", "rms distance of the creep-force curve over friction load: over the one before"
+            ),
+            from_friction_to_friction(rolling, line_distance, SHIFTED, GROWING).below(
+                1.0, "p_x", "distance of p_x at s = 0 at equal F_x over friction load: likewise"
+            ),
+        ),
+        lambda runs: [
+            *(_difference_panel(runs, friction) for friction in FRICTIONS),
+            *_line_panels(runs, HIGH),
+        ],
+        _shrinking,
+        columns=3,
+    ),
+)
