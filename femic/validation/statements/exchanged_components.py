@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from compare.contact.dataset import ics_of
 from compare.friction.rolling import scaled_force
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
@@ -36,7 +37,7 @@ from geometries.patches import indices
 
 BASE = "Bhat"
 ALONE = tuple(product(("ns", "nx"), ("B", "Bhat_prime")))  # components and the variants they are taken from
-CHOSEN = {"pressure": ("p_max", "a", "b")}
+OF_PATCH = ("p_max", "a", "b")
 
 
 # --- 38 -------------------------------------------------------------------------------------------------
@@ -80,14 +81,17 @@ Change = Callable[[xr.Dataset, float, str], float]
 
 def changes(contacts: Callable[[Runs], xr.Dataset], change: Change) -> Numbers:
     """Measure what exchanging ns or nx changes, at each coefficient of friction."""
-    return Numbers(
-        lambda runs: {
-            case(friction, name): change(contacts(runs), friction, name)
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {
+            case(friction, name): change(dataset, friction, name)
             for friction in FRICTIONS
-            for name in map(str, contacts(runs).ics.values)
+            for name in ics_of(dataset)
             if name != BASE
         }
-    )
+
+    return Numbers(measure)
 
 
 def curve_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -99,9 +103,7 @@ def curve_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
 def number_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the largest relative change of p_max, a and b, at all creepages or loads."""
     at = dataset.sel(friction=friction)
-    return max(
-        float(abs(at[name].sel(ics=ics) / at[name].sel(ics=BASE) - 1).max()) for name in ("p_max", "a", "b")
-    )
+    return max(float(abs(at[name].sel(ics=ics) / at[name].sel(ics=BASE) - 1).max()) for name in OF_PATCH)
 
 
 def traction_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -125,7 +127,7 @@ def _exchange_details(runs: Runs) -> Mapping[str, float]:
     pressed = exchanged_compression(runs)
     for friction in FRICTIONS:
         share = pressed.sliding_share.sel(friction=friction).isel(load=-1)
-        for name in map(str, pressed.ics.values):
+        for name in ics_of(pressed):
             details[f"sliding share: {case(friction, name)}"] = float(share.sel(ics=name))
     return details
 
@@ -137,7 +139,7 @@ def _exchange_panels(runs: Runs) -> list[Panel]:
         at = force.sel(friction=friction)
         away = {
             symbol_of(name): (at.sel(ics=name) - at.sel(ics=BASE)).values
-            for name in map(str, contacts.ics.values)
+            for name in ics_of(contacts)
             if name != BASE
         }
         panels.append(
@@ -150,7 +152,7 @@ def _exchange_panels(runs: Runs) -> list[Panel]:
         )
     for friction in FRICTIONS:
         p = pressed.p.sel(friction=friction, direction="s").interp(x=0.0)
-        curves = {symbol_of(name): p.sel(ics=name).values for name in map(str, pressed.ics.values)}
+        curves = {symbol_of(name): p.sel(ics=name).values for name in ics_of(pressed)}
         panels.append(
             Panel(
                 f"compression, friction {friction:g}",

@@ -142,13 +142,14 @@ Contacts = Callable[[Runs], xr.Dataset]
 
 def of_ics(contacts: Contacts, distance: Distance, ics: Sequence[str], frictions: Sequence[float]) -> Numbers:
     """Measure the distance of each of some ICs from C at each coefficient of friction."""
-    return Numbers(
-        lambda runs: {
-            case(friction, name): distance(contacts(runs), friction, name)
-            for friction in frictions
-            for name in ics
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {
+            case(friction, name): distance(dataset, friction, name) for friction in frictions for name in ics
         }
-    )
+
+    return Numbers(measure)
 
 
 def against(

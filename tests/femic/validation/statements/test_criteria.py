@@ -17,6 +17,7 @@ from femic.validation.statements.elements import ELEMENTS
 from femic.validation.statements.elements import NUMBERS as ELEMENT_NUMBERS
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
+from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS, MADE
 from tests.femic.validation.statements.handmade import (
     SOFT,
     STIFF,
@@ -280,6 +281,7 @@ EXACT = {  # the threshold, and C for a value
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
     (25, "held frictionless"): (0.95, known),
     (25, "held rolling"): (0.95, known),
+    **MADE,
 }
 
 
@@ -301,6 +303,7 @@ def test_a_number_has_the_value_that_c_was_made_for_and_decides_at_its_threshold
 ELSEWHERE = {
     (15, "point loads"),
     (15, "cylinder"),
+    *BY_CLOSED_FORMS,
 }  # no C in them: tests/femic/validation/statements/test_program.py
 SOME = {(15, "variants")}  # missed in some case only: variants are alike in others
 A, B = times("A", None, 1), times("B", None, 1)
