@@ -15,6 +15,7 @@ from femic.contact.pairs.given_ics import GivenICs
 from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement
 from femic.validation.statements.friction_contacts import (
+    FEW_CREEPAGES,
     FRICTIONS,
     LOADS,
     SINGLE,
@@ -65,7 +66,8 @@ def _given(dataset: xr.Dataset) -> dict[str, GivenICs]:
 def exchanged_rolling(runs: Runs) -> xr.Dataset:
     """Return steady rolling with B-hat and with ns or nx exchanged alone."""
     given = _given(rolling(runs))
-    return rolling_on_same_grid(runs, {"contact": {"ics": [BASE, *given]}}, given)
+    contact = {"ics": [BASE, *given], "longitudinal": list(FEW_CREEPAGES)}
+    return rolling_on_same_grid(runs, {"contact": contact}, given)
 
 
 def exchanged_compression(runs: Runs) -> xr.Dataset:

@@ -22,6 +22,7 @@ FRICTIONS = (0.2, 0.4, 0.6)
 LOW, HIGH = FRICTIONS[0], FRICTIONS[1:]
 ELEMENTS = 20  # across the patch
 LOADS = (2e3, 5e3, 10e3, 15e3, 20e3, 30e3, 40e3, 55e3, 70e3, 85e3, 100e3)  # of compression [N]: up to rolling
+FEW_CREEPAGES = (-0.006, -0.003, -0.002, -0.0015, -0.001, -0.0005, 0.0, 0.001, 0.003)  # of further curves
 SINGLE = ("A", "B", "Bhat", "Bhat_prime")
 WITHOUT_FIT = {"A": "Bhat+sn:B+xn:A", "B": "Bhat+sn:B+xn:B", "Bhat": "Bhat+sn:B"}  # by their xn
 ICS = (*SINGLE, "mix", *WITHOUT_FIT.values(), "C")
