@@ -46,13 +46,19 @@ def over_others(of_others: str, ics: str) -> Numbers:
 
 
 def _details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of all ICs from C: of tractions over friction times pressure, in MPa, of sliding."""
+    """Return distances of all ICs from C: of tractions over friction times pressure, over pressure, of sliding.
+
+    Of p_s and p_x alone, too: they depend on different components of the ICs, p_s on sn, p_x on xn.
+    """
     contacts, details = compression(runs), dict[str, float]()
     for friction in FRICTIONS:
         for name in others_of(contacts):
             at, distance = case(friction, name), traction_distance(contacts, friction, name)
             details[f"tractions: {at}"] = distance
             details[f"tractions over pressures: {at}"] = friction * distance
+            for direction in "sx":
+                alone = traction_distance(contacts, friction, name, (direction,))
+                details[f"p_{direction} alone: {at}"] = alone
             details[f"difference of sliding share: {at}"] = sliding_distance(contacts, friction, name)
         share = contacts.sliding_share.sel(friction=friction, ics="C").isel(load=-1)
         details[f"sliding share: {case(friction, 'C')}"] = float(share)
@@ -69,7 +75,7 @@ def _panels(runs: Runs) -> list[Panel]:
         curves = {symbol_of(name): p.sel(ics=name, direction="s").values / bound for name in names}
         panels.append(
             Panel(
-                f"friction {friction:g}, {contacts.load.values[-1] / 1e3:g} kN",
+                f"friction {friction:g}, {contacts['load'].values[-1] / 1e3:g} kN",
                 "s [mm]",
                 "p_s at x = 0 over friction p_max with C [-]",
                 curves_of(contacts.s.values, curves),
@@ -84,7 +90,7 @@ def _panels(runs: Runs) -> list[Panel]:
                 f"friction {friction:g}",
                 "load [kN]",
                 "sliding share of the patch [-]",
-                curves_of(contacts.load.values / 1e3, shares, band),
+                curves_of(contacts["load"].values / 1e3, shares, band),
             )
         )
     return panels

@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
 from compare.contact.dataset import others_of
 from compare.friction.rolling import scaled_force
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.loading import Loading
+from femic.contact.pairs.given_ics import C
 from femic.validation.statements.criteria import FOLLOWS, SMALL_PART, Statement
 from femic.validation.statements.friction_contacts import (
     FRICTIONS,
@@ -23,18 +25,22 @@ from femic.validation.statements.friction_contacts import (
     largest_curve_distance,
     left_after_shift,
     line_distance,
+    line_distance_over_bound,
     of_ics,
+    pair_of,
     ratio,
+    rms,
     rolling,
-    rolling_on_same_grid,
     shift,
 )
 from femic.validation.statements.runs import Runs
+from geometries.arrays import Array
+from geometries.patches import N, X
 
 SHIFTED = ("B", "Bhat")
 GROWING = tuple(zip(FRICTIONS[1:], FRICTIONS[:-1], strict=True))  # each friction with the one below
-FEW_CREEPAGES = (-0.006, 0.0, 0.006)  # with forces beyond those at which tractions are compared
-OPPOSITE = -0.5  # F_x / (friction load) of the other direction
+OTHER_FORCES = (-0.5, 0.0, 0.8)  # F_x / (friction load) at which tractions are compared, too
+LINES_OF = ("B", "Bhat", "Bhat_prime", "mix", C)
 
 
 def _distances(runs: Runs) -> Mapping[str, float]:
@@ -57,28 +63,50 @@ def _shrinking(runs: Runs) -> Mapping[str, float]:
             frictions = f"{symbol_of(name)}, friction {one:g} over {other:g}"
             details[f"of friction load: {frictions}"] = ratio(*distances)
             details[f"in N: {frictions}"] = ratio(distances[0] * one, distances[1] * other)
+            lines = [line_distance_over_bound(contacts, friction, name) for friction in (one, other)]
+            details[f"p_x over friction times pressure: {frictions}"] = ratio(*lines)
     return details
 
 
-def equal_force_other_way(runs: Runs) -> xr.Dataset:
-    """Return rolling at the least friction whose tractions are compared at the opposite force."""
-    ics = [*SINGLE, "C"]
-    contact = {"ics": ics, "friction": [LOW], "equal_force": OPPOSITE, "longitudinal": list(FEW_CREEPAGES)}
-    return rolling_on_same_grid(runs, {"contact": contact})
+def at_forces(runs: Runs) -> Mapping[tuple[float, str], Array]:
+    """Return tractions (n_x, n_s, 3) at the least friction by longitudinal force and ICs."""
+    pair, contacts = pair_of(runs), rolling(runs)
+    tractions = {}
+    for name in LINES_OF:
+        wheel = pair.rolling(pair.frictional(pair.operator(name), LOW))
+        guess = Creepages(float(contacts.zero_creepage.sel(friction=LOW, ics=name)))
+        for share in OTHER_FORCES:
+            force = share * LOW * contacts.attrs["load"]
+            rolled = wheel.contact(guess, Loading(contacts.attrs["load"]), forces={"longitudinal": force})
+            tractions[share, name] = rolled.contact.p
+    return tractions
 
 
 def _lines(runs: Runs) -> Mapping[str, float]:
-    """Return distances of p_x at equal force, of the other direction, too."""
-    same, opposite = rolling(runs), equal_force_other_way(runs)
-    details = {
-        f"p_x: {case(friction, name)}": line_distance(same, friction, name)
-        for friction in FRICTIONS
-        for name in others_of(same)
-    }
-    return details | {
-        f"p_x, braking instead of driving: {case(LOW, name)}": line_distance(opposite, LOW, name)
-        for name in SINGLE
-    }
+    """Return distances of p_x at s = 0: over p_x with C, over friction times pressure, at other forces.
+
+    Where all of the line slips p_x is friction times pressure with any ICs; where hardly any of it slips p_x
+    may be small, and a share of it large.
+    """
+    contacts, details = rolling(runs), dict[str, float]()
+    for friction in FRICTIONS:
+        for name in others_of(contacts):
+            at = case(friction, name)
+            details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
+            details[f"over friction times pressure: {at}"] = line_distance_over_bound(
+                contacts, friction, name
+            )
+    tractions = runs.remembered("tractions at other forces", at_forces)
+    middle = pair_of(runs).on_grid.grid.n_s // 2
+    for share in OTHER_FORCES:
+        lines = {name: tractions[share, name][:, middle - 1 : middle + 1].mean(axis=1) for name in LINES_OF}
+        bound = LOW * rms(lines[C][:, N])
+        for name in LINES_OF[:-1]:
+            apart = rms(lines[name][:, X] - lines[C][:, X])
+            at = f"F_x = {share:g} friction load, {case(LOW, name)}"
+            details[f"over p_x, {at}"] = apart / rms(lines[C][:, X])
+            details[f"over friction times pressure, {at}"] = apart / bound
+    return details
 
 
 def _curve_panels(runs: Runs, frictions: tuple[float, ...] = (LOW,)) -> list[Panel]:

@@ -17,11 +17,9 @@ from femic.contact.loading import Loading
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.body_ics import ALL, c_of_bodies, reciprocal, sum_of_bodies
 from femic.contact.pairs.given_ics import C
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import Numbers, Statement
-from femic.validation.statements.friction_contacts import on_grid_of, rolling
+from femic.validation.statements.friction_contacts import on_grid_of, pair_of, rolling
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
 from geometries.grids import Grid
@@ -89,14 +87,6 @@ class TwoContacts:
     def approach_difference(self) -> float:
         """Relative difference of the approaches."""
         return abs(self.fast.approach / self.dense.approach - 1)
-
-
-def pair_of(runs: Runs) -> PairWithFriction:
-    """Return the pair of scene `rolling` on the grid of its contacts, where C is solved."""
-    table = on_grid_of(rolling(runs))
-    scene = load_scene("rolling", {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": table})
-    problem = scene.contact_problem
-    return PairWithFriction(problem, pair_on_grid(problem, problem.grid), runs.options)
 
 
 def dense_ics(pair: PairWithFriction, name: str) -> ICMatrix:

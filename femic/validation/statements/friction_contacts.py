@@ -13,7 +13,10 @@ from scipy.interpolate import PchipInterpolator
 from compare.contact.dataset import reference_of
 from compare.friction.rolling import scaled_force
 from compare.report.looks import symbol_of
-from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, GivenICs
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import Numbers
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
@@ -55,6 +58,14 @@ def on_grid_of(dataset: xr.Dataset) -> dict[str, object]:
     """Return the table [grid] of a scene of the grid of labelled arrays."""
     dx, ds, s = (float(dataset.attrs[name]) for name in GRID)
     return {"n_x": dataset.sizes["x"], "n_s": dataset.sizes["s"], "dx": dx, "ds": ds, "s": s}
+
+
+def pair_of(runs: Runs) -> PairWithFriction:
+    """Return the pair of scene `rolling` on the grid of its contacts, where C is solved."""
+    changes = {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": on_grid_of(rolling(runs))}
+    scene = load_scene("rolling", changes)
+    problem = scene.contact_problem
+    return PairWithFriction(problem, pair_on_grid(problem, problem.grid), runs.options)
 
 
 # --- distances from C -----------------------------------------------------------------------------------
@@ -106,17 +117,29 @@ def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
 
 
+def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
+    line, by_c = centre_line(dataset, friction), reference_of(dataset)
+    pressures = dataset.p.sel(friction=friction, direction="n", ics=by_c).interp(s=0.0).values
+    return rms((line.sel(ics=ics) - line.sel(ics=by_c)).values) / (friction * rms(pressures))
+
+
 def centre_line(dataset: xr.Dataset, friction: float) -> xr.DataArray:
     """Return p_x [MPa] at s = 0 at equal force, by ICs and x."""
     return dataset.p.sel(friction=friction, direction="x").interp(s=0.0)
 
 
-def traction_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return the distance of tangential tractions over friction times pressure with C; root mean squares."""
-    p = dataset.p.sel(friction=friction).transpose("ics", "x", "s", "direction")
+def traction_distance(
+    dataset: xr.Dataset, friction: float, ics: str, directions: Sequence[str] = ("x", "s")
+) -> float:
+    """Return the distance of tangential tractions over friction times pressure with C; root mean squares.
+
+    `directions` are those that count.
+    """
+    p = dataset.p.sel(friction=friction)
     by_c = p.sel(ics=reference_of(dataset))
-    apart = (p.sel(ics=ics) - by_c).values[..., :2]
-    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.values[..., 2])))
+    apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
+    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
 
 
 def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:

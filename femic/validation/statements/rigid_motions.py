@@ -24,7 +24,7 @@ from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.validation.statements.criteria import Numbers, Statement
-from femic.validation.statements.fast_operators import pair_of
+from femic.validation.statements.friction_contacts import pair_of
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
 from geometries.patches import N, S, X

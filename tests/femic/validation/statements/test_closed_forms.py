@@ -9,6 +9,7 @@ import pytest
 from femic.contact import frictional
 from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.friction.motion import Shift, SteadyRolling
+from femic.contact.rolling import RollingProblem
 from femic.validation.statements import closed_forms
 from femic.validation.statements.registry import STATEMENTS
 from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS
@@ -16,7 +17,7 @@ from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS
 CRITERIA = {criterion.name: criterion for criterion in STATEMENTS[44].criteria}
 RUNS = SimpleNamespace(remembered=lambda _, compute: compute(RUNS))
 VELOCITY, BOUND = RollingKinematics.rigid_velocity, frictional.FrictionalProblem.bound
-SLIP, GIVEN = SteadyRolling.slip_of, Shift.given.fget
+SLIP, GIVEN, WEIGHTS = SteadyRolling.slip_of, Shift.given.fget, RollingProblem.weights.func
 
 
 def missed(names=CRITERIA):
@@ -55,6 +56,12 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
         RollingKinematics,
         "rigid_velocity",
         lambda self, creepages: VELOCITY(self, replace(creepages, spin=-creepages.spin)),
+        {"Kalker"},
+    ),
+    "sign of the moment": (
+        RollingProblem,
+        "weights",
+        property(lambda self: {"spin": -WEIGHTS(self)["spin"]}),
         {"Kalker"},
     ),
     "friction by a tenth": (
