@@ -46,7 +46,7 @@ def over_others(of_others: str, ics: str) -> Numbers:
 
 
 def _details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of all ICs from C: of tractions over friction times pressure, over pressure, of sliding.
+    """Return distances of all ICs from C: of tractions over their bound, over pressure, of sliding shares.
 
     Of p_s and p_x alone, too: they depend on different components of the ICs, p_s on sn, p_x on xn.
     """
