@@ -39,8 +39,9 @@ from geometries.patches import N, X
 
 SHIFTED = ("B", "Bhat")
 GROWING = tuple(zip(FRICTIONS[1:], FRICTIONS[:-1], strict=True))  # each friction with the one below
-OTHER_FORCES = (-0.5, 0.0, 0.8)  # F_x / (friction load) at which tractions are compared, too
-LINES_OF = ("B", "Bhat", "Bhat_prime", "mix", C)
+FORCES = (-0.5, 0.0, 0.5, 0.8)  # F_x / (friction load) at which tractions are compared, too
+XN_ONLY = "Bhat+xn:Bhat_prime"  # effective properties in xn and nx alone
+LINES_OF = ("B", "Bhat", "Bhat_prime", XN_ONLY, "mix", C)
 
 
 def _distances(runs: Runs) -> Mapping[str, float]:
@@ -68,25 +69,30 @@ def _shrinking(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def at_forces(runs: Runs) -> Mapping[tuple[float, str], Array]:
-    """Return tractions (n_x, n_s, 3) at the least friction by longitudinal force and ICs."""
+def lines_elsewhere(runs: Runs) -> Mapping[tuple[str, str], Array]:
+    """Return tractions (n_x, 3) on the centre line at the least friction by place on the curve and ICs.
+
+    Places are several longitudinal forces, and the creepage at which C has the force of `rolling`.
+    """
     pair, contacts = pair_of(runs), rolling(runs)
-    tractions = {}
+    at, load = contacts.sel(friction=LOW, ics=C), contacts.attrs["load"]
+    guess, same = (Creepages(float(at[name])) for name in ("zero_creepage", "equal_creepage"))
+    forces = {f"F_x = {share:g} friction load": {"longitudinal": share * LOW * load} for share in FORCES}
+    lines, middle = {}, pair.on_grid.grid.n_s // 2
     for name in LINES_OF:
         wheel = pair.rolling(pair.frictional(pair.operator(name), LOW))
-        guess = Creepages(float(contacts.zero_creepage.sel(friction=LOW, ics=name)))
-        for share in OTHER_FORCES:
-            force = share * LOW * contacts.attrs["load"]
-            rolled = wheel.contact(guess, Loading(contacts.attrs["load"]), forces={"longitudinal": force})
-            tractions[share, name] = rolled.contact.p
-    return tractions
+        for place, prescribed in (forces | {"equal creepage": {}}).items():
+            rolled = wheel.contact(guess if prescribed else same, Loading(load), forces=prescribed)
+            lines[place, name] = rolled.contact.p[:, middle - 1 : middle + 1].mean(axis=1)
+    return lines
 
 
 def _lines(runs: Runs) -> Mapping[str, float]:
-    """Return distances of p_x at s = 0: over p_x with C, over friction times pressure, at other forces.
+    """Return distances of p_x at s = 0, over p_x and over its bound with C, also elsewhere on the curve.
 
     Where all of the line slips p_x is friction times pressure with any ICs; where hardly any of it slips p_x
-    may be small, and a share of it large.
+    may be small, and a share of it large. With effective properties in xn alone the other components stay
+    those of B-hat; in B-hat-prime they change sn, too.
     """
     contacts, details = rolling(runs), dict[str, float]()
     for friction in FRICTIONS:
@@ -96,16 +102,13 @@ def _lines(runs: Runs) -> Mapping[str, float]:
             details[f"over friction times pressure: {at}"] = line_distance_over_bound(
                 contacts, friction, name
             )
-    tractions = runs.remembered("tractions at other forces", at_forces)
-    middle = pair_of(runs).on_grid.grid.n_s // 2
-    for share in OTHER_FORCES:
-        lines = {name: tractions[share, name][:, middle - 1 : middle + 1].mean(axis=1) for name in LINES_OF}
-        bound = LOW * rms(lines[C][:, N])
-        for name in LINES_OF[:-1]:
-            apart = rms(lines[name][:, X] - lines[C][:, X])
-            at = f"F_x = {share:g} friction load, {case(LOW, name)}"
-            details[f"over p_x, {at}"] = apart / rms(lines[C][:, X])
-            details[f"over friction times pressure, {at}"] = apart / bound
+    lines: Mapping[tuple[str, str], Array] = runs.remembered("tractions elsewhere", lines_elsewhere)
+    for place, name in lines:
+        if name != C:
+            by_c = lines[place, C]
+            apart, at = rms(lines[place, name][:, X] - by_c[:, X]), f"{place}, {case(LOW, name)}"
+            details[f"over p_x, {at}"] = apart / rms(by_c[:, X])
+            details[f"over friction times pressure, {at}"] = apart / (LOW * rms(by_c[:, N]))
     return details
 
 

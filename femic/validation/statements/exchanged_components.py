@@ -194,13 +194,27 @@ def mix_over_best(name: str) -> Numbers:
 
 
 def _all_distances(runs: Runs) -> Mapping[str, float]:
-    """Return the distances from C of the mix and of all single variants."""
-    return {
+    """Return the distances from C of the mix and of all single variants, and what some are known to."""
+    details = {
         f"{name}: {case(friction, ics)}": distance(contacts(runs), friction, ics)
         for name, (contacts, distance, _) in MEASURES.items()
         for friction in FRICTIONS
         for ics in (*SINGLE, "mix")
     }
+    return details | _known_to(rolling(runs))
+
+
+def _known_to(contacts: xr.Dataset) -> dict[str, float]:
+    """Return the estimates of distances of curves, and of p_max with these ICs and C together."""
+    details = {}
+    for friction in FRICTIONS:
+        at = contacts.sel(friction=friction)
+        for ics in ("Bhat_prime", "mix"):
+            details[f"estimate of curve: {case(friction, ics)}"] = float(at.estimate_rms.sel(ics=ics))
+            share = (at.estimate_p_max / at.p_max).sel(xi=0.0)
+            both = float(share.sel(ics=ics) + share.sel(ics="C"))
+            details[f"estimate of pressure: {case(friction, ics)}"] = both
+    return details
 
 
 def _mix_panels(runs: Runs) -> list[Panel]:
