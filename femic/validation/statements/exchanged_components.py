@@ -134,13 +134,21 @@ def _exchange_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
+def _label(ics: str) -> str:
+    """Return the label of a curve: what the last exchanged component is taken from, or the symbol."""
+    if "+" not in ics:
+        return symbol_of(ics)
+    component, variant = ics.split("+")[-1].split(":")
+    return f"{component} of {symbol_of(variant)}"
+
+
 def _exchange_panels(runs: Runs) -> list[Panel]:
     contacts, pressed = exchanged_rolling(runs), exchanged_compression(runs)
     force, panels = scaled_force(contacts), []
     for friction in FRICTIONS:
         at = force.sel(friction=friction)
         away = {
-            symbol_of(name): (at.sel(ics=name) - at.sel(ics=BASE)).values
+            _label(name): (at.sel(ics=name) - at.sel(ics=BASE)).values
             for name in ics_of(contacts)
             if name != BASE
         }
@@ -154,7 +162,7 @@ def _exchange_panels(runs: Runs) -> list[Panel]:
         )
     for friction in FRICTIONS:
         p = pressed.p.sel(friction=friction, direction="s").interp(x=0.0)
-        curves = {symbol_of(name): p.sel(ics=name).values for name in ics_of(pressed)}
+        curves = {_label(name): p.sel(ics=name).values for name in ics_of(pressed)}
         panels.append(
             Panel(
                 f"compression, friction {friction:g}",
@@ -219,20 +227,24 @@ def _known_to(contacts: xr.Dataset) -> dict[str, float]:
 
 def _mix_panels(runs: Runs) -> list[Panel]:
     """Return distances from C over the coefficient of friction."""
-    return [_distance_panel(runs, name, (*SINGLE, "mix")) for name in MEASURES]
+    labels = {symbol_of(ics): ics for ics in (*SINGLE, "mix")}
+    return [_distance_panel(runs, name, labels) for name in MEASURES]
 
 
-def _distance_panel(runs: Runs, name: str, ics: tuple[str, ...]) -> Panel:
+def _distance_panel(runs: Runs, name: str, ics: Mapping[str, str]) -> Panel:
+    """Return distances from C over the coefficient of friction, of ICs by their labels."""
     contacts, distance, meaning = MEASURES[name]
     dataset = contacts(runs)
-    by_ics = {
-        symbol_of(one): np.array([distance(dataset, friction, one) for friction in FRICTIONS]) for one in ics
+    by_label = {
+        label: np.array([distance(dataset, friction, one) for friction in FRICTIONS])
+        for label, one in ics.items()
     }
-    return Panel(name, "friction [-]", f"{meaning} [-]", curves_of(FRICTIONS, by_ics))
+    return Panel(name, "friction [-]", f"{meaning} [-]", curves_of(FRICTIONS, by_label))
 
 
 def _fitless_panels(runs: Runs) -> list[Panel]:
-    return [_distance_panel(runs, name, tuple(WITHOUT_FIT.values())) for name in ("curve", "p_x")]
+    labels = {f"xn of {symbol_of(xn)}": ics for xn, ics in WITHOUT_FIT.items()}
+    return [_distance_panel(runs, name, labels) for name in ("curve", "p_x")]
 
 
 def _fitless_details(runs: Runs) -> Mapping[str, float]:

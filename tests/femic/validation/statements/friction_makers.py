@@ -28,7 +28,7 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
     ics = [*ics]
     table = {
         name: (("friction", "ics"), by(frictions, ics, size))
-        for name, size in {"rms": rms, "largest": largest, "slope": SLOPE}.items()
+        for name, size in {"rms": rms, "largest": largest, "slope": SLOPE, "estimate_rms": 0.02}.items()
     }
     load = np.array(frictions)[:, None] * LOAD
     table["zero_creepage"] = ("friction", "ics"), ZERO + np.array(by(frictions, ics, zero)) * load / SLOPE
@@ -38,6 +38,7 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
     table["estimate_F_x"] = ("friction", "ics", "xi"), np.zeros_like(forces)
     for name in ("p_max", "a", "b"):
         table[name] = ("friction", "ics", "xi"), np.stack([by(frictions, ics, p_max)] * len(XI), axis=-1)
+    table["estimate_p_max"] = ("friction", "ics", "xi"), np.full_like(table["p_max"][1], 0.01)
     tractions = np.ones((len(frictions), len(ics), 2, 4, 3)) * np.array([1.0, 2.0, 3.0, 4.0])[:, None]
     tractions[..., 0] *= np.array(by(frictions, ics, p_x))[..., None, None]
     coords = ON_GRID | {"friction": list(frictions)}
