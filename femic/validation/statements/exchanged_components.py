@@ -138,7 +138,7 @@ def _label(ics: str) -> str:
     """Return the label of a curve: what the last exchanged component is taken from, or the symbol."""
     if "+" not in ics:
         return symbol_of(ics)
-    component, variant = ics.split("+")[-1].split(":")
+    component, variant = ics.rsplit("+", maxsplit=1)[-1].split(":")
     return f"{component} of {symbol_of(variant)}"
 
 
