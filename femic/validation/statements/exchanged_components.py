@@ -38,6 +38,7 @@ from geometries.patches import indices
 
 BASE = "Bhat"
 ALONE = tuple(product(("ns", "nx"), ("B", "Bhat_prime")))  # components and the variants they are taken from
+AT = (FRICTIONS[0], FRICTIONS[-1])  # coefficients of friction at which single components are exchanged
 OF_PATCH = ("p_max", "a", "b")
 
 
@@ -66,7 +67,7 @@ def _given(dataset: xr.Dataset) -> dict[str, GivenICs]:
 def exchanged_rolling(runs: Runs) -> xr.Dataset:
     """Return steady rolling with B-hat and with ns or nx exchanged alone."""
     given = _given(rolling(runs))
-    contact = {"ics": [BASE, *given], "longitudinal": list(FEW_CREEPAGES)}
+    contact = {"ics": [BASE, *given], "friction": list(AT), "longitudinal": list(FEW_CREEPAGES)}
     return rolling_on_same_grid(runs, {"contact": contact}, given)
 
 
@@ -74,7 +75,7 @@ def exchanged_compression(runs: Runs) -> xr.Dataset:
     """Return static compression with B-hat and with ns or nx exchanged alone."""
     contacts = compression(runs)
     given = _given(contacts)
-    contact = {"grid": "scene", "ics": [BASE, *given], "loads": list(LOADS)}
+    contact = {"grid": "scene", "ics": [BASE, *given], "friction": list(AT), "loads": list(LOADS)}
     return runs.friction("compression", {"grid": on_grid_of(contacts), "contact": contact}, given)
 
 
@@ -88,7 +89,7 @@ def changes(contacts: Callable[[Runs], xr.Dataset], change: Change) -> Numbers:
         dataset = contacts(runs)
         return {
             case(friction, name): change(dataset, friction, name)
-            for friction in FRICTIONS
+            for friction in AT
             for name in ics_of(dataset)
             if name != BASE
         }
@@ -120,14 +121,14 @@ def _exchange_details(runs: Runs) -> Mapping[str, float]:
     """Return changes of the curve by exchanging ns and nx, and by exchanging xn or sn with its transposed."""
     contacts, details = rolling(runs), dict[str, float]()
     force = scaled_force(contacts)
-    for friction in FRICTIONS:
+    for friction in AT:
         at = force.sel(friction=friction)
         apart = at.sel(ics=WITHOUT_FIT["Bhat"]) - at.sel(ics=BASE)
         details[f"curve by sn and ns of B: friction {friction:g}"] = float(abs(apart).max())
         apart = at.sel(ics="Bhat_prime") - at.sel(ics=BASE)
         details[f"curve by B̂′ instead of B̂: friction {friction:g}"] = float(abs(apart).max())
     pressed = exchanged_compression(runs)
-    for friction in FRICTIONS:
+    for friction in AT:
         share = pressed.sliding_share.sel(friction=friction).isel(load=-1)
         for name in ics_of(pressed):
             details[f"sliding share: {case(friction, name)}"] = float(share.sel(ics=name))
@@ -145,7 +146,7 @@ def _label(ics: str) -> str:
 def _exchange_panels(runs: Runs) -> list[Panel]:
     contacts, pressed = exchanged_rolling(runs), exchanged_compression(runs)
     force, panels = scaled_force(contacts), []
-    for friction in FRICTIONS:
+    for friction in AT:
         at = force.sel(friction=friction)
         away = {
             _label(name): (at.sel(ics=name) - at.sel(ics=BASE)).values
@@ -160,7 +161,7 @@ def _exchange_panels(runs: Runs) -> list[Panel]:
                 curves_of(1e3 * contacts.xi.values, away),
             )
         )
-    for friction in FRICTIONS:
+    for friction in AT:
         p = pressed.p.sel(friction=friction, direction="s").interp(x=0.0)
         curves = {_label(name): p.sel(ics=name).values for name in ics_of(pressed)}
         panels.append(
@@ -285,7 +286,6 @@ STATEMENTS = (
         ),
         _exchange_panels,
         _exchange_details,
-        columns=3,
     ),
     Statement(
         39,

@@ -26,7 +26,7 @@ from geometries.grids import Grid
 from geometries.patches import N, S, X, mirror_signs
 
 SAME = 1e-5  # ten times the tolerance of contacts
-ICS = ("A", "Bhat", "mix", C)
+ICS = ("A", "Bhat", C)
 LOAD, FRICTION = 100e3, 0.4
 MOTIONS = ("pressed without friction", "rolling", "compression")
 CREEPAGES = Creepages(-1e-3, 2e-4, 1e-5)

@@ -31,7 +31,7 @@ from geometries.patches import N, S, X
 
 UNCHANGED = 1e-4  # of tractions over p_max, and of forces over the load: contacts are solved to 1e-6
 EXACTLY = 1e-5  # of the change of the approach
-ICS = ("B", "Bhat", C)
+ICS = ("B", C)
 LOAD, FRICTION = 100e3, 0.4
 STEPS = (10e3, 30e3, LOAD)  # of compression [N]
 CREEPAGES = Creepages(-1e-3, 2e-4, 1e-5)
