@@ -13,7 +13,7 @@ from approx.pair import Pair, Solid
 from compare.report.charts import Panel, curves_of
 from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.cattaneo import ShiftedPoint
-from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from femic.contact.exact.hertz import LineContact, PointContact, combined_modulus
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
@@ -82,7 +82,7 @@ def carter(share: float) -> CarterContact:
     creepage = share * TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, 0.0).largest_creepage
     exact = TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, creepage)
     n, dx = ACROSS + 8, 2 * exact.half_width / ACROSS
-    x = dx * (np.arange(n) - (n - 1) / 2)
+    x = _centres(n, dx)
     middles = x[:, None] + dx * (np.arange(20) - 9.5) / 20
     bound = FRICTION * np.mean(CYLINDERS.pressure(LINE_LOAD, middles), axis=1)[:, None]
     rigid = np.zeros((n, 1, 2))
@@ -92,14 +92,17 @@ def carter(share: float) -> CarterContact:
     return CarterContact(x, solved.p[:, 0, X], sticks, dx, exact)
 
 
+def _centres(n: int, step: float) -> Array:
+    """Return the centres of n elements about 0."""
+    return np.asarray(step * (np.arange(n) - (n - 1) / 2), dtype=float)
+
+
 def _line_ics(n: int, dx: float) -> Convolution:
     """Return ICs of strips of width dx in plane strain, -2 ln|x| / (pi E*), along x and across."""
-    lag = dx * np.arange(1 - n, n)
+    edges = np.asarray(dx * (np.arange(2 * n) - n + 0.5), dtype=float)  # of lags
 
-    def integral(t: Array) -> Array:
-        return np.asarray(t * np.log(np.abs(t) / (n * dx)) - t)
-
-    kernel = -2 / (np.pi * CYLINDERS.modulus) * (integral(lag + dx / 2) - integral(lag - dx / 2))
+    integral = edges * np.log(np.abs(edges) / (n * dx)) - edges
+    kernel = -2 / (np.pi * CYLINDERS.modulus) * np.diff(integral)
     return Convolution((X, S), {"1": np.ones(1)}, {((i, "1"), (i, "1")): kernel[:, None] for i in (X, S)})
 
 
@@ -129,7 +132,7 @@ def ellipse(friction: float) -> FrictionalProblem:
     """Return the contact of `POINT` on half-spaces."""
     n_x, n_s = ELEMENTS
     grid = Grid(n_x, n_s, ROOM * 2 * POINT.a / n_x, ROOM * 2 * POINT.b / n_s)
-    x = grid.dx * (np.arange(n_x) - (n_x - 1) / 2)[:, None]
+    x = _centres(n_x, grid.dx)[:, None]
     curved = POINT.surfaces
     distance = curved.curvature_x * x**2 / 2 + curved.curvature_s * grid.strips**2 / 2
     bodies = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
@@ -140,7 +143,7 @@ def ellipse(friction: float) -> FrictionalProblem:
 def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, RollingProblem]:
     """Return steady rolling on the ellipse, without curvature of the wheel in its kinematics."""
     problem = ellipse(friction)
-    x = problem.grid.dx * (np.arange(problem.grid.n_x) - (problem.grid.n_x - 1) / 2)
+    x = _centres(problem.grid.n_x, problem.grid.dx)
     strips = problem.grid.strips
     wheel = RollingProblem(
         problem, RollingKinematics(plane(), np.inf, x, strips, np.zeros_like(strips)), order=2
@@ -169,7 +172,8 @@ def kalker_errors(_: Runs) -> Number:
 
 
 @cache
-def _coefficients():  # type: ignore[no-untyped-def]
+def _coefficients() -> CreepageCoefficients:
+    """Return Kalker's coefficients of the ellipse."""
     return creepage_coefficients(POINT.a, POINT.b, STEEL.nu)
 
 
@@ -184,7 +188,7 @@ def full_slip_errors(_: Runs) -> Number:
     size, errors = SLIDES * _saturating(), dict[str, float]()
     directions = {"driven": (1, 0), "braked": (-1, 0), "aside": (0, 1), "driven and aside": (0.6, 0.8)}
     for label, (along, aside) in directions.items():
-        contact, _ = rolls(FRICTION, Creepages(along * size, aside * size))
+        contact, _wheel = rolls(FRICTION, Creepages(along * size, aside * size))
         opposite = np.array([along, -aside])  # force on the wheel: along a drive, against lateral slip
         errors[label] = abs(float(contact.force[:2] @ opposite) / (FRICTION * LOAD) - 1)
     return errors
@@ -227,7 +231,7 @@ def cattaneo_tractions(runs: Runs) -> Number:
 
 def _places(contact: FrictionalContact) -> tuple[Array, Array]:
     grid = contact.problem.grid
-    return grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)[:, None], grid.strips
+    return _centres(grid.n_x, grid.dx)[:, None], grid.strips
 
 
 # --- the page -------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from femic.validation.statements.friction_contacts import (
     case,
     compression,
     curve_distance,
+    grid_of,
     line_distance,
     on_grid_of,
     pressure_distance,
@@ -60,8 +61,7 @@ def exchanged_alone(pair_of: str, grid: Grid) -> dict[str, GivenICs]:
 
 
 def _given(dataset: xr.Dataset) -> dict[str, GivenICs]:
-    table = on_grid_of(dataset)
-    return exchanged_alone("rolling", Grid(*(table[key] for key in ("n_x", "n_s", "dx", "ds", "s"))))
+    return exchanged_alone("rolling", grid_of(dataset))
 
 
 def exchanged_rolling(runs: Runs) -> xr.Dataset:

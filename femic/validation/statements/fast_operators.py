@@ -19,10 +19,9 @@ from femic.contact.pairs.body_ics import ALL, c_of_bodies, reciprocal, sum_of_bo
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.validation.statements.criteria import Numbers, Statement
-from femic.validation.statements.friction_contacts import on_grid_of, pair_of, rolling
+from femic.validation.statements.friction_contacts import grid_of, pair_of, rolling
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
-from geometries.grids import Grid
 from geometries.patches import N, S, X, mirror_signs
 
 SAME = 1e-5  # ten times the tolerance of contacts
@@ -141,8 +140,7 @@ def of_each(number: Callable[[TwoContacts], float]) -> Numbers:
 
 def _panels(runs: Runs) -> list[Panel]:
     """Return tractions across the middle of the patch by both operators."""
-    table = on_grid_of(rolling(runs))
-    strips = Grid(*(table[key] for key in ("n_x", "n_s", "dx", "ds", "s"))).strips
+    strips = grid_of(rolling(runs)).strips
     contacts = runs.remembered("two operators", two_contacts)
     return [
         Panel(

@@ -6,6 +6,8 @@ docs/decide/p-max.md would add costs minutes each: `femic fe-contact` solves the
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH
 from compare.finite_elements.deviations import deviations
 from compare.report.charts import Panel, curves_of
@@ -69,7 +71,7 @@ def _over_angle(runs: Runs, scene: str) -> Panel:
             angle = dataset["angle"].sel(ics=FE)
             points.append(deviations(dataset, "p_max").assign_coords(angle=("case", angle.values)))
     by_ics = {
-        symbol_of(ics): [float(value) for one in points for value in one.sel(ics=ics).values]
+        symbol_of(ics): np.concatenate([one.sel(ics=ics).values for one in points])
         for ics in map(str, points[0].ics.values)
     }
     angles = [float(value) for one in points for value in one.angle.values]

@@ -4,6 +4,7 @@ Both are solved on the same grid, so that one C serves all motions and coefficie
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import Numbers
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
+from geometries.grids import Grid
 
 FRICTIONS = (0.2, 0.4, 0.6)
 LOW, HIGH = FRICTIONS[0], FRICTIONS[1:]
@@ -54,10 +56,15 @@ def rolling_on_same_grid(
     return runs.friction("rolling", {**changes, "grid": on_grid_of(rolling(runs)), "contact": contact}, given)
 
 
+def grid_of(dataset: xr.Dataset) -> Grid:
+    """Return the grid of labelled arrays."""
+    dx, ds, s = (float(dataset.attrs[name]) for name in GRID)
+    return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, s)
+
+
 def on_grid_of(dataset: xr.Dataset) -> dict[str, object]:
     """Return the table [grid] of a scene of the grid of labelled arrays."""
-    dx, ds, s = (float(dataset.attrs[name]) for name in GRID)
-    return {"n_x": dataset.sizes["x"], "n_s": dataset.sizes["s"], "dx": dx, "ds": ds, "s": s}
+    return asdict(grid_of(dataset))
 
 
 def pair_of(runs: Runs) -> PairWithFriction:
