@@ -16,7 +16,7 @@ from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.cache import folders
 from femic.validation import record
-from femic.validation.statements import elements, fe_contacts, program, random_contacts, verdicts
+from femic.validation.statements import registry, verdicts
 from femic.validation.statements.content import content_of
 from femic.validation.statements.runs import Runs
 from femic.validation.statements.verdicts import (
@@ -54,11 +54,7 @@ IN_CASES = {
     NOT_REPRODUCED: "in no case",
     NOT_DECIDED: "not decided",
 }
-ON_PROGRAM = frozenset(
-    statement.number
-    for group in (program, fe_contacts, elements, random_contacts)
-    for statement in group.STATEMENTS
-)
+ON_PROGRAM = frozenset(statement.number for group in registry.ON_PROGRAM for statement in group.STATEMENTS)
 MOST_UNMET = 3  # cases that are listed beside a criterion
 HEIGHT = 0.85  # of panels, over the standard
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import xarray as xr
 
@@ -12,8 +12,10 @@ from compare.calibration.compute import calibrate
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.finite_elements.compute import compute_fe_contact
+from compare.friction.compute import compute_with_friction
 from compare.ics.compute import Results, compute, with_approximations
 from femic.contact.finite_elements.fineness import CELLS
+from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
@@ -29,6 +31,8 @@ SERIES_LOADS = {  # N, of contacts under any load: patches turn by less than 20 
     "tall": (0.35e3, 340e3),
 }
 NEARLY_PLANE = 1e4  # mm, radius of the arcs
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Runs:
     done: dict[str, Results] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
     series: dict[str, ContactSeries] = field(default_factory=dict)
+    others: dict[str, Any] = field(default_factory=dict)  # by name, of single statements
     comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
@@ -96,7 +101,8 @@ class Runs:
 
     def fe_contact(self, contacts: Contacts) -> xr.Dataset:
         """Return numbers of contacts with ICs and by finite elements."""
-        key = f"{contacts.scene}, shift {contacts.shift:g} mm"
+        loads = ", ".join(f"{load / 1e3:g}" for load in contacts.loads)
+        key = f"{contacts.scene}, {loads} kN, shift {contacts.shift:g} mm"
         if key not in self.contacts:
             self.options.watch.on_stage(f"  {key}: contact with ICs and by finite elements")
             changes = {"loads": list(contacts.loads), "shift": contacts.shift}
@@ -121,12 +127,33 @@ class Runs:
             self.series[name] = ContactSeries(problem, self.options, SERIES_LOADS[name])
         return self.series[name]
 
+    def friction(
+        self, name: str, changes: Mapping[str, Any], given: Mapping[str, GivenICs] = NONE_GIVEN
+    ) -> xr.Dataset:
+        """Return numbers and maps of the contacts with friction of a scene with some keys changed.
+
+        `given` are ICs by the names under which the scene asks for them.
+        """
+        key = f"{name}, {dict(changes)}"
+        if key not in self.contacts:
+            self.options.watch.on_stage(f"  contact with friction of {key}")
+            self.contacts[key] = compute_with_friction(load_scene(name, dict(changes)), self.options, given)
+        return self.contacts[key]
+
     def random_contacts(self, study: str, seed: int, count: int) -> list[GridComparison]:
         """Return random contacts of a study on grids of three fineness levels."""
         key = study, seed, count
         if key not in self.comparisons:
             self.comparisons[key] = stored_comparisons(study, seed, count, self.options)
         return self.comparisons[key]
+
+    def remembered(self, name: str, compute: Callable[["Runs"], Value]) -> Value:
+        """Return what a statement computes from these runs by itself, computed when it is first used."""
+        if name not in self.others:
+            self.options.watch.on_stage(f"  {name}")
+            self.others[name] = compute(self)
+        value: Value = self.others[name]
+        return value
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:

@@ -67,5 +67,5 @@ def selection(only: Iterable[int] | None) -> tuple[int, ...]:
     numbers = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
     unknown = [number for number in numbers if number not in STATEMENTS]
     if unknown or not numbers:
-        raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {len(STATEMENTS)}")
+        raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {max(STATEMENTS)}")
     return numbers

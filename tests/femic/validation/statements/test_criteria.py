@@ -18,6 +18,7 @@ from femic.validation.statements.elements import NUMBERS as ELEMENT_NUMBERS
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
 from tests.femic.validation.statements import normal_makers
+from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS, MADE
 from tests.femic.validation.statements.handmade import (
     SOFT,
     STIFF,
@@ -282,6 +283,7 @@ EXACT = {  # the threshold, and C for a value
     (25, "held frictionless"): (0.95, known),
     (25, "held rolling"): (0.95, known),
     **normal_makers.EXACT,
+    **MADE,
 }
 
 
@@ -303,6 +305,7 @@ def test_a_number_has_the_value_that_c_was_made_for_and_decides_at_its_threshold
 ELSEWHERE = {
     (15, "point loads"),
     (15, "cylinder"),
+    *BY_CLOSED_FORMS,
 }  # no C in them: tests/femic/validation/statements/test_program.py
 SOME = {(15, "variants")}  # missed in some case only: variants are alike in others
 A, B = times("A", None, 1), times("B", None, 1)

@@ -41,6 +41,7 @@ NEED_MORE = (
     24,
     25,
     *range(26, 34),
+    *range(34, 46),
 )  # statements that need other runs than those of both geometries
 OF_GEOMETRIES = tuple(number for number in STATEMENTS if number not in NEED_MORE)
 
@@ -110,7 +111,7 @@ def test_thresholds_themselves_are_not_met():
 
 
 def test_statements_are_numbered_and_their_criteria_named():
-    assert list(STATEMENTS) == list(range(1, len(STATEMENTS) + 1))
+    assert list(STATEMENTS) == sorted({statement.number for statement in STATEMENTS.values()})
     for statement in STATEMENTS.values():
         names = [criterion.name for criterion in statement.criteria]
         assert names
@@ -264,7 +265,7 @@ def test_a_registered_statement_is_assessed_and_reported(tmp_path, monkeypatch, 
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        *(("--only", number, f"give some of 1 to {len(STATEMENTS)}") for number in (0, len(STATEMENTS) + 1)),
+        *(("--only", number, f"give some of 1 to {max(STATEMENTS)}") for number in (0, max(STATEMENTS) + 1)),
         *(("--tolerance", tolerance, "--tolerance") for tolerance in (-1, 0.5, "nan")),
     ],
 )
