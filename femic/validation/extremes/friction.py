@@ -5,50 +5,30 @@ patch is short along x, Coulomb's law where all slides; others against finer ele
 mirrored or in other units.
 """
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from femic.contact.estimates import Measured, Numbers, errors
-from femic.contact.exact.carter import TractiveRolling
-from femic.contact.exact.creepage_coefficients import (
-    CreepageCoefficients,
-    creepage_coefficients,
-)
-from femic.contact.exact.full_stick import StickingPoint
-from femic.contact.exact.hertz import LineContact, LoadedPoint
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalProblem
-from femic.contact.loading import Loading
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds, measured
-from femic.contact.pairs.solved_compression import in_halves, in_steps, solve_compression
-from femic.contact.pairs.solved_transient import solve_transient
-from femic.contact.pairs.variations import on_larger_elements
-from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import RunOptions
+from femic.validation.extremes import closed_forms
 from femic.validation.extremes.cases import FRICTION, Limit
 from femic.validation.extremes.contacts import (
     BeyondContact,
     ContactCase,
     ContactLimit,
     Solved,
+    Solver,
     Truth,
     bumps,
     conformal,
     crossed,
     finer,
-    hertz_of,
-    one_of_two,
     same_as,
-    scales_of,
     two_bumps,
 )
 from femic.validation.extremes.engines import Changes
-from geometries.grids import Grid
+from femic.validation.extremes.motions import pressed, rolled, transient
 
 LOAD = 100.0  # N, of the rollers
 STICKS, SLIDES = 1000.0, 0.3  # friction with which nothing slips; usual one
@@ -57,103 +37,6 @@ LEAST = -0.999  # creepage that is named first, since a curve has two, and not s
 ROLLED = ("F_x", "F_y", "M_z", "dissipation", "sliding_share", "p_max", "approach")
 PRESSED = ("approach", "p_max", "sliding_share", "area")
 STEPS = 6  # of a load that grows
-STRIPS = 4001  # of an ellipse
-DIGITS = 9  # of the aspect of an ellipse
-
-
-# --- solvers ---------------------------------------------------------------------------------------------
-
-
-def rolled(problem: ContactProblem, options: RunOptions) -> Solved:
-    """Solve steady rolling at the last creepage of a problem, with its only ICs and friction."""
-    return solve_with_friction(problem, _rolled_on, options)
-
-
-def _rolled_on(pair: PairWithFriction) -> Solved:
-    fine = _frictional(pair)
-    known = _rolled(pair, fine)
-    larger = on_larger_elements(pair, fine, pair.problem.name, lambda *of: _rolled(*of[:2]))
-    estimates = errors(kinds(OF_ROLLING), known, larger)
-
-    def on(grid: Grid) -> Numbers:
-        other = _on(pair, grid)
-        return _rolled(other, _frictional(other)).numbers
-
-    return _solved(pair, known, estimates, OF_ROLLING, on)
-
-
-def _rolled(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
-    """Return the numbers of steady rolling; raises Failure."""
-    asked = pair.specification
-    creepages = Creepages(asked.longitudinal[-1], asked.lateral, asked.spin)
-    contact = pair.rolling(problem).contact(creepages, Loading(pair.loads[0])).contact
-    return measured(pair.on_grid, contact, OF_ROLLING)
-
-
-def transient(problem: ContactProblem, options: RunOptions) -> Solved:
-    """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
-    return solve_with_friction(problem, _transient_on, options)
-
-
-def _transient_on(pair: PairWithFriction) -> Solved:
-    solved = solve_transient(pair, *_only(pair))
-    asked = pair.specification
-    steady = replace(asked, longitudinal=(-1.0, asked.creepage))
-
-    def on(grid: Grid) -> Numbers:
-        other = _on(_with(pair, friction=steady), grid)
-        return _rolled(other, _frictional(other)).numbers
-
-    return _solved(pair, solved.path.steps[-1], solved.errors[-1], OF_ROLLING, on)
-
-
-def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
-    """Solve a compression, and return the numbers under the last load.
-
-    On other grids the steps of the load are half as large.
-    """
-    return solve_with_friction(problem, _pressed_on, options)
-
-
-def _pressed_on(pair: PairWithFriction) -> Solved:
-    solved = solve_compression(pair, *_only(pair))
-
-    def on(grid: Grid) -> Numbers:
-        other = _on(_with(pair, loads=tuple(in_halves(pair.loads))), grid)
-        return in_steps(other, _frictional(other), "finer")[0][-1].numbers
-
-    return _solved(pair, solved.steps[-1], solved.errors[-1], OF_COMPRESSION, on)
-
-
-def _solved(
-    pair: PairWithFriction,
-    known: Measured,
-    estimates: Numbers,
-    quantities: Mapping[str, Quantity],
-    on: Callable[[Grid], Numbers],
-) -> Solved:
-    return Solved(pair.problem, pair.on_grid, known.numbers, estimates, scales_of(known, quantities), on)
-
-
-def _only(pair: PairWithFriction) -> tuple[float, str]:
-    """Return the only coefficient of friction and the name of the only ICs."""
-    (friction,), (name,) = pair.specification.coefficients, pair.problem.specification.ics
-    return friction, name
-
-
-def _frictional(pair: PairWithFriction) -> FrictionalProblem:
-    friction, name = _only(pair)
-    return pair.frictional(pair.operator(name), friction)
-
-
-def _with(pair: PairWithFriction, **changes: Any) -> PairWithFriction:
-    """Return the pair with changes of its specification."""
-    specification = replace(pair.problem.specification, **changes)
-    return replace(pair, problem=replace(pair.problem, specification=specification))
-
-
-def _on(pair: PairWithFriction, grid: Grid) -> PairWithFriction:
-    return replace(pair, on_grid=replace(pair.on_grid, grid=grid))
 
 
 # --- scenes ----------------------------------------------------------------------------------------------
@@ -170,7 +53,7 @@ def rollers(xi: float = SMALL, friction: float = SLIDES, load: float = LOAD, **k
     return crossed(load, **bodies, **rolls(xi, friction, **keys))
 
 
-def case(label: str, changes: Changes, truth: Truth, solve: Any = rolled) -> ContactCase:
+def case(label: str, changes: Changes, truth: Truth, solve: Solver = rolled) -> ContactCase:
     """Return a case of rollers, or of conformal bodies."""
     return ContactCase(label, _base(changes), changes, solve, truth)
 
@@ -184,90 +67,10 @@ def _base(changes: Changes) -> str:
     return "geometry1" if "engine" in changes else "flat"
 
 
-# --- closed forms ----------------------------------------------------------------------------------------
-
-
-def _kalker(solved: Solved) -> dict[str, float]:
-    """Return forces and moment of elastically similar bodies where nothing slips, and Hertz."""
-    hertz, asked = hertz_of(solved.problem), solved.problem.specification.friction
-    assert asked is not None
-    F_x, F_y, M_z = _sticking(solved.problem, hertz, asked)
-    return {"F_x": F_x, "F_y": F_y, "M_z": M_z, "p_max": hertz.p_max}
-
-
-def _sticking(
-    problem: ContactProblem, patch: LoadedPoint, asked: FrictionSpecification
-) -> tuple[float, float, float]:
-    """Return F_x, F_s [N] and M_n [N mm] of a patch where nothing slips."""
-    constants = problem.pair.constants
-    coefficients = _coefficients(float(f"{patch.a / patch.b:.{DIGITS}g}"), float(constants.nu))
-    coefficients = replace(coefficients, a=patch.a, b=patch.b)
-    return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
-
-
-@cache
-def _coefficients(aspect: float, nu: float) -> CreepageCoefficients:
-    """Return Kalker's coefficients of an aspect a/b; they do not depend on the size."""
-    return creepage_coefficients(float(np.sqrt(aspect)), float(1 / np.sqrt(aspect)), nu)
-
-
-def _sliding(solved: Solved) -> dict[str, float]:
-    """Return the numbers where all slides in one direction: Coulomb's law, and Hertz."""
-    asked, hertz = solved.problem.specification.friction, hertz_of(solved.problem)
-    assert asked is not None
-    xi, upsilon = asked.longitudinal[-1], asked.lateral
-    size, largest = float(np.hypot(xi, upsilon)), asked.coefficients[0] * hertz.load
-    return {
-        "F_x": largest * xi / size,
-        "F_y": -largest * upsilon / size,
-        "dissipation": largest * size,
-        "sliding_share": 1.0,
-        "p_max": hertz.p_max,
-    }
-
-
-def _turning(solved: Solved) -> dict[str, float]:
-    """Return the numbers of a circle that slides about its middle: M = 3 pi / 16 friction load a."""
-    asked, hertz = solved.problem.specification.friction, hertz_of(solved.problem)
-    assert asked is not None
-    moment = 3 * np.pi / 16 * asked.coefficients[0] * hertz.load * hertz.a
-    return {
-        "M_z": -moment * np.sign(asked.spin),
-        "dissipation": moment * abs(asked.spin),
-        "sliding_share": 1.0,
-    }
-
-
-def _carter(solved: Solved) -> dict[str, float]:
-    """Return the force of strips along x, each a contact of cylinders: of patches much longer along s."""
-    asked, hertz = solved.problem.specification.friction, hertz_of(solved.problem)
-    assert asked is not None
-    s = (np.arange(STRIPS) + 0.5) / STRIPS * 2 - 1  # over b
-    surfaces = LineContact(hertz.surfaces.curvature_x, hertz.surfaces.modulus)
-    loads = np.pi / 2 * hertz.a * hertz.p_max * (1 - s**2)  # N/mm
-    friction, xi = asked.coefficients[0], asked.longitudinal[-1]
-    forces = [TractiveRolling(surfaces, load, friction, xi).force for load in loads.tolist()]
-    return {"F_x": float(np.mean(forces)) * 2 * hertz.b}
-
-
-def _frictionless(solved: Solved) -> dict[str, float]:
-    """Return the numbers without friction on the same grid."""
-    on_grid, load = solved.on_grid, solved.problem.specification.loads[-1]
-    (name,) = solved.problem.specification.ics
-    contact = on_grid.solve_in_place(on_grid.operator(name), Loading(load))
-    return {"approach": contact.approach, "p_max": float(np.max(contact.p)), "area": contact.area}
-
-
-def _full_stick(solved: Solved) -> dict[str, float]:
-    """Return the numbers of unlike bodies with equal curvatures that stick wherever they touch."""
-    hertz, constants = hertz_of(solved.problem), solved.problem.pair.constants
-    beta = float(constants.mismatch_k / (1 - constants.nu))
-    exact = StickingPoint(hertz.surfaces.curvature_x, hertz.surfaces.modulus, abs(beta))
-    radius = exact.radius(hertz.load)
-    return {"approach": exact.approach(hertz.load), "a": radius, "b": radius}
-
-
-KALKER, SLIDING, CARTER = Truth("Kalker", _kalker), Truth("Coulomb", _sliding), Truth("Carter", _carter)
+KALKER = Truth("Kalker", closed_forms.kalker)
+SLIDING = Truth("Coulomb", closed_forms.sliding)
+CARTER = Truth("Carter", closed_forms.carter)
+NO_FRICTION = Truth("no friction", closed_forms.without_friction)
 FINER = finer(*ROLLED)
 
 
@@ -295,7 +98,7 @@ def _of_friction() -> list[ContactLimit]:
             "friction",
             "> 0 … 1000",
             [
-                case("1e-9", rollers(friction=1e-9), Truth("no friction", _frictionless)),
+                case("1e-9", rollers(friction=1e-9), NO_FRICTION),
                 case("0.3, some slips", rollers(1.5e-4), FINER),
                 case("10", rollers(friction=10.0), KALKER),
                 case("1000", rollers(friction=STICKS), KALKER),
@@ -336,7 +139,9 @@ def _of_creepages() -> list[ContactLimit]:
             [
                 case("1e-4 /mm", rollers(0.0, STICKS, spin=SMALL), KALKER),
                 case("1e-3 /mm, much slips", rollers(0.0, spin=1e-3), FINER),
-                case("1 /mm", rollers(0.0, spin=1.0, **circle), Truth("turning circle", _turning)),
+                case(
+                    "1 /mm", rollers(0.0, spin=1.0, **circle), Truth("turning circle", closed_forms.turning)
+                ),
             ],
             [beyond("1.1 /mm", rollers(spin=1.1))],
         ),
@@ -426,11 +231,11 @@ def _of_motions() -> list[ContactLimit]:
             "compression",
             "friction 0 … 1000",
             [
-                case("like bodies", alike, Truth("no friction", _frictionless), pressed),
+                case("like bodies", alike, NO_FRICTION, pressed),
                 case(
                     "modulus ratio 0.01, ν = 0, friction 1000",
                     unlike,
-                    Truth("full stick", _full_stick),
+                    Truth("full stick", closed_forms.full_stick),
                     pressed,
                 ),
                 case("conformal", _compressed(0.3), finer(*PRESSED, factor=2), pressed),
@@ -489,14 +294,9 @@ def _steady(solved: Solved) -> dict[str, float]:
 def _two_patches() -> ContactCase:
     """Return two equal patches side by side far apart, where nothing slips: each bears half of the forces."""
     changes = bumps(**rolls(friction=STICKS))
-
-    def truth(solved: Solved) -> dict[str, float]:
-        patch, asked = one_of_two(solved.problem), solved.problem.specification.friction
-        assert asked is not None
-        F_x, _, _ = _sticking(solved.problem, patch, asked)
-        return {"F_x": 2 * F_x, "p_max": patch.p_max}
-
-    return replace(case("2, far apart", changes, Truth("two of Kalker", truth)), gap=two_bumps())
+    return replace(
+        case("2, far apart", changes, Truth("two of Kalker", closed_forms.two_of_kalker)), gap=two_bumps()
+    )
 
 
 def _invariances(options: RunOptions) -> list[ContactCase]:

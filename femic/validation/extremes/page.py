@@ -1,6 +1,6 @@
 """`femic extremes` runs all cases and writes `extremes.json` and `extremes.html`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.errors import red
-from compare.report.looks import FURTHER, INK, OWN
+from compare.report.looks import FURTHER, INK, OWN, Look
 from compare.report.parts import Folded, Note, Page, Section
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
@@ -111,12 +111,12 @@ def _panels(rows: Sequence[Entry]) -> list[Panel]:
     """Return errors over their estimates, of C and of contacts apart."""
     of_contact = [row for row in rows if row["engine"] in OF_CONTACT]
     of_c = [row for row in rows if row["engine"] not in OF_CONTACT]
-    return [_panel(group) for group in (of_c, of_contact) if group]
-
-
-def _panel(rows: Sequence[Entry]) -> Panel:
-    """Return errors over their estimates, a mark per case: filled for the first part, open for another."""
     looks = dict(zip(dict.fromkeys(row["parameter"] for row in rows), cycle(LOOKS), strict=False))
+    return [_panel(group, looks) for group in (of_c, of_contact) if group]
+
+
+def _panel(rows: Sequence[Entry], looks: Mapping[str, Look]) -> Panel:
+    """Return errors over their estimates, a mark per case: filled for the first part, open for another."""
     kinds = dict(zip(_by_part(rows), ("filled", "open"), strict=False))
     curves = []
     for row in rows:

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, OF_ROLLING
 from femic.reference.run_options import RunOptions
-from femic.validation.extremes import contacts, friction, frictionless
+from femic.validation.extremes import closed_forms, contacts, friction, frictionless, motions
 from femic.validation.extremes.cases import CONTACT, FRICTION, WithinLimit
 from femic.validation.extremes.contacts import (
     BUMP_RADIUS,
@@ -269,7 +269,7 @@ def test_finer_contacts_are_nearer_to_hertz():
 
 def test_rolling_of_few_elements_has_kalkers_force():
     case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=friction.KALKER)
-    known = friction.rolled(case.problem, ALONE)
+    known = motions.rolled(case.problem, ALONE)
     found, exact = known.numbers, case.truth.of(known)
     assert found["F_x"] == pytest.approx(exact["F_x"], rel=0.03)
     assert found["F_x"] == pytest.approx(known.on(known.on_grid.grid)["F_x"], rel=1e-5)
@@ -280,8 +280,8 @@ def test_rolling_of_few_elements_has_kalkers_force():
 def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodies():
     changes = friction._pressed_on_circle(0.3, {})
     changes = {**changes, "contact": {**changes["contact"], **FEWEST, "loads": [50.0, 100.0]}}
-    known = friction.pressed(problem_of("flat", changes), ALONE)
-    without = friction._frictionless(known)
+    known = motions.pressed(problem_of("flat", changes), ALONE)
+    without = closed_forms.without_friction(known)
     assert known.numbers["p_max"] == pytest.approx(without["p_max"], rel=1e-5)
     assert known.numbers["p_max"] == pytest.approx(hertz_of(known.problem).p_max, rel=0.05)
 
@@ -296,10 +296,12 @@ def test_full_stick_of_like_bodies_is_hertz():
     changes = friction._pressed_on_circle(1000.0, {})
     like = Solved(problem_of("flat", changes), None, {}, {}, {}, None)
     hertz = hertz_of(like.problem)
-    found = friction._full_stick(like)
+    found = closed_forms.full_stick(like)
     assert (found["a"], found["approach"]) == pytest.approx((hertz.a, hertz.approach), rel=1e-6)
     unlike = problem_of("flat", friction._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
-    assert friction._full_stick(replace(like, problem=unlike))["approach"] < 0.99 * hertz_of(unlike).approach
+    assert (
+        closed_forms.full_stick(replace(like, problem=unlike))["approach"] < 0.99 * hertz_of(unlike).approach
+    )
 
 
 @pytest.mark.slow
