@@ -220,7 +220,7 @@ def _of_motions() -> list[ContactLimit]:
     """Return the limits of compression and of rolling from rest."""
     alike = _pressed_on_circle(0.3, {})
     unlike = _pressed_on_circle(STICKS, {"E": 2.1e3, "nu": 0.0})
-    from_rest = {
+    from_rest: dict[str, Any] = {
         "motion": "transient",
         "friction": [SLIDES],
         "creepage": 1e-3,
@@ -268,14 +268,14 @@ def _embraced(
 
 def _compressed(friction: float) -> Changes:
     """Return a wheel with a groove that is pressed on the arc of a rail in steps."""
-    pressing = {"motion": "compression", "friction": [friction], "elements": 8}
+    pressing: dict[str, Any] = {"motion": "compression", "friction": [friction], "elements": 8}
     changes = conformal(1e3, 0.01, **pressing)
     return {**changes, "contact": {**changes["contact"], "loads": _growing(1e3)}}
 
 
 def _pressed_on_circle(friction: float, upper: Changes) -> Changes:
     """Return a circular contact that is pressed together in steps; changes of the upper body."""
-    pressing = {"motion": "compression", "friction": [friction]}
+    pressing: dict[str, Any] = {"motion": "compression", "friction": [friction]}
     changes = crossed(LOAD, crown=500.0, roller=500.0, bodies={"upper": upper}, **pressing)
     return {**changes, "contact": {**changes["contact"], "loads": _growing(LOAD)}}
 

@@ -31,8 +31,8 @@ from femic.validation.extremes.engines import Changes
 from geometries.grids import Grid
 
 SHAPE = ("p_max", "a", "b", "approach", "stiffness")
-COARSE_C = {"elements": 8}  # of the contacts with C; and of a finer one:
-FINER_C = {"contact": {"elements": 16}, "engine": {"tolerance": 0.03}}
+COARSE, FINE = 8, 16  # elements across a patch with C, and with a finer one,
+FINE_TOLERANCE = 0.03  # whose C has this tolerance
 
 
 def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
@@ -169,12 +169,12 @@ def against_finer(label: str, changes: Changes, base: str = "geometry1") -> Cont
 def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
     """Return a conformal case with C, whose truth has a finer C on elements half as large."""
     contact = {**changes["contact"], "ics": ["C"]}
-    coarse = {**changes, "contact": {**contact, **COARSE_C}}
+    coarse = {**changes, "contact": {**contact, "elements": COARSE}}
     fine = {
-        **changes,
-        "contact": {**contact, **FINER_C["contact"]},
-        "engine": {**changes["engine"], **FINER_C["engine"]},
+        "contact": {**contact, "elements": FINE},
+        "engine": {**changes["engine"], "tolerance": FINE_TOLERANCE},
     }
+    fine = {**changes, **fine}
     other = ContactCase(label, "geometry1", fine, pressed, finer(*SHAPE))
     truth = same_as("a finer C", other, options, dict.fromkeys(SHAPE, 1.0))
     return ContactCase(label, "geometry1", coarse, pressed, truth)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import cycle
+from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,11 @@ ERRORS = (
 )
 OF_CONTACT = (CONTACT, FRICTION)
 TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate
-LOOKS = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
+COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
+LOOKS = [  # of parameters; where there are more of these than colours, with markers of the next colours
+    *COLOURED,
+    *(replace(look, marker=other.marker) for look, other in pairwise(COLOURED)),
+]
 
 Entry = dict[str, Any]  # a limit of a part, or a case, as in extremes.json
 
