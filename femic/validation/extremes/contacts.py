@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.contact.compute import require_solvable
 from femic.contact.estimates import Measured, Numbers
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.extra_gap import ExtraGap, Profile
@@ -107,7 +108,13 @@ class BeyondContact:
 
     def result(self, options: RunOptions) -> BeyondLimit:
         """Return the message of femic."""
-        return refusal(self.label, lambda: self.solve(problem_of(self.base, self.changes), options))()
+
+        def solve() -> Solved:
+            scene = load_scene(self.base, self.changes)
+            require_solvable(scene)
+            return self.solve(scene.contact_problem, options)
+
+        return refusal(self.label, solve)()
 
 
 def problem_of(base: str, changes: Changes, gap: ExtraGap | None = None) -> ContactProblem:
@@ -150,7 +157,7 @@ def _scale(name: str, truth: Numbers, largest: float) -> float:
 
 def _over(amount: float, scale: float) -> float:
     """Return an amount over a scale; 0 for none."""
-    return amount / max(scale, np.finfo(float).tiny) if amount else 0.0
+    return float(amount / max(scale, np.finfo(float).tiny)) if amount else 0.0
 
 
 def scales_of(measured: Measured, quantities: Mapping[str, Quantity]) -> dict[str, float]:
