@@ -1,13 +1,14 @@
 """Commands that test the program itself: `validate`, `extremes`."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
+from femic.validation.extremes.cases import PARTS, Part
 from femic.validation.extremes.cases import available as extremes_available
 from geometries.errors import WrongInput
 
@@ -43,9 +44,12 @@ def validate(
 def extremes(
     *,
     of: Annotated[
-        tuple[Literal["analytic", "harmonic", "solid"], ...],
-        Parameter(help="which parts", consume_multiple=True),
-    ] = ("analytic", "harmonic", "solid"),
+        tuple[Part, ...],
+        Parameter(
+            help="which parts: analytic ICs, C of each engine, contact without and with friction",
+            consume_multiple=True,
+        ),
+    ] = PARTS,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Test every part at the limits of its inputs, and beyond; write errors, cost and messages."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from femic.scenes.messages import in_keys
 from geometries.errors import Failure, WrongInput
 
 ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
+CONTACT, FRICTION = "contact", "friction"
+Part = Literal["analytic", "harmonic", "solid", "contact", "friction"]
+PARTS: tuple[Part, ...] = get_args(Part)
 
 
 def available() -> bool:
@@ -59,7 +63,10 @@ class BeyondLimit:
 
 @dataclass(frozen=True)
 class Limit:
-    """A parameter of an engine with its range, and functions that run cases within and beyond it."""
+    """A parameter of a part with its range, and functions that run cases within and beyond it.
+
+    `engine` is the name of the part: of the analytic ICs, an engine, or contact without or with friction.
+    """
 
     engine: str
     name: str
@@ -83,13 +90,18 @@ class LimitResult:
 
 
 def refusal(label: str, call: Callable[[], object]) -> Callable[[], BeyondLimit]:
-    """Return a case that makes a call beyond the limits; its text is the last line of the error message."""
+    """Return a case that makes a call beyond the limits; its text is the last line of the error message.
+
+    Input is refused before any work, and a contact that leaves its bodies when that is found.
+    """
 
     def case() -> BeyondLimit:
         try:
             call()
         except WrongInput as error:
             return BeyondLimit(label, str(error).split("\n")[-1].strip())
+        except Failure as error:
+            return BeyondLimit(label, in_keys(error).split("\n")[-1].strip())
         return BeyondLimit(label, "")
 
     return case

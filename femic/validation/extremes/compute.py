@@ -5,17 +5,31 @@ from dataclasses import asdict
 from typing import Any
 
 from compare.ics.dataset import finite
-from femic.validation.extremes import analytic, exact
-from femic.validation.extremes.cases import ANALYTIC, Limit, LimitResult, WithinLimit, results_of
+from femic.validation.extremes import analytic, exact, friction, frictionless
+from femic.validation.extremes.cases import (
+    ANALYTIC,
+    CONTACT,
+    FRICTION,
+    Limit,
+    LimitResult,
+    WithinLimit,
+    results_of,
+)
 from femic.validation.extremes.engines import Engines
 
 
 def compute(parts: Sequence[str], engines: Engines) -> list[LimitResult]:
     """Run the cases of some parts."""
-    limits: list[Limit] = []
-    for part in parts:
-        limits += analytic.limits() if part == ANALYTIC else engines.limits(part)
+    limits = [limit for part in parts for limit in _limits(part, engines)]
     return list(results_of(limits, engines.options.watch.on_stage))
+
+
+def _limits(part: str, engines: Engines) -> list[Limit]:
+    """Return the limits of a part."""
+    of_contact = {CONTACT: frictionless.limits, FRICTION: friction.limits}
+    if part in of_contact:
+        return of_contact[part](engines.options)
+    return analytic.limits() if part == ANALYTIC else engines.limits(part)
 
 
 def numbers(results: Sequence[LimitResult]) -> dict[str, Any]:
@@ -52,8 +66,14 @@ def _cases(results: Sequence[LimitResult]) -> Iterator[tuple[str, WithinLimit]]:
     """Yield cases within the limits under their labels."""
     for result in results:
         for case in result.reached:
-            label = case.at if case.finished else result.limit.name
-            yield f"{result.limit.engine}, {label}", case
+            yield f"{result.limit.engine}, {_label(result.limit, case)}", case
+
+
+def _label(limit: Limit, case: WithinLimit) -> str:
+    """Return the label of a case; of contacts with the name of the parameter."""
+    if not case.finished:
+        return limit.name
+    return f"{limit.name}: {case.at}" if limit.engine in {CONTACT, FRICTION} else case.at
 
 
 def _within(cases: Sequence[tuple[str, WithinLimit]]) -> Iterator[str]:

@@ -1,21 +1,22 @@
 """`femic extremes` runs all cases and writes `extremes.json` and `extremes.html`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import cycle
+from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from compare.report.charts import Chart, Curve, Panel, chart_of
+from compare.report.charts import Curve, Panel, chart_of
 from compare.report.errors import red
-from compare.report.looks import FURTHER, INK, OWN
+from compare.report.looks import FURTHER, INK, OWN, Look
 from compare.report.parts import Folded, Note, Page, Section
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
 from femic.validation import record
 from femic.validation.extremes import compute
+from femic.validation.extremes.cases import CONTACT, FRICTION
 from femic.validation.extremes.engines import ENGINE_TOLERANCE, Engines
 
 TITLE = "femic at its limits: range of each part, errors at the limits, messages beyond them"
@@ -26,10 +27,18 @@ ERRORS = (
     "than twice as large; errors and estimates of C are shares of the scale of refinement, the larger of max "
     "|C_ij| and 0.05 max |C_nn| on a line, which the tolerance is for. An error may be smaller than another "
     "component's estimate and larger than its own: error over estimate is the largest of a component on a "
-    "line over its own. Time: of all models of a case."
+    "line over its own. Contacts: the largest error of their numbers, named with each case, against a closed "
+    "form, against smaller elements or a finer C, or against the same contact in other units or mirrored; "
+    "shares of each number, or of the largest possible (work of friction, sliding, forces that vanish). "
+    "Time: of all models of a case, of a contact with its estimates."
 )
+OF_CONTACT = (CONTACT, FRICTION)
 TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate
-LOOKS = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
+COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
+LOOKS = [  # of parameters; where there are more of these than colours, with markers of the next colours
+    *COLOURED,
+    *(replace(look, marker=other.marker) for look, other in pairwise(COLOURED)),
+]
 
 Entry = dict[str, Any]  # a limit of a part, or a case, as in extremes.json
 
@@ -93,18 +102,25 @@ def _number_cells(error: float, estimate: float, used: float) -> list[Cell]:
 def _sections(content: dict[str, Any]) -> Iterator[Section | Folded]:
     rows = content["rows"]
     if estimated := [row for row in rows if any(case["used"] is not None for case in row["reached"])]:
-        yield Section("", [_chart(estimated)])
+        yield Section("", [chart_of("errors", _panels(estimated), 1)])
     yield Section("Limits and the largest errors there", [_limits_table(rows)])
     yield Section("Beyond the limits", [_beyond_table(rows)])
     tables = [Section(part, [_cases_table(limits)]) for part, limits in _by_part(rows).items()]
     yield Folded("All cases within the limits, and how errors are measured", [Note(ERRORS), *tables])
-    cost = f"All models took {content['seconds']} s. {record.version_text(content)}"
+    cost = f"All models and contacts took {content['seconds']} s. {record.version_text(content)}"
     yield Folded("Cost and versions", [cost])
 
 
-def _chart(rows: Sequence[Entry]) -> Chart:
-    """Return errors over their estimates, a mark per case: filled for the first part, open for another."""
+def _panels(rows: Sequence[Entry]) -> list[Panel]:
+    """Return errors over their estimates, of C and of contacts apart."""
+    of_contact = [row for row in rows if row["engine"] in OF_CONTACT]
+    of_c = [row for row in rows if row["engine"] not in OF_CONTACT]
     looks = dict(zip(dict.fromkeys(row["parameter"] for row in rows), cycle(LOOKS), strict=False))
+    return [_panel(group, looks) for group in (of_c, of_contact) if group]
+
+
+def _panel(rows: Sequence[Entry], looks: Mapping[str, Look]) -> Panel:
+    """Return errors over their estimates, a mark per case: filled for the first part, open for another."""
     kinds = dict(zip(_by_part(rows), ("filled", "open"), strict=False))
     curves = []
     for row in rows:
@@ -114,8 +130,7 @@ def _chart(rows: Sequence[Entry]) -> Chart:
         curves.append(Curve(row["parameter"], used, errors, replace(look, marker=marker)))
     marks = ", ".join(f"{kind}: {part}" for part, kind in kinds.items())
     title = f"{marks}; right of the dotted line an estimate is too small"
-    panel = Panel(title, "error over its estimate [-]", "error [-]", curves, log_y=True, marks=(1.0,))
-    return chart_of("errors", [panel], 1)
+    return Panel(title, "error over its estimate [-]", "error [-]", curves, log_y=True, marks=(1.0,))
 
 
 def _limits_table(rows: Sequence[Entry]) -> Table:

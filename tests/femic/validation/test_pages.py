@@ -186,6 +186,28 @@ def test_errors_are_drawn_over_their_estimates(limits):
     assert chart.cells[0].marks == (1.0,)
 
 
+def test_contacts_have_a_panel_of_their_own_and_are_named_with_their_parameter():
+    """Filled for contact without friction, open for that with friction."""
+    contacts = [
+        LimitResult(
+            Limit(part, "R_roll", "20 … 1e6 mm", ()),
+            (WithinLimit("20 mm", 0.01, 0.02, used, "Hertz", 0.5, "p_max 9; worst: p_max"),),
+            (),
+        )
+        for part, used in (("contact", 0.5), ("friction", 1.75))
+    ]
+    content = compute.numbers([*BOTH[:2], *contacts])
+    assert "1.2 (harmonic, ν = 0.4999) and 1.8 (friction, R_roll: 20 mm)" in content["summary"]
+    page = listed(extremes.page_of(content | BY_RUNS))
+    (chart,) = blocks_of(page.sections, Chart)
+    of_c, of_contacts = chart.cells
+    assert [curve.label for curve in of_c.curves] == ["ν"]
+    assert [list(curve.x) for curve in of_contacts.curves] == [[0.5], [1.75]]
+    assert [curve.look.marker.endswith("-open") for curve in of_contacts.curves] == [False, True]
+    assert of_contacts.title.startswith("filled: contact, open: friction")
+    assert [row.name for row in page.answer.rows] == ["analytic", "harmonic", "contact", "friction"]
+
+
 def test_analytic_ics_alone_have_no_chart():
     page = extremes.page_of(compute.numbers(BOTH[:1]) | BY_RUNS)
     assert not list(blocks_of(page.sections, Chart))

@@ -13,7 +13,7 @@ from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
-from femic.validation.extremes import analytic, engines, exact
+from femic.validation.extremes import analytic, engines, exact, friction, frictionless
 from femic.validation.extremes.cases import (
     HARMONIC,
     SOLID,
@@ -139,6 +139,29 @@ def test_the_command_writes_json_and_a_page(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("femic.cli.validate.extremes_available", lambda: False)
     assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
     assert "pip install" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("part", ["contact", "friction"])
+def test_parts_of_contact_are_run_alone(part, tmp_path, monkeypatch):
+    """With the options of the command; nothing of other parts."""
+    asked = []
+
+    def limits_of(name):
+        def limits(options):
+            asked.append((name, options.workers))
+            beyond = (lambda: BeyondLimit("-1 N", "loads = -1"),)
+            return [
+                Limit(name, "load", "", (lambda: WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0),), beyond)
+            ]
+
+        return limits
+
+    monkeypatch.setattr(frictionless, "limits", limits_of("contact"))
+    monkeypatch.setattr(friction, "limits", limits_of("friction"))
+    assert exit_code(["extremes", "--of", part, "--workers", "1", "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert [row["engine"] for row in record["rows"]] == [part]
+    assert asked == [(part, 1)]
 
 
 def test_each_component_is_judged_by_its_own_estimate(engine):

@@ -1,0 +1,110 @@
+"""Closed forms for contacts with friction: Kalker, Carter, Coulomb's law, full stick, no friction.
+
+Each returns the numbers that it has of a contact of rollers; similar bodies unless it says otherwise.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from femic.contact.exact.carter import TractiveRolling
+from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
+from femic.contact.exact.full_stick import StickingPoint
+from femic.contact.exact.hertz import LineContact, LoadedPoint
+from femic.contact.loading import Loading
+from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.validation.extremes.contacts import Solved, hertz_of, one_of_two
+
+STRIPS = 4001  # of an ellipse
+DIGITS = 9  # of the aspect of an ellipse
+
+
+def kalker(solved: Solved) -> dict[str, float]:
+    """Return forces and moment of elastically similar bodies where nothing slips, and Hertz."""
+    hertz = hertz_of(solved.problem)
+    F_x, F_y, M_z = _sticking(solved.problem, hertz, asked_of(solved))
+    return {"F_x": F_x, "F_y": F_y, "M_z": M_z, "p_max": hertz.p_max}
+
+
+def _sticking(
+    problem: ContactProblem, patch: LoadedPoint, asked: FrictionSpecification
+) -> tuple[float, float, float]:
+    """Return F_x, F_s [N] and M_n [N mm] of a patch where nothing slips."""
+    constants = problem.pair.constants
+    coefficients = _coefficients(float(f"{patch.a / patch.b:.{DIGITS}g}"), float(constants.nu))
+    coefficients = replace(coefficients, a=patch.a, b=patch.b)
+    return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
+
+
+@cache
+def _coefficients(aspect: float, nu: float) -> CreepageCoefficients:
+    """Return Kalker's coefficients of an aspect a/b; they do not depend on the size."""
+    return creepage_coefficients(float(np.sqrt(aspect)), float(1 / np.sqrt(aspect)), nu)
+
+
+def sliding(solved: Solved) -> dict[str, float]:
+    """Return the numbers where all slides in one direction: Coulomb's law, and Hertz."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    xi, upsilon = asked.longitudinal[-1], asked.lateral
+    size, largest = float(np.hypot(xi, upsilon)), asked.coefficients[0] * hertz.load
+    return {
+        "F_x": largest * xi / size,
+        "F_y": -largest * upsilon / size,
+        "dissipation": largest * size,
+        "sliding_share": 1.0,
+        "p_max": hertz.p_max,
+    }
+
+
+def turning(solved: Solved) -> dict[str, float]:
+    """Return the numbers of a circle that slides about its middle: M = 3 pi / 16 friction load a."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    moment = 3 * np.pi / 16 * asked.coefficients[0] * hertz.load * hertz.a
+    return {
+        "M_z": -moment * np.sign(asked.spin),
+        "dissipation": moment * abs(asked.spin),
+        "sliding_share": 1.0,
+    }
+
+
+def carter(solved: Solved) -> dict[str, float]:
+    """Return the force of strips along x, each a contact of cylinders: of patches much longer along s."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    s = (np.arange(STRIPS) + 0.5) / STRIPS * 2 - 1  # over b
+    surfaces = LineContact(hertz.surfaces.curvature_x, hertz.surfaces.modulus)
+    loads = np.pi / 2 * hertz.a * hertz.p_max * (1 - s**2)  # N/mm
+    friction, xi = asked.coefficients[0], asked.longitudinal[-1]
+    forces = [TractiveRolling(surfaces, load, friction, xi).force for load in loads.tolist()]
+    return {"F_x": float(np.mean(forces)) * 2 * hertz.b}
+
+
+def without_friction(solved: Solved) -> dict[str, float]:
+    """Return the numbers without friction on the same grid."""
+    on_grid, load = solved.on_grid, solved.problem.specification.loads[-1]
+    (name,) = solved.problem.specification.ics
+    contact = on_grid.solve_in_place(on_grid.operator(name), Loading(load))
+    return {"approach": contact.approach, "p_max": float(np.max(contact.p)), "area": contact.area}
+
+
+def full_stick(solved: Solved) -> dict[str, float]:
+    """Return the numbers of unlike bodies with equal curvatures that stick wherever they touch."""
+    hertz, constants = hertz_of(solved.problem), solved.problem.pair.constants
+    beta = float(constants.mismatch_k / (1 - constants.nu))
+    exact = StickingPoint(hertz.surfaces.curvature_x, hertz.surfaces.modulus, abs(beta))
+    radius = exact.radius(hertz.load)
+    return {"approach": exact.approach(hertz.load), "a": radius, "b": radius}
+
+
+def two_of_kalker(solved: Solved) -> dict[str, float]:
+    """Return the force of two bumps far apart where nothing slips: each bears half of the load."""
+    patch = one_of_two(solved.problem)
+    F_x, _, _ = _sticking(solved.problem, patch, asked_of(solved))
+    return {"F_x": 2 * F_x, "p_max": patch.p_max}
+
+
+def asked_of(solved: Solved) -> FrictionSpecification:
+    """Return the specification of friction and motion of a contact."""
+    asked = solved.problem.specification.friction
+    assert asked is not None
+    return asked
