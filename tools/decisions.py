@@ -66,7 +66,7 @@ OTHERS = {
     "s1002-on-60e1": Look("#808080", "solid", "", 2.2),
     "s1002-on-60e1-worn": Look("#808080", "dot", "", 2.2),
 }
-PLUS_MINUS = "\u00a0±\u00a0"
+SPACE, PLUS_MINUS, DOTS = "\u00a0", "\u00a0±\u00a0", "\u00a0…\u00a0"  # lines do not break there
 CROSSING = f"{100 * SHOWN:g} % is passed"
 CROSSED = Look("ink", "", "circle-open")
 OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
@@ -383,11 +383,11 @@ def reach(solved: Sequence[Mapping[str, Any]], ics: str, wanted: Wanted) -> str:
     crossed = sorted((of["at"]["angle"], number) for number, of in enumerate(found) if of["at"])
     ends = [of["end"]["angle"] for of in found if not of["at"]]
     if not crossed:
-        return f"everywhere (to {max(ends):.0f}°)"
+        return f"all,{SPACE}to{SPACE}{max(ends):.0f}°"
     first, last = (crossing_text(found[number]) for _, number in (crossed[0], crossed[-1]))
     if ends and max(ends) > crossed[-1][0]:
-        return f"{first}° … beyond {max(ends):.0f}°"
-    return f"{first}°" if len(crossed) == 1 else f"{first}° … {last}°"
+        return f"{first}°{DOTS}>{SPACE}{max(ends):.0f}°"
+    return f"{first}°" if len(crossed) == 1 else f"{first}°{DOTS}{last}°"
 
 
 def crossing_text(found: Mapping[str, Any]) -> str:
@@ -396,7 +396,7 @@ def crossing_text(found: Mapping[str, Any]) -> str:
         return "–"
     angle = f"{found['at']['angle']:.0f}"
     if found["before"]:
-        return f"< {angle}"
+        return f"<{SPACE}{angle}"
     return f"{angle}{PLUS_MINUS}{np.ceil(found['estimate']):.0f}" + ("" if found["stays"] else " †")
 
 
