@@ -66,6 +66,7 @@ OTHERS = {
     "s1002-on-60e1": Look("#808080", "solid", "", 2.2),
     "s1002-on-60e1-worn": Look("#808080", "dot", "", 2.2),
 }
+SPACE, PLUS_MINUS, DOTS = "\u00a0", "\u00a0±\u00a0", "\u00a0…\u00a0"  # lines do not break there
 CROSSING = f"{100 * SHOWN:g} % is passed"
 CROSSED = Look("ink", "", "circle-open")
 OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
@@ -352,24 +353,21 @@ class Wanted:
 
 PRESSURES = (
     *(Wanted(f"p_max to {100 * tolerance:g} %", "p_max", tolerance) for tolerance in TOLERANCES["p_max"]),
-    Wanted("length of the patch to 5 %", "a", 0.05),
-    Wanted("width of the patch to 5 %", "b", 0.05),
+    Wanted("length a to 5 %", "a", 0.05),
+    Wanted("width b to 5 %", "b", 0.05),
     Wanted("approach to 5 %", "approach", 0.05),
 )
 FORCES = (
-    Wanted("F_x to 5 % of itself (2.5 % of friction × load), where it is half of that", "half", 0.025),
-    Wanted("F_x to 10 % of itself (5 % of friction × load), where it is half of that", "half", 0.05),
-    Wanted("F_x to 5 % of friction × load, where C rolls freely", "free", 0.05),
+    Wanted("F_x to 5 % of itself, at half of friction × load", "half", 0.025),
+    Wanted("F_x to 10 % of itself, at half of friction × load", "half", 0.05),
+    Wanted("F_x to 5 % of friction × load, rolling freely", "free", 0.05),
 )
 
 
 def decision_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of the decision table: what is wanted, and how far each of some ICs is good enough."""
     pairs = list(values["pairs"].values())
-    frictions = [
-        {"short": f"friction {friction}"} | solved
-        for friction, solved in values["rolling"]["frictions"].items()
-    ]
+    frictions = list(values["rolling"]["frictions"].values())
     return [
         {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in ("A", "Bhat", "Bhat_prime", "mix")}
         for of, rows in ((pairs, PRESSURES), (frictions, FORCES))
@@ -381,17 +379,15 @@ def reach(solved: Sequence[Mapping[str, Any]], ics: str, wanted: Wanted) -> str:
     """Return up to which angle some ICs are good enough: at worst and at best of the pairs, or frictions."""
     if any(ics not in one["crossings"] for one in solved):
         return ""
-    found = [(one, one["crossings"][ics][wanted.number][f"{wanted.tolerance:g}"]) for one in solved]
-    crossed = sorted((of["at"]["angle"], one["short"], of) for one, of in found if of["at"])
+    found = [one["crossings"][ics][wanted.number][f"{wanted.tolerance:g}"] for one in solved]
+    crossed = sorted((of["at"]["angle"], number) for number, of in enumerate(found) if of["at"])
+    ends = [of["end"]["angle"] for of in found if not of["at"]]
     if not crossed:
-        return f"everywhere (to {max(of['end']['angle'] for _, of in found):.0f}°)"
-    (_, worst, first), (_, best, last) = crossed[0], crossed[-1]
-    text = f"{crossing_text(first)}° ({worst})"
-    if len(crossed) < len(found):
-        free = max((of["end"]["angle"], one["short"]) for one, of in found if not of["at"])
-        if free[0] > last["at"]["angle"]:
-            return f"{text} … beyond {free[0]:.0f}° ({free[1]})"
-    return text if len(crossed) == 1 else f"{text} … {crossing_text(last)}° ({best})"
+        return f"all,{SPACE}to{SPACE}{max(ends):.0f}°"
+    first, last = (crossing_text(found[number]) for _, number in (crossed[0], crossed[-1]))
+    if ends and max(ends) > crossed[-1][0]:
+        return f"{first}°{DOTS}>{SPACE}{max(ends):.0f}°"
+    return f"{first}°" if len(crossed) == 1 else f"{first}°{DOTS}{last}°"
 
 
 def crossing_text(found: Mapping[str, Any]) -> str:
@@ -400,13 +396,19 @@ def crossing_text(found: Mapping[str, Any]) -> str:
         return "–"
     angle = f"{found['at']['angle']:.0f}"
     if found["before"]:
-        return f"< {angle}"
-    return f"{angle} ± {np.ceil(found['estimate']):.0f}" + ("" if found["stays"] else " †")
+        return f"<{SPACE}{angle}"
+    return f"{angle}{PLUS_MINUS}{np.ceil(found['estimate']):.0f}" + ("" if found["stays"] else " †")
 
 
 def error_text(deviation: Mapping[str, float]) -> str:
     """Return an error with its estimated error [%]."""
-    return f"{100 * deviation['error']:+.1f} ± {max(100 * deviation['estimate'], 0.1):.1f}"
+    return f"{signed(deviation['error'])}{PLUS_MINUS}{max(100 * deviation['estimate'], 0.1):.1f}"
+
+
+def signed(share: float) -> str:
+    """Return a share in percent with its sign; zero has none."""
+    text = f"{100 * share:+.1f}".replace("-", "−")
+    return "0.0" if float(f"{100 * share:.1f}") == 0 else text
 
 
 def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dict[str, Any]:
@@ -428,7 +430,7 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
 def readme_table(values: Mapping[str, Any]) -> str:
     """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
     lines = [
-        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | known to |",
+        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | C, a minute: known to |",
         "|---|---|---|---|---|---|",
     ]
     rows = [
@@ -459,9 +461,7 @@ def _readme_row(
     text: str, angle: float, of: Sequence[Mapping[str, float]], fitted: Mapping[str, float] | None
 ) -> str:
     known = max(one["estimate"] for one in (*of, *([fitted] if fitted else [])))
-    cells = [f"{100 * one['error']:+.1f} %" for one in of] + [
-        f"{100 * fitted['error']:+.1f} %" if fitted else ""
-    ]
+    cells = [f"{signed(one['error'])} %" for one in of] + [f"{signed(fitted['error'])} %" if fitted else ""]
     return f"| {text} | {angle:.0f}° | {' | '.join(cells)} | ± {max(100 * known, 0.1):.1f} % |"
 
 
