@@ -41,8 +41,8 @@ def chart(dataset: xr.Dataset, start: str) -> Chart:
 
 def _spread(errors: xr.Dataset) -> bool:
     """Return whether errors are known, larger than rounding, and not all the same."""
-    known = errors.error.dropna("way")
-    return bool(known.size) and float(known.max()) > max(LEAST_DRAWN, float(known.min()))
+    known = errors.bound.dropna("way")
+    return bool(known.size) and float(known.max()) > max(LEAST_DRAWN, 1.01 * float(known.min()))
 
 
 def known_numbers(dataset: xr.Dataset) -> list[str]:

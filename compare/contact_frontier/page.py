@@ -141,7 +141,8 @@ def _cost(errors: xr.Dataset) -> str:
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
-    yield Section("", [chart(dataset, next(iter(main_numbers(dataset)), "")), Note(READING)])
+    drawn = chart(dataset, next(iter(main_numbers(dataset)), ""))
+    yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
     yield Folded("What errors are shares of", [_scales_table(dataset), Note(EXPLANATION)])
     tables = list(_errors_tables(dataset))
     yield Folded("Errors of all ways by number", [Note(_marks(dataset)), *tables])
