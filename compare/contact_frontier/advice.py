@@ -134,7 +134,9 @@ def advise_contact(dataset: xr.Dataset, question: ContactQuestion) -> ContactAdv
 
 def _reasons(dataset: xr.Dataset, question: ContactQuestion, way: xr.Dataset) -> Iterator[str]:
     """Yield where the error is largest, and of which numbers it is not known everywhere."""
-    yield f"Worst: {way.number.item()} at {way.case.item()}, measured against {dataset.attrs['best']}."
+    best = dataset.attrs["best"]
+    how = "by its own estimate" if way.way.item() == best else f"measured against {best}"
+    yield f"Worst: {way.number.item()} at {way.case.item()}, {how}."
     for name in question.wants:
         judged, points = (int(dataset[count].sel(number=name).sum()) for count in ("judged", "points"))
         if judged < points:

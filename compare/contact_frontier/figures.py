@@ -26,13 +26,23 @@ def label_of(way: xr.Dataset | xr.DataArray) -> str:
     return f"{ics}, {elements} elements" if elements else ics
 
 
-def chart(dataset: xr.Dataset) -> Chart:
-    """Return the errors of all ways over their seconds, a step per number, with a choice of cases."""
-    names, cases = known_numbers(dataset), [str(case) for case in dataset.case.values]
-    numbers = ({ALL: names} if len(names) > 1 else {}) | {name: [name] for name in names}
-    shown = ([None] if len(cases) > 1 else []) + cases if len(cases) > 1 else [None]
+def chart(dataset: xr.Dataset, start: str) -> Chart:
+    """Return the errors of all ways over their seconds, a step per number, with a choice of cases.
+
+    Numbers whose errors are rounding are left out. `start` is the number shown first.
+    """
+    names = [name for name in known_numbers(dataset) if _spread(worst(dataset, [name]))]
+    numbers = {name: [name] for name in names} | ({ALL: names} if len(names) > 1 else {})
+    cases = [str(case) for case in dataset.case.values]
+    shown = [None, *cases] if len(cases) > 1 else [None]
     steps = {name: [_panel(dataset, those, case) for case in shown] for name, those in numbers.items()}
-    return Chart("contact_ways", steps, 1, "number", 1.4, next(iter(steps)), choice="case")
+    return Chart("contact_ways", steps, 1, "number", 1.4, start if start in steps else "", choice="case")
+
+
+def _spread(errors: xr.Dataset) -> bool:
+    """Return whether errors are known, larger than rounding, and not all the same."""
+    known = errors.bound.dropna("way")
+    return bool(known.size) and float(known.max()) > max(LEAST_DRAWN, 1.01 * float(known.min()))
 
 
 def known_numbers(dataset: xr.Dataset) -> list[str]:
@@ -43,10 +53,9 @@ def known_numbers(dataset: xr.Dataset) -> list[str]:
 def _panel(dataset: xr.Dataset, names: Sequence[str], case: str | None) -> Panel:
     """Return the errors of ways [%], with the front and the reference's estimate as lines."""
     errors = worst(dataset, names, case).dropna("way", subset=["bound"])
-    title = f"{', '.join(names) if len(names) < 3 else 'all numbers'}, {case or 'all cases'}"
-    across = "time: ICs, operator, contact [s]"
-    if not errors.sizes["way"]:
-        return Panel(f"{title}: not known as a share", across, "error [%]", [Curve("", [], [])])
+    title, across = case or "all cases", "time: ICs, operator, contact [s]"
+    if not _spread(errors):
+        return Panel(title, across, "error [%]: none, or not known as a share", [Curve("", [], [])])
     on_front, seconds = errors.sel(way=ways_on_front(errors)), errors.seconds.values
     floor = _percent(errors.floor.sel(way=dataset.attrs["best"]))
     lines = [

@@ -95,12 +95,14 @@ def _sentence(dataset: xr.Dataset, name: str) -> str:
     found: dict[str, list[str]] = {}
     for tolerance in IN_SENTENCES:
         if way := _cheapest(errors, tolerance):
-            found.setdefault(way, []).append(f"{tolerance:.0%}")
+            found.setdefault(way, []).append(_percent(tolerance))
     choices = [f"{label_of(errors.sel(way=way))} to {join_words(shares)}" for way, shares in found.items()]
     approximations = errors.isel(way=np.flatnonzero(errors.kind.values == APPROXIMATION)).dropna(
         "way", subset=["bound"]
     )
-    text = f"For {name}: {'; '.join(choices) if choices else f'no way is known to {IN_SENTENCES[0]:.0%}'}"
+    text = (
+        f"For {name}: {'; '.join(choices) if choices else f'no way is known to {_percent(IN_SENTENCES[0])}'}"
+    )
     if not approximations.sizes["way"]:
         return f"{text}."
     closest = approximations.isel(way=int(np.argmin(approximations.bound.values)))
@@ -126,8 +128,12 @@ def answer_table(dataset: xr.Dataset) -> Table:
             else Cell("none")
             for name, way in ways.items()
         ]
-        rows.append(Row(f"{tolerance:.0%}", cells))
+        rows.append(Row(_percent(tolerance), cells))
     return Table("cheapest ICs to", texts(*names), rows)
+
+
+def _percent(tolerance: float) -> str:
+    return f"{100 * tolerance:g} %"
 
 
 def _cost(errors: xr.Dataset) -> str:
@@ -135,7 +141,8 @@ def _cost(errors: xr.Dataset) -> str:
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
-    yield Section("", [chart(dataset), Note(READING)])
+    drawn = chart(dataset, next(iter(main_numbers(dataset)), ""))
+    yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
     yield Folded("What errors are shares of", [_scales_table(dataset), Note(EXPLANATION)])
     tables = list(_errors_tables(dataset))
     yield Folded("Errors of all ways by number", [Note(_marks(dataset)), *tables])

@@ -196,7 +196,7 @@ def test_advice_says_where_a_force_is_not_judged_and_what_to_want_where_it_vanis
 
 def test_summary_names_the_ways_and_the_reference():
     text = summary(frontier(("p_max", "F_x/limit")))
-    assert "For p_max: B̂, 10 elements to 5% and 2%" in text
+    assert "For p_max: B̂, 10 elements to 5 % and 2 %" in text
     assert "against C (0.01), 20 elements, which is known to 1.00 % in p_max" in text
     assert text.count(". ") <= 2
 
