@@ -48,7 +48,7 @@ def off_rigid(dataset: xr.Dataset, ics: str = C) -> Array:
 
 def beyond_estimate(runs: Runs) -> Mapping[str, float]:
     """Measure what is not rigid in the differences with C, less the estimate of finite elements."""
-    measured = {}
+    measured: dict[str, float] = {}
     for contacts in SERIES:
         dataset = runs.fe_contact(contacts)
         known = estimates(dataset, APPROACH).values / dataset[APPROACH].sel(ics=FE).values

@@ -13,7 +13,7 @@ from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.statements import contact_series, normal_contacts, pressure_shapes, rigid_approaches
 from femic.validation.statements.contact_series import LOAD_SHARE
-from femic.validation.statements.normal_contacts import TALL
+from femic.validation.statements.normal_contacts import SOURCE_ANGLES, TALL, WIDE
 from femic.validation.statements.pressure_shapes import KURTOSIS_OF_HERTZ, OF_HERTZ, kurtosis, peakedness
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import Runs
@@ -168,6 +168,23 @@ def test_what_is_proportional_to_the_load_is_rigid():
     np.testing.assert_allclose(rigid_approaches.off_rigid(dataset), 0.0, atol=1e-15)
     bent = dataset.assign(fe_raw_approach=dataset.fe_raw_approach + np.array([0.0, 0.0, 0.01]))
     assert rigid_approaches.off_rigid(bent)[2] == pytest.approx(0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(26, 33))
+def test_statements_have_numbers_panels_and_details(number, series, monkeypatch):
+    """With the same contacts for both pairs; differences between pairs vanish then."""
+    monkeypatch.setitem(SOURCE_ANGLES, WIDE, SOURCE_ANGLES[TALL])
+    monkeypatch.setitem(pressure_shapes.SHAPE_LOADS, WIDE, pressure_shapes.SHAPE_LOADS[TALL])
+    runs, statement = SimpleNamespace(contact_series=lambda _: series), STATEMENTS[number]
+    for criterion in statement.criteria:
+        values = criterion.measure(runs)
+        assert values
+        assert np.isfinite(list(values.values())).all(), (criterion.name, values)
+    panels = statement.panels(runs)
+    assert panels
+    assert all(np.isfinite(curve.y).all() for panel in panels for curve in panel.curves)
+    assert all(isinstance(value, float) for value in statement.details(runs).values())
 
 
 # --- mutations ------------------------------------------------------------------------------------------
