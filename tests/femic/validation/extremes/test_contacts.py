@@ -190,8 +190,8 @@ def test_hertz_has_the_curvatures_at_the_crown():
 
 
 def test_two_bumps_are_parabolas_of_their_radius_as_far_as_contours_go():
-    gap, s = two_bumps(), np.array([-3.2, -3.0, 3.3, 9.9])
-    expected = np.array([0.2, 0, 0.3, 6.9]) ** 2 / 2 / BUMP_RADIUS
+    gap, s = two_bumps(), np.array([-9.9, -3.2, -3.0, 3.3, 9.9])
+    expected = np.array([6.9, 0.2, 0, 0.3, 6.9]) ** 2 / 2 / BUMP_RADIUS
     np.testing.assert_allclose(gap.at(np.zeros(1), s), expected, atol=1e-6)
 
 
