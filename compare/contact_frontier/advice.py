@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
+from approx.variants import needed
 from compare.contact_frontier.compute import (
     NO_MAPS,
     ContactRequest,
@@ -23,6 +24,7 @@ from femic.scenes.scene import Scene
 from geometries.errors import Failure, WrongInput
 
 BUDGET = 600.0  # s
+OF_ICS_ALONE = "That is the error of the ICs; the contact estimates that of its elements itself."
 
 
 class Expectation(Protocol):
@@ -185,11 +187,18 @@ def answer(
 def expected_advice(
     scene: Scene, question: ContactQuestion, expectation: Expectation
 ) -> ContactAdvice | None:
-    """Return the first approximation, simplest first, of which enough is known; None where none is."""
+    """Return the first approximation, simplest first, of which enough is known; None where none is.
+
+    What is known is of ICs without a fit.
+    """
+    fitted = scene.pair.has_effective("combined")
     for name in approximations(scene):
+        if fitted and any(form.effective for form in needed([name])):
+            continue
         bound = max(expectation.high(name, number) for number in question.wants)
         if bound <= question.tolerance:
-            because = " ".join(expectation.sentence_of(name, number) for number in question.wants)
+            known = [expectation.sentence_of(name, number) for number in question.wants]
+            because = " ".join([*known, OF_ICS_ALONE])
             return ContactAdvice(question, name, {"contact": {"ics": [name]}}, bound, because)
     return None
 

@@ -24,6 +24,7 @@ with lazy_imports():
     from compare.friction import compute as friction_compute
     from compare.friction import pages
     from compare.friction import supports as friction_supports
+    from femic.advice import expected
     from femic.campaigns.maps import c_map
     from femic.contact.pairs import supports
 
@@ -97,7 +98,8 @@ def _chosen(
     name: str, scene: Scene, question: contact_advice.ContactQuestion, options: RunOptions
 ) -> tuple[Scene, str]:
     """Return the scene with the cheapest ICs that are good enough, and why these."""
-    chosen = contact_advice.answer(name, question, options, c_map.maps_of_scene(scene)).advice
+    maps, effort = c_map.maps_of_scene(scene), contact_advice.Effort(expect=expected.expect)
+    chosen = contact_advice.answer(name, question, options, maps, effort).advice
     return load_scene(name, chosen.changes), contact_advice.sentence(chosen)
 
 

@@ -19,6 +19,7 @@ with lazy_imports():
     from compare.contact_frontier import compute as contact_compute
     from compare.contact_frontier import page as contact_page
     from compare.frontier import advice, compute, page
+    from femic.advice import expected
     from femic.campaigns.maps import c_map
 
 Wanted = Annotated[
@@ -94,6 +95,9 @@ class Asked:
     body: Annotated[
         BodyName | None, Parameter(help="of ICs by themselves; default: the first that the scene compares")
     ] = None
+    solve: Annotated[
+        bool, Parameter(help="solve C also where what is known of similar contacts would decide", negative="")
+    ] = False
 
 
 ASKED = Asked()
@@ -114,7 +118,8 @@ def advise(
     """Name the cheapest ICs that are good enough, with reasons.
 
     Of a scene with loads, for numbers of its contact: p_max, and in rolling F_x, unless others are wanted.
-    With `--components` or `--body`, and of other scenes, for the ICs by themselves.
+    With `--components` or `--body`, and of other scenes, for the ICs by themselves. C is solved only where
+    what is known of similar contacts does not decide.
     """
     loaded = load_scene(scene)
     largest = loaded.ics_tolerance if tolerance is None else tolerance
@@ -132,7 +137,8 @@ def advise(
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
     contact_advice.require_answerable(loaded, of_contact)
-    maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget)
+    expect = None if asked.solve else expected.expect
+    maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
     with work.options(folder, console) as options:
         found = contact_advice.answer(scene, of_contact, options, maps, effort)
     if found.frontier is not None:

@@ -34,7 +34,7 @@ def covering(
 ) -> tuple[Grid, tuple[str, ...]]:
     """Return a grid that covers all patches, and sentences about those that it had to leave out."""
     sizing, loading = sizing_of(problem_of(bodies, wanted, load)), Loading(load)
-    size = contact_size(sizing.bodies, loading)
+    size = contact_size(sizing.bodies, loading, all_patches=False)
     grid = sizing.large_enough(sizing.grid([size]), [loading], [SIZING])
     approach = _solve_on(sizing.bodies, grid, loading).approach
     further = _beside(place, grid, approach)

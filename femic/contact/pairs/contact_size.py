@@ -8,6 +8,7 @@ from femic.contact.edges import ENDS
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
 from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.further_patches import touching_beyond
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -18,16 +19,27 @@ GROWTH = 1.5  # by which a grid that is too short is made longer
 FEWEST = 10  # elements across a patch that tell its size well enough
 MOST_TRIES = 60
 MOST_STRIPS = 96  # of a grid; loads that need more have grids of their own
+MOST_BETWEEN = 512  # strips of a coarse grid over several patches
+COUNTS = 0.1  # share of the pressures from which on elements are fine enough for a patch, too
 
 Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Size:
-    """The ranges of x and s that all patches of a contact cover [mm]."""
+    """The ranges of x and s that all patches of a contact cover [mm].
+
+    `smallest` are the least length along x and width along s of patches that count, None: of the only one.
+    """
 
     x: Range
     s: Range
+    smallest: tuple[float, float] | None = None
+
+    @property
+    def patch(self) -> tuple[float, float]:
+        """Length along x and width along s of the smallest patch [mm]."""
+        return self.smallest or (self.x[1] - self.x[0], self.s[1] - self.s[0])
 
 
 @dataclass(frozen=True)
@@ -45,8 +57,10 @@ class _Trial:
         return Grid(TRIED, self.n_s, 2 * self.half_x / TRIED, (high - low) / self.n_s, (low + high) / 2)
 
 
-def contact_size(bodies: PairOnGrid, loading: Loading) -> Size:
+def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = True) -> Size:
     """Return the size of a contact with B-hat, on coarse grids made longer or shorter until they fit.
+
+    Without `all_patches` only of those about the place where the bodies touch first.
 
     Raises Failure where the contact reaches the end of a contour, and where there is none.
     """
@@ -60,8 +74,38 @@ def contact_size(bodies: PairOnGrid, loading: Loading) -> Size:
             continue
         size, across = size_of(on_grid, contact), _across(contact)
         if min(across) >= FEWEST:
-            return size
+            further = _with_further_patches(bodies, loading, trial, contact) if all_patches else None
+            return further or size
         trial = _trial(bodies, *_narrowed(trial, size, across), trial.n_s)
+    raise no_grid(loading)
+
+
+def _with_further_patches(
+    bodies: PairOnGrid, loading: Loading, trial: _Trial, contact: NormalContact
+) -> Size | None:
+    """Return the size of a contact with patches beyond a trial grid, None where there are none.
+
+    Raises Failure where one of them reaches the end of a contour.
+    """
+    beyond = touching_beyond(replace(bodies, grid=trial.grid), contact)
+    if not beyond.size:
+        return None
+    (low, high), half_x = trial.s, trial.half_x
+    strip = (high - low) / trial.n_s
+    for _ in range(MOST_TRIES):
+        room = (GROWTH - 1) * (high - low) / 2
+        low, high = min(low, beyond[0] - room), max(high, beyond[-1] + room)
+        longer = _trial(bodies, half_x, (low, high), trial.n_s)
+        n_s = min(MOST_BETWEEN, int(np.ceil((longer.s[1] - longer.s[0]) / strip)))
+        on_grid = replace(bodies, grid=replace(longer, n_s=n_s).grid)
+        try:
+            found = on_grid.solve(on_grid.operator(SIZING), loading).normal
+        except PotentialAreaTooSmall as short:
+            require_room(bodies, short, longer.s)
+            half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
+            beyond = np.array([low, high])
+            continue
+        return size_of(on_grid, found) if len(found.patches) > len(contact.patches) else None
     raise no_grid(loading)
 
 
@@ -114,7 +158,17 @@ def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
     x = [place for patch in contact.patches for place in patch.x]
     s = [place for patch in contact.patches for place in patch.s]
     half = max(abs(place - (grid.n_x - 1) / 2) for place in x) * grid.dx
-    return Size((-half, half), (grid.strips[0] + min(s) * grid.ds, grid.strips[0] + max(s) * grid.ds))
+    ends = grid.strips[0] + min(s) * grid.ds, grid.strips[0] + max(s) * grid.ds
+    if len(contact.patches) == 1:
+        return Size((-half, half), ends)
+    counting = [
+        patch for patch in contact.patches if np.sum(contact.p[patch.elements]) > COUNTS * np.sum(contact.p)
+    ]
+    smallest = (
+        min(patch.x[1] - patch.x[0] for patch in counting) * grid.dx,
+        min(patch.s[1] - patch.s[0] for patch in counting) * grid.ds,
+    )
+    return Size((-half, half), ends, smallest)
 
 
 def _narrowed(trial: _Trial, size: Size, across: tuple[int, int]) -> tuple[float, Range]:

@@ -61,10 +61,7 @@ class Sizing:
 
     def grid(self, sizes: Sequence[Size]) -> Grid:
         """Return a grid for some sizes of contacts."""
-        dx, ds = (
-            float(min(high - low for low, high in ranges)) / self.elements
-            for ranges in ([size.x for size in sizes], [size.s for size in sizes])
-        )
+        dx, ds = (float(min(size.patch[axis] for size in sizes)) / self.elements for axis in (0, 1))
         x = max(high for _, high in (size.x for size in sizes))
         low, high = min(size.s[0] for size in sizes), max(size.s[1] for size in sizes)
         room_x, room_s = 2 * ROOM * x + self.margin * dx, ROOM * (high - low) + self.margin * ds
