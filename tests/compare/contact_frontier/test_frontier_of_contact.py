@@ -159,7 +159,7 @@ def test_what_is_expected_may_decide_without_c(write, tolerance, ics):
     found = answer(write(text()), ContactQuestion(("p_max",), tolerance), RunOptions(1), effort=effort)
     assert found.frontier is None
     assert found.advice.changes == {"contact": {"ics": [ics]}}
-    assert sentence(found.advice).endswith(f"p_max with {ics}: as in others.")
+    assert f"p_max with {ics}: as in others. That is the error of the ICs" in sentence(found.advice)
 
 
 @pytest.mark.parametrize(("wants", "tolerance"), [(("p_max",), 0.079), (("p_max", "b"), 0.3)])
