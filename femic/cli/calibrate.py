@@ -3,9 +3,9 @@
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
 from femic.cache import folders
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
@@ -31,7 +31,7 @@ def calibrate(
         compute.require_calibration(loaded)
     joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
     scene_folders = work.folders_of(scenes, joint)
-    console, calibrated = Console(markup=False, highlight=False), []
+    console, calibrated = terminal(markup=False, highlight=False), []
     for loaded, folder in zip(scenes, scene_folders, strict=True):
         with work.options(folder, console) as options:
             console.print(f"{loaded.name}:")

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
 from femic.cache import folders
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions
@@ -58,7 +58,7 @@ def contact(
     ]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.folders_of(scenes, map_folders)
-    console, contacts = Console(markup=False, highlight=False), {}
+    console, contacts = terminal(markup=False, highlight=False), {}
     for name, loaded, folder in zip(scene, scenes, scene_folders, strict=True):
         print_warnings(loaded, console)
         with work.options(folder, console) as options:

@@ -1,16 +1,16 @@
 """`femic doctor` checks whether an installation is complete, femic's own, and right."""
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from femic.cli.terminal import terminal
 from femic.installation import findings
 from geometries.errors import Failure
 
 
 def doctor() -> None:
     """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
-    console = Console(highlight=False)
+    console = terminal(highlight=False)
     wrong = []
     table = Table(box=None, pad_edge=False, show_header=False)
     with console.status("checking"):

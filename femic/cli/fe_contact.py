@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.late import lazy_imports
@@ -31,7 +31,7 @@ def fe_contact(
     Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
     finished loads are stored.
     """
-    loaded, console = load_scene(scene), Console()
+    loaded, console = load_scene(scene), terminal()
     fe_compute.require_suitable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)

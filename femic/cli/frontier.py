@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.scenes import wants
@@ -48,7 +48,7 @@ def frontier(
     """
     loaded = load_scene(scene)
     names = _wanted(loaded, want, components)
-    folder, console = work.folder(loaded), Console()
+    folder, console = work.folder(loaded), terminal()
     if names is None:
         changes = {"components": components.split(",")} if components else {}
         request = compute.FrontierRequest.all(budget, changes)
@@ -125,7 +125,7 @@ def advise(
     largest = loaded.ics_tolerance if tolerance is None else tolerance
     body_alone = asked.body is not None and asked.want is None
     names = None if body_alone else _wanted(loaded, asked.want, asked.components)
-    folder, console = work.folder(loaded), Console(width=TABLE_WIDTH, highlight=False)
+    folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH, highlight=False)
     if names is None:
         named = tuple(asked.components.split(",")) if asked.components else loaded.components
         question = advice.Question(asked.body or loaded.compared[0], named, largest)

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.logging import RichHandler
 
 from femic.cli.interruptions import delivered
+from femic.cli.terminal import terminal
 from femic.late import Late
 from geometries.errors import Failure, WrongInput
 
@@ -66,7 +67,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def exit_code(arguments: list[str]) -> int:
     """Run one command; print the message of an error, and return the exit code."""
-    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    console = terminal(stderr=True, soft_wrap=True, highlight=False)
     logging.basicConfig(
         level=logging.WARNING, format="%(message)s", handlers=[RichHandler(console=console, show_path=False)]
     )

@@ -3,8 +3,8 @@
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-from rich.console import Console
 
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.reference.matrix.job import Discount
@@ -29,7 +29,7 @@ def matrix(
     loaded = load_scene(scene)
     compute.require_matrices(loaded)
     folder = work.folder(loaded)
-    console = Console()
+    console = terminal()
     with work.options(folder, console) as options:
         report = page.write_matrix(loaded, folder, strip, options)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
@@ -58,7 +58,7 @@ def export(
 ) -> None:
     """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads."""
     loaded = load_scene(scene, {"ics": ics} if ics else None)
-    console = Console()
+    console = terminal()
     folder, ics_name = work.folder(loaded), loaded.ics
     exports.require_exportable(loaded, exports.ExportSpecification(ics_name, discount))
     with work.options(folder, console) as options:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-from rich.console import Console
 from rich.table import Table
 
 from femic.cache import folders
+from femic.cli.terminal import terminal
 from femic.cli.work import OUT, TABLE_WIDTH, announce
 from femic.late import lazy_imports
 from femic.scenes.profiles import Reading, prepared_file
@@ -84,7 +84,7 @@ def profiles(
     out: Annotated[Path | None, Parameter(help="folder for the results; default out/profiles")] = None,
 ) -> None:
     """List the profiles of the package, or show how files were understood: axes, smoothing, curvature."""
-    console = Console(width=TABLE_WIDTH, highlight=False)
+    console = terminal(width=TABLE_WIDTH, highlight=False)
     if not names:
         console.print(_standards())
         return

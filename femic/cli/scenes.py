@@ -8,6 +8,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
+from femic.cli.terminal import terminal
 from femic.cli.work import (
     AT,
     DEFAULT_WORK,
@@ -43,7 +44,7 @@ with lazy_imports():
 def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     """Compute and compare the influence coefficients of a scene; write a report."""
     loaded = load_scene(scene)
-    console = Console()
+    console = terminal()
     report = _computed(loaded, work.folder(loaded), work, console)
     announce(report, console)
     if loaded.ics == AUTO:
@@ -83,7 +84,7 @@ def compare(
     scene_sources = sources.sources([path for path, _ in stores], results)
     sources.common(scene_sources)  # raises before any work starts
     folder = page.folder_of(scene_sources, out, results)
-    console = Console()
+    console = terminal()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
         folders.require_usable(used)
     for source, (_, own_store) in zip(scene_sources, stores, strict=True):
@@ -107,7 +108,7 @@ def _require_scenes(arguments: Sequence[str]) -> None:
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
     """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size."""
     loaded = load_scene(scene)  # raises before anything heavy is loaded
-    plan_tables.show(loaded, workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
+    plan_tables.show(loaded, workers or cores(), terminal(width=TABLE_WIDTH, highlight=False))
 
 
 def show(
@@ -130,7 +131,7 @@ def show(
     """
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
-    console = Console(soft_wrap=True, highlight=False)
+    console = terminal(soft_wrap=True, highlight=False)
     request = fields.ShowRequest(target, body, load, out, window)
     fields.show(request, lambda text: console.print(text, markup=False))
 
@@ -139,7 +140,7 @@ def scenes(
     *, show: Annotated[str | None, Parameter(help="print this scene with every key, ready to copy")] = None
 ) -> None:
     """List the built-in scenes, or print one with every key, unit and default."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = terminal(highlight=False, soft_wrap=True)
     if show is not None:
         console.print(listing(show), end="", markup=False)
         return

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
 from femic.late import lazy_imports
 from geometries.errors import WrongInput
@@ -34,7 +34,7 @@ def shifts(
 
     Both wheels stand on their rails; each contact is solved with several ICs, on a grid for all patches.
     """
-    console = Console(highlight=False, markup=False)
+    console = terminal(highlight=False, markup=False)
     if show:
         console.print(specifications.example(), soft_wrap=True, end="")
         return

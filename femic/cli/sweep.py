@@ -16,6 +16,7 @@ from femic.cache import folders
 from femic.cache.store import Store
 from femic.campaigns.files.campaign import Campaign
 from femic.campaigns.files.load import load_campaign
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
 from femic.late import lazy_imports
 from geometries.errors import Failure, WrongInput
@@ -71,7 +72,7 @@ def sweep(
     Models that scenes share are solved once, and finished scenes are stored: after an interruption, the same
     command continues. Scenes that fail are listed, and do not stop the others.
     """
-    loaded, console = load_campaign(campaign), Console(highlight=False, markup=False)
+    loaded, console = load_campaign(campaign), terminal(highlight=False, markup=False)
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
     address = None if scheduler is None else schedulers.address_of(scheduler)

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
+from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.validation.extremes.cases import PARTS, Part
@@ -35,7 +35,7 @@ def validate(
         raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
     numbers = verdicts.selection(only)
     folder = work.out or Path("out") / "validation"
-    console = Console(highlight=False)
+    console = terminal(highlight=False)
     with work.options(folder, console) as options:
         report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
     announce(report, console)
@@ -56,7 +56,7 @@ def extremes(
     if not extremes_available():
         raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
     folder = work.out or Path("out") / "extremes"
-    console = Console(highlight=False)
+    console = terminal(highlight=False)
     with work.options(folder, console) as options:
         report = extremes_page.write_extremes(of, engines.Engines(options), folder)
     announce(report, console)

@@ -9,6 +9,7 @@ from rich.console import Console
 from femic.cli import progress, scenes
 from femic.cli.main import DONE, exit_code
 from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text
+from femic.cli.terminal import terminal
 from femic.reference.level import Level
 from femic.reference.models import Cost, RawICs
 from femic.reference.run_options import Solved, Step, Task
@@ -123,8 +124,14 @@ def test_run_into_a_file_logs_the_steps_of_models(write_scene, tmp_path, monkeyp
         'bodies = ["lower"]', engine='[engine]\nkind = "harmonic"\ntolerance = 0.1\nfar_radius = 160\n'
     )
     with (tmp_path / "log.txt").open("w") as log:
-        monkeypatch.setattr(scenes, "Console", lambda: Console(file=log))
+        monkeypatch.setattr(scenes, "terminal", lambda: Console(file=log))
         assert exit_code(["run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
     text = (tmp_path / "log.txt").read_text()
     begun, first, done = (text.find(word) for word in ("mesh and assembly", "of about", " unknowns, "))
     assert -1 < begun < first < done
+
+
+def test_names_of_ics_with_exchanges_are_printed_as_they_are(capsys):
+    """Rich takes :B: for a picture of a letter, also without markup."""
+    terminal(markup=False, highlight=False).print("  friction 0.2, Bhat+ns:B: 11 loads")
+    assert capsys.readouterr().out == "  friction 0.2, Bhat+ns:B: 11 loads\n"
