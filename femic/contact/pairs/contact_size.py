@@ -69,10 +69,10 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
         on_grid = replace(bodies, grid=trial.grid)
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
+            size, across = _size_of_all(on_grid, loading, contact), _across(contact)
         except PotentialAreaTooSmall as short:
             trial = _enlarged(bodies, trial, short)
             continue
-        size, across = size_of(on_grid, contact), _across(contact)
         if min(across) >= FEWEST:
             further = _with_further_patches(bodies, loading, trial, contact) if all_patches else None
             return further or size
@@ -91,7 +91,7 @@ def _with_further_patches(
     if not beyond.size:
         return None
     (low, high), half_x = trial.s, trial.half_x
-    strip = (high - low) / trial.n_s
+    strip, known = (high - low) / trial.n_s, len(contact.patches)
     for _ in range(MOST_TRIES):
         room = (GROWTH - 1) * (high - low) / 2
         low, high = min(low, beyond[0] - room), max(high, beyond[-1] + room)
@@ -100,13 +100,24 @@ def _with_further_patches(
         on_grid = replace(bodies, grid=replace(longer, n_s=n_s).grid)
         try:
             found = on_grid.solve(on_grid.operator(SIZING), loading).normal
+            return _size_of_all(on_grid, loading, found) if len(found.patches) > known else None
         except PotentialAreaTooSmall as short:
             require_room(bodies, short, longer.s)
             half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
             beyond = np.array([low, high])
-            continue
-        return size_of(on_grid, found) if len(found.patches) > len(contact.patches) else None
     raise no_grid(loading)
+
+
+def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) -> Size:
+    """Return the size of a contact; where it has several patches, from strips enough for the smallest."""
+    size, grid = size_of(on_grid, contact), on_grid.grid
+    if size.smallest is None:
+        return size
+    n_s = min(MOST_BETWEEN, int(np.ceil(grid.n_s * FEWEST * grid.ds / size.patch[1])))
+    if n_s <= grid.n_s:
+        return size
+    finer = replace(on_grid, grid=replace(grid, n_s=n_s, ds=grid.ds * grid.n_s / n_s))
+    return size_of(finer, finer.solve(finer.operator(SIZING), loading).normal)
 
 
 def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:
