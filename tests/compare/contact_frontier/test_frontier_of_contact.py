@@ -10,6 +10,7 @@ from compare.contact_frontier.advice import ContactQuestion, Effort, answer, sen
 from compare.contact_frontier.compute import ContactRequest, compute_contact_frontier
 from compare.contact_frontier.page import write_contact_frontier
 from compare.contact_frontier.ways import fineness, ways_of
+from femic.advice import expected
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
@@ -119,21 +120,33 @@ def test_wrong_questions_are_refused_before_any_work(write, tmp_path, capsys, ar
 def test_advise_and_frontier_of_a_contact(write, tmp_path, capsys, monkeypatch):
     put(monkeypatch, "Bhat")
     path, out = write(text()), str(tmp_path / "out")
-    assert exit_code(["advise", path, "--want", "p_max,b", "--tolerance", "0.2", "--out", out]) == DONE
+    ask = ["advise", path, "--want", "p_max,b", "--tolerance", "0.2", "--out", out]
+    assert exit_code([*ask, "--solve"]) == DONE
     printed = " ".join(capsys.readouterr().out.split())
     for part in ("Use contact.ics = [", "p_max, b to", "share of the number itself", "measured against C"):
         assert part in printed
+    assert exit_code(ask) == DONE  # by what is known, without C
+    assert re.search(
+        r"By the \d+ most similar of \d+ known scenes p_max", " ".join(capsys.readouterr().out.split())
+    )
     assert exit_code(["frontier", path, "--want", "p_max", "--out", out]) == DONE
     assert "For p_max:" in capsys.readouterr().out
     assert (tmp_path / "out" / "contact_frontier.html").is_file()
 
 
 @pytest.mark.slow
-def test_scene_takes_the_cheapest_ics_for_what_it_wants(write, tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize("known", [True, False])
+def test_scene_takes_the_cheapest_ics_for_what_it_wants(write, tmp_path, capsys, monkeypatch, known):
+    """By what is known of similar contacts, and by C where nothing is."""
     put(monkeypatch, "Bhat")
+    if not known:
+        monkeypatch.setattr(expected, "expect", lambda *_: None)
     path = write(text('ics = "auto"\nwant = ["p_max"]\nics_tolerance = 0.1'))
     out = tmp_path / "out"
-    chosen = answer(path, ContactQuestion(("p_max",), 0.1), RunOptions(1)).advice
+    chosen = answer(
+        path, ContactQuestion(("p_max",), 0.1), RunOptions(1), effort=Effort(expect=expected.expect)
+    ).advice
+    assert (chosen.way == "") == known
     assert exit_code(["contact", path, "--out", str(out)]) == DONE
     because = f"Use contact.ics = [{chosen.ics!r}]"
     assert because in " ".join(capsys.readouterr().out.split())
