@@ -69,7 +69,8 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
         on_grid = replace(bodies, grid=trial.grid)
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
-            size, across = _size_of_all(on_grid, loading, contact), _across(contact)
+            one, across = len(contact.patches) == 1, _across(contact)
+            size = size_of(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
         except PotentialAreaTooSmall as short:
             trial = _enlarged(bodies, trial, short)
             continue
@@ -85,13 +86,15 @@ def _with_further_patches(
 ) -> Size | None:
     """Return the size of a contact with patches beyond a trial grid, None where there are none.
 
+    A bump of an extra gap may bear all of the load, so that there is none where the contours touch first.
+
     Raises Failure where one of them reaches the end of a contour.
     """
     beyond = touching_beyond(replace(bodies, grid=trial.grid), contact)
     if not beyond.size:
         return None
     (low, high), half_x = trial.s, trial.half_x
-    strip, known = (high - low) / trial.n_s, len(contact.patches)
+    strip = (high - low) / trial.n_s
     for _ in range(MOST_TRIES):
         room = (GROWTH - 1) * (high - low) / 2
         low, high = min(low, beyond[0] - room), max(high, beyond[-1] + room)
@@ -100,7 +103,8 @@ def _with_further_patches(
         on_grid = replace(bodies, grid=replace(longer, n_s=n_s).grid)
         try:
             found = on_grid.solve(on_grid.operator(SIZING), loading).normal
-            return _size_of_all(on_grid, loading, found) if len(found.patches) > known else None
+            size = _size_of_all(on_grid, loading, found)
+            return size if size.s[0] < trial.s[0] or size.s[1] > trial.s[1] else None
         except PotentialAreaTooSmall as short:
             require_room(bodies, short, longer.s)
             half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
@@ -109,10 +113,8 @@ def _with_further_patches(
 
 
 def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) -> Size:
-    """Return the size of a contact; where it has several patches, from strips enough for the smallest."""
+    """Return the size of a contact, from strips enough for the smallest patch."""
     size, grid = size_of(on_grid, contact), on_grid.grid
-    if size.smallest is None:
-        return size
     n_s = min(MOST_BETWEEN, int(np.ceil(grid.n_s * FEWEST * grid.ds / size.patch[1])))
     if n_s <= grid.n_s:
         return size

@@ -184,3 +184,19 @@ def test_without_a_load_what_is_touched_is_where_two_circles_overlap(approach):
     assert (beyond[0], beyond[-1]) == pytest.approx((-RADIUS * angle, RADIUS * angle), rel=0.01)
     assert np.min(np.abs(beyond)) == pytest.approx(0.4, abs=0.05)
     assert angle > np.radians(30)
+
+
+@pytest.mark.parametrize(("load", "alone"), [(50.0, True), (2000.0, False)])
+def test_patches_on_the_other_side_are_found_alike(load, alone):
+    """Of a symmetric pair with a bump on one flank, and on the other; the bump may bear all of the load."""
+    s = np.linspace(-12.0, 12.0, 2401)
+
+    def size(place, load):
+        gap = Profile(s, np.minimum((s - place) ** 2 / 4 - 0.06, 0.0))
+        return contact_size(sizing_of(problem(10.4, extra_gap=gap)).bodies, Loading(load))
+
+    left, right = (size(place, load) for place in (-5.0, 5.0))
+    assert right.s[1] > 5.0
+    assert (right.s[0] > 4.0) == alone
+    assert left.s == pytest.approx((-right.s[1], -right.s[0]), abs=0.02)
+    assert left.patch == pytest.approx(right.patch, rel=0.05)
