@@ -67,7 +67,7 @@ def test_frontier_page_of_a_wheel_on_a_rail(write, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_rolling_has_both_scales_of_forces(write, tmp_path, monkeypatch):
-    """The same difference, over the force and over friction times load."""
+    """Of the force where it is known, and of friction times load also where it nearly vanishes."""
     put(monkeypatch, "Bhat")
     path = write(text(contact="loads = [2e4]", motion=ROLLING))
     request = ContactRequest(("F_x", "F_x/limit", "sliding_share"))
@@ -75,7 +75,11 @@ def test_rolling_has_both_scales_of_forces(write, tmp_path, monkeypatch):
     force, limit = (dataset.error.sel(number=name) for name in ("F_x", "F_x/limit"))
     assert float(dataset.error.sel(way="Bhat, 16 elements").max()) < 1e-3
     one = {"way": "A, 16 elements"}
-    assert float(force.sel(one).max()) > float(limit.sel(one).max()) > 0
+    assert force.sel(one).item() > 1e-3
+    # without creepage F_x is too small for shares of itself, and there A is off most
+    judged = (dataset.judged.sel(number=name).item() for name in ("F_x", "F_x/limit"))
+    assert tuple(judged) == (2, 3)
+    assert limit.sel(one).item() > force.sel(one).item()
     assert write_contact_frontier(dataset, tmp_path).is_file()
 
 
