@@ -69,10 +69,11 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
         on_grid = replace(bodies, grid=trial.grid)
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
+            one, across = len(contact.patches) == 1, _across(contact)
+            size = size_of(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
         except PotentialAreaTooSmall as short:
             trial = _enlarged(bodies, trial, short)
             continue
-        size, across = size_of(on_grid, contact), _across(contact)
         if min(across) >= FEWEST:
             further = _with_further_patches(bodies, loading, trial, contact) if all_patches else None
             return further or size
@@ -84,6 +85,8 @@ def _with_further_patches(
     bodies: PairOnGrid, loading: Loading, trial: _Trial, contact: NormalContact
 ) -> Size | None:
     """Return the size of a contact with patches beyond a trial grid, None where there are none.
+
+    A bump of an extra gap may bear all of the load, so that there is none where the contours touch first.
 
     Raises Failure where one of them reaches the end of a contour.
     """
@@ -100,13 +103,23 @@ def _with_further_patches(
         on_grid = replace(bodies, grid=replace(longer, n_s=n_s).grid)
         try:
             found = on_grid.solve(on_grid.operator(SIZING), loading).normal
+            size = _size_of_all(on_grid, loading, found)
+            return size if size.s[0] < trial.s[0] or size.s[1] > trial.s[1] else None
         except PotentialAreaTooSmall as short:
             require_room(bodies, short, longer.s)
             half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
             beyond = np.array([low, high])
-            continue
-        return size_of(on_grid, found) if len(found.patches) > len(contact.patches) else None
     raise no_grid(loading)
+
+
+def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) -> Size:
+    """Return the size of a contact, from strips enough for the smallest patch."""
+    size, grid = size_of(on_grid, contact), on_grid.grid
+    n_s = min(MOST_BETWEEN, int(np.ceil(grid.n_s * FEWEST * grid.ds / size.patch[1])))
+    if n_s <= grid.n_s:
+        return size
+    finer = replace(on_grid, grid=replace(grid, n_s=n_s, ds=grid.ds * grid.n_s / n_s))
+    return size_of(finer, finer.solve(finer.operator(SIZING), loading).normal)
 
 
 def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:

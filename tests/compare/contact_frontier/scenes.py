@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
+from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.reference_ics import ReferenceICs
 from geometries.patches import N
@@ -43,12 +43,12 @@ def as_c(variant, share=0.01):
     """Return functions that give a variant as C, with an estimate of a share of it: nn, and all."""
 
     def normal(of, on_grid, *_):
-        ics = matrix(variant, of.pair, on_grid.grid)[..., N, N]
+        ics = approximate_matrix(variant, of.pair, on_grid.grid)[..., N, N]
         operators = (GridOperator.of(factor * ics[..., None, None], (N,)) for factor in (1.0, 1 + share))
         return ReferenceICs(*operators, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
     def full(of, on_grid, *_, **__):
-        ics = matrix(variant, of.pair, on_grid.grid)
+        ics = approximate_matrix(variant, of.pair, on_grid.grid)
         operators = (GridOperator.of(factor * ics) for factor in (1.0, 1 + share))
         return ReferenceICs(*operators, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
