@@ -430,7 +430,7 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
 def readme_table(values: Mapping[str, Any]) -> str:
     """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
     lines = [
-        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | C, a minute: known to |",
+        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | errors known to |",
         "|---|---|---|---|---|---|",
     ]
     rows = [

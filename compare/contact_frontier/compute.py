@@ -147,7 +147,7 @@ class _Solver:
     given: Mapping[str, Any]
     solved: dict[Way, Solution] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
-    walls: dict[int, float] = field(default_factory=dict)  # of all approximations, by elements [s]
+    walls: dict[int, float] = field(default_factory=dict)  # seconds of all approximations, by elements
     grids: dict[int | None, tuple[Grid, ...]] = field(default_factory=dict)  # of C alone, by elements
     expected: dict[Way, float] = field(default_factory=dict)  # of the models of C [s]
 
@@ -185,7 +185,8 @@ class _Solver:
             return
         self.solved.update({one: found[one.ics] for one in group})
         if way.kind == APPROXIMATION:
-            self.walls[way.elements or 0] = perf_counter() - start
+            elements = way.elements or 0
+            self.walls[elements] = self.walls.get(elements, 0.0) + perf_counter() - start
 
     def _distinct(self, ways: Iterable[Way]) -> Iterator[Way]:
         """Yield ways, less C that begins with the same cells as C at a larger tolerance: it is skipped."""

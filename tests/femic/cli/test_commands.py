@@ -137,6 +137,11 @@ def test_advise_defaults_to_what_the_scene_compares(options, question, recorded,
     assert advised == [("frontier", question)]
 
 
+def test_advice_is_about_a_contact_or_about_a_body(command, capsys):
+    assert command("advise", "tall", "--want", "p_max", "--body", "upper") == WRONG_INPUT
+    assert "--want, --body" in capsys.readouterr().err
+
+
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
 
 
