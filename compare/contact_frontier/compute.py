@@ -84,8 +84,7 @@ def compute_contact_frontier(
     if not references:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in solver.skipped.items())
         raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
-    every = wants_of(scene.contact)
-    best = min(references, key=lambda way: worst_estimate(solver.solved[way].numbers, every))
+    best = best_reference({way: solver.solved[way].numbers for way in references}, wants, scene)
     dataset = frontier_dataset(solver.solved, wants, best)
     return dataset.assign_attrs(
         {
@@ -99,6 +98,15 @@ def compute_contact_frontier(
             "versions": json.dumps(versions()),
         }
     )
+
+
+def best_reference(references: Mapping[Way, xr.Dataset], wants: Sequence[Want], scene: Scene) -> Way:
+    """Return the C whose wanted numbers have the smallest worst estimate; among equal ones, all numbers.
+
+    Of wanted numbers that may all vanish, none has an estimate that is a share.
+    """
+    every = wants_of(scene.contact)
+    return min(references, key=lambda way: [worst_estimate(references[way], some) for some in (wants, every)])
 
 
 def worst_estimate(numbers: xr.Dataset, wants: Iterable[Want]) -> float:
