@@ -195,6 +195,7 @@ def _reasons(
     if not _studied(problem, want):
         reasons.append(f"{', '.join(want)} of this motion")
     for features, size in cases:
+        reasons += ["several patches"] if size.smallest is not None else []
         reasons += knowledge.outside(features, friction=friction)
         reasons += [
             f"curvature of the {name} contour that jumps within the patch"

@@ -206,6 +206,14 @@ def test_nothing_is_expected_outside(scene):
     assert why_not(scene.problem, [NUMBER], knowledge) == []
 
 
+def test_nothing_is_expected_of_several_patches(scene, monkeypatch):
+    """Angle and aspect of all of them together are not those of a patch."""
+    both = replace(scene.size, smallest=(1.0, 1.0))
+    monkeypatch.setattr("femic.advice.expected.contact_size", lambda *_: both)
+    knowledge = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    assert why_not(scene.problem, [NUMBER], knowledge) == ["several patches"]
+
+
 @pytest.mark.parametrize(
     ("bounds", "error", "outcome"),
     [
