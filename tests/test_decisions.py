@@ -9,10 +9,10 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))
-import decisions  # noqa: E402
+import decision_page  # noqa: E402
 
 NUMBERS = json.loads((ROOT / "docs/numbers/decisions.json").read_text(encoding="utf-8"))
-WANTED = decisions.Wanted("p_max to 5 %", "p_max", 0.05)
+WANTED = decision_page.Wanted("p_max to 5 %", "p_max", 0.05)
 
 
 def deviation(angle, error=0.05):
@@ -34,26 +34,26 @@ def pair(short, angle=None, end=90.0, **facts):
 
 def test_the_reach_is_that_of_the_worst_and_of_the_best_pair():
     of = [pair("middle", 60.0), pair("worst", 41.0), pair("best", 75.0)]
-    assert decisions.reach(of, "A", WANTED) == "41\u00a0±\u00a03°\u00a0…\u00a075\u00a0±\u00a03°"
+    assert decision_page.reach(of, "A", WANTED) == "41\u00a0±\u00a03°\u00a0…\u00a075\u00a0±\u00a03°"
 
 
 @pytest.mark.parametrize(("end", "last"), [(90.0, ">\u00a090°"), (30.0, "60\u00a0±\u00a03°")])
 def test_a_pair_that_never_fails_is_the_best_where_it_goes_further(end, last):
     of = [pair("first", 50.0), pair("other", 60.0), pair("none", None, end)]
-    assert decisions.reach(of, "A", WANTED) == f"50\u00a0±\u00a03°\u00a0…\u00a0{last}"
+    assert decision_page.reach(of, "A", WANTED) == f"50\u00a0±\u00a03°\u00a0…\u00a0{last}"
 
 
 def test_ics_that_never_fail_are_good_everywhere_and_those_not_solved_are_left_out():
-    assert decisions.reach([pair("x"), pair("y", end=80.0)], "A", WANTED) == "all,\u00a0to\u00a090°"
-    assert decisions.reach([pair("x")], "mix", WANTED) == ""
+    assert decision_page.reach([pair("x"), pair("y", end=80.0)], "A", WANTED) == "all,\u00a0to\u00a090°"
+    assert decision_page.reach([pair("x")], "mix", WANTED) == ""
 
 
 def test_crossings_say_if_they_were_before_and_if_the_error_comes_back():
     of = pair("x", 40.0)["crossings"]["A"]["p_max"]["0.05"]
-    assert decisions.crossing_text(of) == "40\u00a0±\u00a03"
-    assert decisions.crossing_text(of | {"stays": False}) == "40\u00a0±\u00a03 †"
-    assert decisions.crossing_text(of | {"before": True}) == "<\u00a040"
-    assert decisions.crossing_text(of | {"at": None}) == "–"
+    assert decision_page.crossing_text(of) == "40\u00a0±\u00a03"
+    assert decision_page.crossing_text(of | {"stays": False}) == "40\u00a0±\u00a03 †"
+    assert decision_page.crossing_text(of | {"before": True}) == "<\u00a040"
+    assert decision_page.crossing_text(of | {"at": None}) == "–"
 
 
 def solved_numbers():
@@ -82,18 +82,18 @@ def test_each_crossing_of_the_page_is_between_errors_within_and_beyond_its_toler
 
 
 def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_themselves():
-    rows = [row.split(" | ") for row in decisions.readme_table(NUMBERS).splitlines()[2:]]
-    at = decisions.nearest(NUMBERS, "rolling 0.4", "angles", 180.0)["errors"]["A"]
+    rows = [row.split(" | ") for row in decision_page.readme_table(NUMBERS).splitlines()[2:]]
+    at = decision_page.nearest(NUMBERS, "rolling 0.4", "angles", 180.0)["errors"]["A"]
     (half,) = (row for row in rows if row[0].startswith("| F_x, half"))
     (free,) = (row for row in rows if row[0].startswith("| F_x where"))
     assert half[2] == f"{200 * at['half']['error']:+.1f} %".replace("-", "−")
     assert free[2] == f"{100 * at['free']['error']:+.1f} %".replace("-", "−")
-    largest = decisions.nearest(NUMBERS, "tall", "loads", 310e3)["errors"]["Bhat"]["p_max"]["error"]
+    largest = decision_page.nearest(NUMBERS, "tall", "loads", 310e3)["errors"]["Bhat"]["p_max"]["error"]
     assert any(row[3] == f"{100 * largest:+.1f} %" for row in rows)
 
 
 def test_the_figure_marks_each_crossing_of_five_percent():
-    panels = [axes for part in decisions.draw(NUMBERS).subfigs for axes in part.axes]
+    panels = [axes for part in decision_page.draw(NUMBERS).subfigs for axes in part.axes]
     marks = {
         axes.get_title(): sum(len(line.get_xdata()) for line in axes.lines if line.get_linestyle() == "None")
         for axes in panels

@@ -64,8 +64,9 @@ def arguments() -> argparse.Namespace:
 def solve(options: argparse.Namespace) -> None:
     known = [(KNOWN_SEED, number) for number in range(options.known)]
     test = [(TEST_SEED, number) for number in range(options.test)]
-    in_turn = [pair for both in zip(known[:FIRST], test[:FIRST], strict=True) for pair in both]
-    wanted = [*in_turn, *test[FIRST:], *known[FIRST:]]
+    first = min(FIRST, len(known), len(test))
+    in_turn = [pair for both in zip(known[:first], test[:first], strict=True) for pair in both]
+    wanted = [*in_turn, *test[first:], *known[first:]]
     start = perf_counter()
     for done, entry in enumerate(solve_missing(options.out, wanted, options.workers), start=1):
         what = entry.get("failure") or f"turns by {entry['features']['angle']:.0f} degrees"

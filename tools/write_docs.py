@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import decision_page
 import decisions
 import numpy as np
 import xarray as xr
@@ -43,7 +44,7 @@ def compute() -> None:
     """Run the commands that give the numbers, and save these."""
     out = Path("out")
     save("decisions", decisions.compute())
-    decisions.draw(stored_numbers()["decisions"]).savefig(DOCS / "images" / "which_ics.png", dpi=130)
+    decision_page.draw(stored_numbers()["decisions"]).savefig(DOCS / "images" / "which_ics.png", dpi=130)
     run("validate")
     run("extremes")
     run("calibrate", *GEOMETRIES)
@@ -150,13 +151,13 @@ def environment() -> Environment:
     )
     made.filters["percent"] = percent
     made.filters |= {
-        "crossing": decisions.crossing_text,
-        "error": decisions.error_text,
+        "crossing": decision_page.crossing_text,
+        "error": decision_page.error_text,
         "twice": lambda deviation: {key: 2 * value for key, value in deviation.items()},
-        "load_of": decisions.load_of,
-        "kilonewton": decisions.kilonewton,
-        "nearest": decisions.nearest,
-        "decision_rows": decisions.decision_rows,
+        "load_of": decision_page.load_of,
+        "kilonewton": decision_page.kilonewton,
+        "nearest": decision_page.nearest,
+        "decision_rows": decision_page.decision_rows,
     }
     made.filters["seconds"] = in_seconds
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
@@ -189,7 +190,7 @@ def readme() -> str:
     """Return README with its table of errors, between two comments."""
     before, rest = README.read_text(encoding="utf-8").split(TABLE_BEGINS)
     _, after = rest.split(TABLE_ENDS)
-    table = decisions.readme_table(stored_numbers()["decisions"])
+    table = decision_page.readme_table(stored_numbers()["decisions"])
     return f"{before}{TABLE_BEGINS}\n{table}\n{TABLE_ENDS}{after}"
 
 

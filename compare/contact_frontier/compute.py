@@ -84,8 +84,7 @@ def compute_contact_frontier(
     if not references:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in solver.skipped.items())
         raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
-    every = wants_of(scene.contact)
-    best = min(references, key=lambda way: worst_estimate(solver.solved[way].numbers, every))
+    best = best_reference({way: solver.solved[way].numbers for way in references}, wants, scene)
     dataset = frontier_dataset(solver.solved, wants, best)
     return dataset.assign_attrs(
         {
@@ -99,6 +98,15 @@ def compute_contact_frontier(
             "versions": json.dumps(versions()),
         }
     )
+
+
+def best_reference(references: Mapping[Way, xr.Dataset], wants: Sequence[Want], scene: Scene) -> Way:
+    """Return the C whose wanted numbers have the smallest worst estimate; among equal ones, all numbers.
+
+    Of wanted numbers that may all vanish, none has an estimate that is a share.
+    """
+    every = wants_of(scene.contact)
+    return min(references, key=lambda way: [worst_estimate(references[way], some) for some in (wants, every)])
 
 
 def worst_estimate(numbers: xr.Dataset, wants: Iterable[Want]) -> float:
@@ -147,7 +155,7 @@ class _Solver:
     given: Mapping[str, Any]
     solved: dict[Way, Solution] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
-    walls: dict[int, float] = field(default_factory=dict)  # of all approximations, by elements [s]
+    walls: dict[int, float] = field(default_factory=dict)  # seconds of all approximations, by elements
     grids: dict[int | None, tuple[Grid, ...]] = field(default_factory=dict)  # of C alone, by elements
     expected: dict[Way, float] = field(default_factory=dict)  # of the models of C [s]
 
@@ -185,7 +193,8 @@ class _Solver:
             return
         self.solved.update({one: found[one.ics] for one in group})
         if way.kind == APPROXIMATION:
-            self.walls[way.elements or 0] = perf_counter() - start
+            elements = way.elements or 0
+            self.walls[elements] = self.walls.get(elements, 0.0) + perf_counter() - start
 
     def _distinct(self, ways: Iterable[Way]) -> Iterator[Way]:
         """Yield ways, less C that begins with the same cells as C at a larger tolerance: it is skipped."""

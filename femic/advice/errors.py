@@ -17,6 +17,7 @@ ROLLING_NUMBERS = (
 )
 NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
 AWAY = np.array(CREEPAGES) != 0  # creepages at which the force is not nearly none
+LEAST_FORCE = 1e-3  # over friction times load: shares of smaller forces with C are shares of this
 
 Errors = dict[str, dict[str, float]]  # by ICs and number
 
@@ -54,7 +55,7 @@ def _rolling(entry: Mapping[str, Any], name: str) -> dict[str, float]:
         number: np.abs(np.array(own[number]) - np.array(reference[number]))
         for number in ("F_x", "F_y", "sliding_share")
     }
-    shares = away["F_x"][AWAY] / np.maximum(np.abs(np.array(reference["F_x"]))[AWAY], 1e-3)
+    shares = away["F_x"][AWAY] / np.maximum(np.abs(np.array(reference["F_x"]))[AWAY], LEAST_FORCE)
     pressures = np.abs(np.array(own["p_max"]) / np.array(reference["p_max"]) - 1)
     return {
         PRESSURE_IN_ROLLING: float(np.max(pressures)),

@@ -16,8 +16,8 @@ from femic.contact.specification import ContactProblem
 from geometries.bodies import Body
 from geometries.errors import Failure
 
-MOTIONS = ("none", "rolling")  # that were studied
-NOT_FROM_NO_FORCE = ("F_x",)  # shares that grow without bound where the force vanishes: no largest is known
+MOTIONS, DISCOUNT = ("none", "rolling"), "approach"  # that were studied
+UNBOUNDED = ("F_x",)  # shares that grow without bound where the force vanishes: no largest is known
 
 log = logging.getLogger(__name__)
 
@@ -90,7 +90,7 @@ def expect(
         of_cases = [bounds_at(knowledge, features, studied) for features, _ in cases]
         for ics in of_cases[0]:
             if all(ics in of_case for of_case in of_cases):
-                joined = _joined([of_case[ics] for of_case in of_cases], number)
+                joined = _joined([of_case[ics] for of_case in of_cases])
                 bounds[ics, number] = joined if spanned else replace(joined, low=0.0)
     return Expectation(bounds, knowledge, _studied(problem, want))
 
@@ -135,7 +135,8 @@ def bounds_by(
 ) -> Bounds | None:
     """Return the bounds of an error by a rule from scenes, where the patch turns by an angle [deg].
 
-    `which`: ICs and number. None where fewer than half of the scenes have one.
+    `which`: ICs and number; numbers of `UNBOUNDED` have a least error alone. None where fewer than half of
+    the scenes have one.
     """
     (ics, number), errors = which, []
     for scene in nearest:
@@ -146,7 +147,8 @@ def bounds_by(
         return None
     low, high = min(errors), max(errors)
     more = rule.widened * (high - low)
-    return _of_size(low - more, high + more)
+    bounds = _of_size(low - more, high + more)
+    return replace(bounds, high=np.inf) if number in UNBOUNDED else bounds
 
 
 def _of_size(low: float, high: float) -> Bounds:
@@ -154,10 +156,9 @@ def _of_size(low: float, high: float) -> Bounds:
     return Bounds(0.0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
 
 
-def _joined(bounds: Sequence[Bounds], number: str) -> Bounds:
+def _joined(bounds: Sequence[Bounds]) -> Bounds:
     """Return the bounds of the largest error of some cases."""
-    low, high = max(each.low for each in bounds), max(each.high for each in bounds)
-    return Bounds(low, np.inf if number in NOT_FROM_NO_FORCE else high)
+    return Bounds(max(each.low for each in bounds), max(each.high for each in bounds))
 
 
 def _spans_studied(problem: ContactProblem, features: Mapping[str, float], size: Size) -> bool:
@@ -194,6 +195,7 @@ def _reasons(
     if not _studied(problem, want):
         reasons.append(f"{', '.join(want)} of this motion")
     for features, size in cases:
+        reasons += ["several patches"] if size.smallest is not None else []
         reasons += knowledge.outside(features, friction=friction)
         reasons += [
             f"curvature of the {name} contour that jumps within the patch"
@@ -208,6 +210,10 @@ def _of_kind(problem: ContactProblem) -> Iterator[str]:
     specification, friction = problem.specification, problem.specification.friction
     if specification.motion not in MOTIONS:
         yield f"motion = {specification.motion}"
+    if problem.discount != DISCOUNT:
+        yield f"discount = {problem.discount}"
+    if specification.exact:
+        yield "gap = exact"
     if specification.lateral_force is not None:
         yield "a lateral force"
     if specification.extra_gap is not None:

@@ -139,7 +139,7 @@ def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
             "ics": ics,
             "scenes": len(group),
             "held": sum(trial.beyond <= 0 for trial in group),
-            "median_high": float(np.median([trial.bounds.high for trial in group])),
+            "median_high": _finite(float(np.median([trial.bounds.high for trial in group]))),
             "median_error": float(np.median([trial.error for trial in group])),
             "largest_error": max(trial.error for trial in group),
             "decisions": [
@@ -148,6 +148,11 @@ def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
         }
         for (number, ics), group in sorted(groups.items(), key=lambda item: NUMBERS.index(item[0][0]))
     ]
+
+
+def _finite(bound: float) -> float | None:
+    """Return a bound; None where there is none, as JSON has no infinity."""
+    return bound if np.isfinite(bound) else None
 
 
 def outcomes_of(tried: Sequence[Trial], tolerance: float) -> dict[str, int]:
@@ -166,7 +171,7 @@ def worst_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
             "ics": trial.ics,
             "error": trial.error,
             "low": trial.bounds.low,
-            "high": trial.bounds.high,
+            "high": _finite(trial.bounds.high),
             "estimate": trial.estimate,
             "features": dict(trial.scene.features),
         }

@@ -87,8 +87,11 @@ def _wanted(scene: Scene, want: str | None, components: str | None) -> tuple[str
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Asked:
-    """What is asked: numbers of a contact, or ICs by themselves."""
+class Subject:
+    """What advice is about: numbers of a contact, or ICs by themselves.
+
+    Raises WrongInput for both together.
+    """
 
     want: Wanted = None
     components: Components = None
@@ -99,15 +102,20 @@ class Asked:
         bool, Parameter(help="solve C also where what is known of similar contacts would decide", negative="")
     ] = False
 
+    def __post_init__(self) -> None:
+        """Validate."""
+        if self.want is not None and self.body is not None:
+            raise WrongInput("--want, --body: a body is one of ICs by themselves: leave one of both out")
 
-ASKED = Asked()
+
+SUBJECT = Subject()
 
 
 def advise(
     scene: SceneName,
     /,
     *,
-    asked: Asked = ASKED,
+    subject: Subject = SUBJECT,
     tolerance: Annotated[
         float | None,
         Parameter(help="largest error, share of what the table says; default: ics_tolerance of the scene"),
@@ -123,12 +131,12 @@ def advise(
     """
     loaded = load_scene(scene)
     largest = loaded.ics_tolerance if tolerance is None else tolerance
-    body_alone = asked.body is not None and asked.want is None
-    names = None if body_alone else _wanted(loaded, asked.want, asked.components)
+    body_alone = subject.body is not None and subject.want is None
+    names = None if body_alone else _wanted(loaded, subject.want, subject.components)
     folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH, highlight=False)
     if names is None:
-        named = tuple(asked.components.split(",")) if asked.components else loaded.components
-        question = advice.Question(asked.body or loaded.compared[0], named, largest)
+        named = tuple(subject.components.split(",")) if subject.components else loaded.components
+        question = advice.Question(subject.body or loaded.compared[0], named, largest)
         with work.options(folder, console) as options:
             _, computed = advice.frontier_for(scene, question, options)
         answer = advice.advise(computed, question)
@@ -137,7 +145,7 @@ def advise(
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
     contact_advice.require_answerable(loaded, of_contact)
-    expect = None if asked.solve else expected.expect
+    expect = None if subject.solve else expected.expect
     maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
     with work.options(folder, console) as options:
         found = contact_advice.answer(scene, of_contact, options, maps, effort)

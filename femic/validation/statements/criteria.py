@@ -40,7 +40,7 @@ class Criterion:
 
     def close(self, value: float) -> bool:
         """Whether a value is so close to the threshold that the accuracy of C does not suffice to decide."""
-        return abs(value - self.threshold) <= CLOSE * (abs(self.threshold) or 1.0)
+        return bool(abs(value - self.threshold) <= CLOSE * (abs(self.threshold) or 1.0))
 
 
 @dataclass(frozen=True)

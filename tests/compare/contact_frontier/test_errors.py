@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from compare.contact_frontier.advice import ContactQuestion, advise_contact
-from compare.contact_frontier.compute import frontier_dataset, worst_estimate
+from compare.contact_frontier.compute import best_reference, frontier_dataset, worst_estimate
 from compare.contact_frontier.errors import worst
 from compare.contact_frontier.figures import error_text
 from compare.contact_frontier.page import answer_table, summary
@@ -156,6 +156,23 @@ def test_best_reference_has_the_smallest_of_worst_estimates():
     assert worst_estimate(numbers(), wants) == pytest.approx(0.02)
     unknown = numbers(estimate_slope=[np.nan, 500.0])
     assert worst_estimate(unknown, wants) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("wanted", "best"), [("p_max", "pressures"), ("slope", "slope"), ("F_x", "slope"), ("F_x/limit", "slope")]
+)
+def test_the_reference_is_the_c_that_knows_best_what_is_wanted(wanted, best, monkeypatch):
+    """F_x may vanish, and has the same estimates in both: then the worst of all numbers decides."""
+    references = {
+        Way("pressures", None, "harmonic"): numbers(
+            estimate_p_max=[[1.0] * 3] * 2, estimate_slope=[4e3, 5e3]
+        ),
+        Way("slope", None, "harmonic"): numbers(estimate_slope=[40.0, 50.0]),
+    }
+    wants = [want for name, want in ROLLING.items() if want.number in numbers()]
+    monkeypatch.setattr("compare.contact_frontier.compute.wants_of", lambda _: wants)
+    scene = SimpleNamespace(contact=None)
+    assert best_reference(references, [ROLLING[wanted]], scene).ics == best
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.02, 0.05, 0.105, 0.2])

@@ -1,5 +1,6 @@
 """Bounds from handmade knowledge: a law of errors, what lies outside, more scenes, decisions."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from femic.advice.expected import Bounds, bounds_at, expect, why_not
 from femic.advice.features import FEATURES, features_of
 from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule, read, write
-from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of
+from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of, worst_of
 from femic.advice.scenes import random_scene
 
 NUMBER, ICS = "p_max", "A"
@@ -166,6 +167,16 @@ def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
     assert "1.0 % or more" in expected.sentence
 
 
+def test_trials_have_the_bounds_that_are_stated():
+    """Of shares without a largest one no decision accepts ICs, however small known errors are."""
+    scenes = [replace(each, errors={ICS: {"F_x": 1e-3}}, estimates={"F_x": 0.0}) for each in known_scenes(40)]
+    _, tried = checked(Knowledge(scenes[:30], PLAIN), scenes[30:])
+    assert tried
+    assert all(trial.bounds.high == np.inf for trial in tried)
+    assert {trial.outcome(0.05) for trial in tried} == {"undecided"}
+    json.dumps([rows_of(tried), worst_of(tried)], allow_nan=False)
+
+
 def test_of_fewer_creepages_than_studied_the_error_may_be_smaller(scene):
     known, specification = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]), scene.problem.specification
     friction = replace(specification.friction, longitudinal=(0.5, 0.6))  # all of it slides
@@ -184,7 +195,23 @@ def test_nothing_is_expected_outside(scene):
     turning = replace(scene.problem, specification=replace(far, friction=friction))
     assert expect(turning, [NUMBER], knowledge) is None
     assert why_not(turning, [NUMBER], knowledge) == ["lateral creepage or spin"]
+    others = (
+        replace(scene.problem, discount="source"),
+        replace(scene.problem, specification=replace(far, gap="exact")),
+    )
+    assert [why_not(other, [NUMBER], knowledge) for other in others] == [
+        ["discount = source"],
+        ["gap = exact"],
+    ]
     assert why_not(scene.problem, [NUMBER], knowledge) == []
+
+
+def test_nothing_is_expected_of_several_patches(scene, monkeypatch):
+    """Angle and aspect of all of them together are not those of a patch."""
+    both = replace(scene.size, smallest=(1.0, 1.0))
+    monkeypatch.setattr("femic.advice.expected.contact_size", lambda *_: both)
+    knowledge = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    assert why_not(scene.problem, [NUMBER], knowledge) == ["several patches"]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import xarray as xr
 
 from compare.friction.pages import PAGES
 from compare.frontier.advice import Advice, Question
@@ -135,6 +136,11 @@ def test_advise_defaults_to_what_the_scene_compares(options, question, recorded,
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == question
     assert advised == [("frontier", question)]
+
+
+def test_advice_is_about_a_contact_or_about_a_body(command, capsys):
+    assert command("advise", "tall", "--want", "p_max", "--body", "upper") == WRONG_INPUT
+    assert "--want, --body" in capsys.readouterr().err
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
@@ -293,7 +299,9 @@ def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
     computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
-    supported = recorded("compare.friction.supports.with_supports", returns="with supports")
+    supported = recorded(
+        "compare.friction.supports.with_supports", returns=xr.Dataset(attrs={"given": "yes"})
+    )
     written = []
     page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
     monkeypatch.setitem(PAGES, motion, page)
@@ -301,7 +309,8 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
     assert [(given.name, dataset) for given, dataset, _ in supported] == [(motion, "contact")]
-    assert written == [("with supports", tmp_path / "here")]
+    ((dataset, folder),) = written
+    assert (dataset.attrs, folder) == ({"given": "yes", "choice": ""}, tmp_path / "here")
 
 
 def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, command, tmp_path):
