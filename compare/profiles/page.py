@@ -14,6 +14,8 @@ from geometries.profiles.preparation import ProfileFigure
 
 UNIT, Y, Z = "1 unit of the file is", "In the file y", "In the file z"  # beginnings of notes
 SMOOTHED, THROUGH = "Smoothed by", "A cubic spline through"
+LEAST_RADIUS = 2.0  # mm: the package has 11 mm and more, edges below railheads 2.6 mm; less looks like noise
+USUAL = 0.01  # mm: a tolerance for measured points
 READING = (
     "y grows to the field side and z upwards, for rails and wheels; the arc length s begins at the gauge "
     "side. Inclinations are positive where the surface falls as y grows, curvatures where it bends down: on "
@@ -37,13 +39,28 @@ def write_profile_page(understood: Understood, folder: Path) -> Path:
 def summary(understood: Understood) -> str:
     """Return what it is, its unit and axes, and the smoothing with its residual, in three sentences."""
     figure = understood.figure
-    what = f"{understood.source}: {understood.length:.1f} mm"
+    what = f"{understood.source}: a curve {understood.length:.1f} mm long"
     if understood.is_exact:
         return f"Standard {what} from the gauge side to the field side. {figure.notes[0]}"
     axes = "; ".join(_without_stop(note) for note in figure.notes if note.startswith((UNIT, Y, Z)))
     return (
         f"A {understood.kind}, {what} from the gauge side to the field side. "
         f"{axes.replace(f'; {Y}', '; y').replace(f'; {Z}', ', z')}. {_smoothing(figure)}"
+    )
+
+
+def doubts(understood: Understood) -> Iterator[str]:
+    """Yield what looks like noise: a radius far below those of profiles, with a tolerance to try."""
+    figure = understood.figure
+    at = int(np.argmax(np.abs(figure.curvature)))
+    if understood.is_exact or LEAST_RADIUS * abs(figure.curvature[at]) <= 1:
+        return
+    rms = float(np.sqrt(np.mean(figure.residual**2)))
+    remedy = f"a tolerance of {USUAL:g} mm" if rms < 0.9 * USUAL else "a larger tolerance"
+    yield (
+        f"The least radius is {_radius(figure, at)} mm (at s = {figure.s[at]:.1f} mm), below "
+        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm and more, so this looks like noise or a burr. "
+        f"Try {remedy}."
     )
 
 
@@ -80,6 +97,9 @@ def answer_table(understood: Understood) -> Table:
 
 
 def _sections(understood: Understood) -> Iterator[Section | Folded]:
+    doubtful = list(doubts(understood))
+    if doubtful:
+        yield Section("", [Items(doubtful)])
     notes = [note for note in understood.figure.notes if not note.startswith((UNIT, Y, Z, SMOOTHED, THROUGH))]
     if notes and not understood.is_exact:
         yield Section("", [Items(notes)])

@@ -16,6 +16,7 @@ Trace = dict[str, Any]  # a trace of Plotly
 Axis = dict[str, Any]
 
 HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
+TICKS = 8  # at most, on the longest axis of a drawing in 3D
 DIGITS = 6  # of the numbers on a page
 COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu", "positive": "YlOrRd"}
 EYE = {"x": -1.2, "y": -1.2, "z": 1.1}  # whence a cube is seen
@@ -256,7 +257,11 @@ def _surface(surface: Surface) -> dict[str, Any]:
     pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
     pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
     traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]
-    named = {f"{axis}axis": {"title": {"text": f"{axis} [mm]"}} for axis in "xyz"}
+    most = _most_ticks(surface.body, surface.part)
+    named = {
+        f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "nticks": count}
+        for axis, count in zip("xyz", most, strict=True)
+    }
     away = _slenderness(surface.body, surface.part) ** 0.5
     eye = {"eye": {axis: away * at for axis, at in EYE.items()}}
     return {
@@ -268,9 +273,20 @@ def _surface(surface: Surface) -> dict[str, Any]:
 
 def _slenderness(*points: Array) -> float:
     """Return the longest over the mean side of the box about points, (3, n, m); the mean is drawn as 1."""
-    spans = np.ptp(np.concatenate([part.reshape(3, -1) for part in points], axis=1), axis=1)
+    spans = _spans(points)
     positive = spans[spans > 0]
     return float(np.max(positive) / np.exp(np.mean(np.log(positive))))
+
+
+def _most_ticks(*points: Array) -> list[int]:
+    """Return how many ticks each axis has room for: short axes of a drawing to scale get few."""
+    spans = _spans(points)
+    return [int(count) for count in np.clip(np.ceil(TICKS * spans / np.max(spans)), 2, TICKS)]
+
+
+def _spans(points: Sequence[Array]) -> Array:
+    """Return the sides of the box about points, (3, n, m) each, shape (3,)."""
+    return np.asarray(np.ptp(np.concatenate([part.reshape(3, -1) for part in points], axis=1), axis=1))
 
 
 def _numbers(values: Array) -> Any:

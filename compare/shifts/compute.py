@@ -34,13 +34,15 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     layout = layout_of(specification, sections)
     study = Study(specification, layout, options)
     positions, refused = _positions(layout, specification)
+    for shift, reason in refused.items():
+        options.watch.on_stage(f"shift {shift} mm is left out: {reason}")
     solved = dict(contacts(study, positions, refused))
     parts = [
         geometry.wheelset(specification, positions),
         geometry.touching(layout, specification, positions),
         labelled(study, solved),
         geometry.sections(layout),
-        geometry.conicity(layout, specification, options),
+        geometry.conicity(layout, specification, options.watch, alike=study.alike),
     ]
     if specification.rolling is not None:
         parts.append(labelled_rolling(study, dict(rolling_wheelsets(study, positions, solved))))

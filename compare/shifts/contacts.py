@@ -76,13 +76,14 @@ def contacts(
             if study.alike and mirrored in solved:
                 entry = solved[mirrored]
                 if entry is None:
-                    refused[f"{shift:g}, {side}"] = refused[f"{mirrored[0]:g}, {mirrored[1]}"]
+                    refused[f"{shift:g}, {side}"] = refused[f"{mirrored[0] + 0.0:g}, {mirrored[1]}"]  # no -0
             else:
                 label = f"shift {shift:g} mm ({count} of {len(positions)}), {side}"
                 try:
                     entry = _stored(study, Place(study.layout, position, side), label)
                 except Failure as failure:
                     entry, refused[f"{shift:g}, {side}"] = None, str(failure)
+                    study.options.watch.on_stage(f"{label} is left out: {failure}")
             solved[shift, side] = entry
             if entry is not None:
                 yield (shift, side), entry

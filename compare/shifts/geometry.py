@@ -1,16 +1,19 @@
 """Positions, touching points, sections and conicity of a wheelset over its shifts, as datasets."""
 
 from collections.abc import Callable
+from itertools import pairwise
+from time import perf_counter
 
 import numpy as np
 import xarray as xr
 
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import Watch
 from femic.shifts.specification import ShiftsFile
+from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import Layout
-from geometries.track.shifts import Shifts, over_shifts
+from geometries.track.shifts import over_shifts
 from geometries.track.wheelset import Position, RollRule, SideName, Touch, side_of
 
 SIDES: tuple[SideName, SideName] = ("left", "right")
@@ -126,18 +129,23 @@ def sections(layout: Layout) -> xr.Dataset:
     return xr.Dataset(variables, coords={"axis": ["y", "z"]})
 
 
-def conicity(layout: Layout, specification: ShiftsFile, options: RunOptions) -> xr.Dataset:
-    """Return rolling-radius differences about the middle, with both values at jumps, and the conicity."""
+def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: bool) -> xr.Dataset:
+    """Return rolling-radius differences about the middle, with both values at jumps, and the conicity.
+
+    Where both sides are `alike`, shifts to the right mirror those to the left.
+    """
     amplitude = specification.conicity_amplitude
-    options.watch.on_stage(f"equivalent conicity at {amplitude:g} mm")
-    end = amplitude + BEYOND
+    label, start = f"equivalent conicity at {amplitude:g} mm", perf_counter()
     try:
-        shifts = over_shifts(layout, np.linspace(-end, end, 2 * int(np.ceil(end / STEP)) + 1), roll=ABOUT)
-        at, differences = shifts.rolling_radius_differences()
+        at, differences, jumps = _near(layout, amplitude + BEYOND, watch, label, from_middle=alike)
+        if alike:
+            at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
+            jumps = sorted([*(-jump for jump in jumps), *jumps])
         value, reason = equivalent_conicity(at, differences, amplitude).value, ""
     except Failure as failure:
-        at, differences, value, reason = np.empty(0), np.empty(0), np.nan, str(failure)
-        shifts = Shifts((), ())
+        at, differences, jumps = np.empty(0), np.empty(0), []
+        value, reason = np.nan, str(failure)
+    watch.on_stage(f"{label}: {reason or f'{value:.3f}'}, {perf_counter() - start:.1f} s")
     return xr.Dataset(
         {"rrd_near": ("near", differences, {"units": "mm"})},
         coords={"near": ("near", at, {"units": "mm"})},
@@ -145,6 +153,26 @@ def conicity(layout: Layout, specification: ShiftsFile, options: RunOptions) -> 
             "conicity": float(value),
             "conicity_reason": reason,
             "amplitude": amplitude,
-            "jumps": [round(jump.shift, 3) for jump in shifts.jumps],
+            "jumps": [round(jump, 3) for jump in jumps],
         },
     )
+
+
+def _near(
+    layout: Layout, end: float, watch: Watch, label: str, *, from_middle: bool
+) -> tuple[Array, Array, list[float]]:
+    """Return shifts up to +-`end`, or from 0 on, their rolling-radius differences [mm], and the jumps.
+
+    Nearly all of the time goes into the jumps, which are found by halving: each interval is reported.
+    """
+    count = int(np.ceil(end / STEP))
+    ends = np.linspace(0.0, end, count + 1) if from_middle else np.linspace(-end, end, 2 * count + 1)
+    parts = []
+    for number, (first, last) in enumerate(pairwise(ends), start=1):
+        watch.on_stage(f"{label}: jumps from {first:g} to {last:g} mm ({number} of {len(ends) - 1})")
+        parts.append(over_shifts(layout, [first, last], roll=ABOUT))
+    near = [part.rolling_radius_differences() for part in parts]
+    at, differences = (
+        np.concatenate([values[0][:1], *(part[1:] for part in values)]) for values in zip(*near, strict=True)
+    )
+    return at, differences, [jump.shift for part in parts for jump in part.jumps]

@@ -40,7 +40,7 @@ class FileOptions:
         str | None,
         Parameter(
             help="where y grows and z points in the file: field or centre (of the track), up or down, or one "
-            "of each, as 'centre down'; asked for where the file does not show it"
+            "of each, as 'centre down'; asked for where the file does not show it (MiniProf mostly: centre)"
         ),
     ] = None
     unit: Annotated[str | None, Parameter(help=f"{', '.join(UNITS)}; where the file does not show it")] = None
@@ -94,7 +94,7 @@ def profiles(
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)
-        console.print(page.summary(one), markup=False, soft_wrap=True)
+        console.print(" ".join([page.summary(one), *page.doubts(one)]), markup=False, soft_wrap=True)
         announce(report, console)
     if write is not None:
         write_profile(ones[0].as_points(), write)
@@ -120,9 +120,9 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
         return understood.of_file(prepared, path)
     if name not in NAMED:
         similar = [known for known in NAMED if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
-        hint = f"did you mean {' or '.join(similar)}? " if similar else ""
+        hint = f"; did you mean {' or '.join(similar)}?" if similar else "."
         raise WrongInput(
-            f"profile {name!r}: no such file, and none of the package; {hint}Of the package: "
+            f"profile {name!r}: no such file, and none of the package{hint} The package has "
             f"{', '.join(NAMED)}"
         )
     if options != NO_OPTIONS:

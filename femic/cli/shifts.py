@@ -44,6 +44,7 @@ def shifts(
     folder: Path = work.out or OUT / name
     with work.options(folder, console) as options:
         dataset = compute.compute_shifts(file, text, options)
+        options.watch.on_stage("charts of the report")
         report = page.write_shifts(dataset, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)

@@ -50,4 +50,4 @@ def _table(profile: Profile, kind: Kind) -> dict[str, Any]:
         return {"profile": profile.standard}
     of_file = {key: getattr(profile, key) for key in ("axes", "unit", "surface", "section", "section_at")}
     name = str(Path(profile.file or "").absolute())  # no standard profile has such a name
-    return given({"profile": name, "smoothing": profile.tolerance} | of_file)
+    return given({"profile": name, "tolerance": profile.tolerance} | of_file)

@@ -32,7 +32,7 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
         entry = named(table.profile)
         return Section(table.profile, entry.outline, (entry.origin,))
     choice = SectionChoice(table.section, table.section_at)
-    how = Reading(kind, table.axes, table.unit, table.surface, table.smoothing, choice)
+    how = Reading(kind, table.axes, table.unit, table.surface, table.tolerance, choice)
     prepared = prepared_file(Path(table.profile), how)
     return Section(prepared.name, prepared, prepared.notes)
 

@@ -5,7 +5,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, Strict, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    Field,
+    Strict,
+    ValidationError,
+    model_validator,
+)
 
 from approx.variants import VARIANTS, forms_of
 from femic.contact.friction.by_angle import Angle, Factor, growing
@@ -34,6 +42,13 @@ def _known(ics: str) -> str:
     return ics
 
 
+def _positive(load: Any) -> Any:
+    """Return a load [N]; raise ValueError where it is not positive."""
+    if isinstance(load, int | float) and load <= 0:
+        raise ValueError("must be positive [N]")
+    return load
+
+
 class ProfileTable(SceneTable):
     """The profile of a rail, and its material."""
 
@@ -56,9 +71,9 @@ class ProfileTable(SceneTable):
     section_at: float | None = Field(
         None, description="instead of section: its position, in the unit of the list"
     )
-    smoothing: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
+    tolerance: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
         0.0,
-        description="of a file: rms distance of the smoothed curve from the points [mm], the rms error of "
+        description="smoothing of a file: rms distance of the curve from the points [mm], the rms error of "
         "the points; or cross-validation; 0: through all points",
     )
     E: Amount = Field(210_000.0, description="Young's modulus [MPa]")
@@ -105,7 +120,9 @@ class WheelsetTable(SceneTable):
 class ContactTable(SceneTable):
     """The contacts, without friction."""
 
-    load: Amount = Field(90_000.0, description="vertical load of each wheel, perpendicular to the track [N]")
+    load: Annotated[Amount, BeforeValidator(_positive)] = Field(
+        90_000.0, description="vertical load of each wheel, perpendicular to the track [N]"
+    )
     ics: Annotated[
         Several[Annotated[str, AfterValidator(_known)]],
         Field(
@@ -118,7 +135,7 @@ class ContactTable(SceneTable):
     c_above_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None,
         description="solve contacts also with C where the rail's inclination changes across the patch by "
-        "more than this [deg], such as 20 (minutes each)",
+        "more than this [deg], such as 20 (minutes each); without this key: no C",
     )
     planar: bool = Field(
         True,
@@ -248,7 +265,7 @@ def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
         if NAMED[table.profile].kind != kind:
             raise WrongInput(f"{key}.profile = {table.profile!r}: is no {kind}; name another profile")
         of_file = sorted(
-            {"axes", "unit", "surface", "section", "section_at", "smoothing"} & table.model_fields_set
+            {"axes", "unit", "surface", "section", "section_at", "tolerance"} & table.model_fields_set
         )
         if of_file:
             raise WrongInput(

@@ -139,6 +139,7 @@
     for (const cell of shown(chart)) {
       const figure = document.createElement("div"), title = document.createElement("div"), plot = document.createElement("div");
       title.className = "title";
+      plot.className = "plot";
       title.textContent = cell.title;
       plot.style.minHeight = `${content.height}px`;
       figure.append(title, plot);
@@ -158,7 +159,7 @@
       const chart = charts.find(one => one.place === entry.target);
       seen.unobserve(entry.target);
       chart.seen = true;
-      draw(chart);
+      setTimeout(() => draw(chart)); // "drawing" is painted first
     }
   }, { rootMargin: "400px" });
   charts.forEach(chart => seen.observe(chart.place));

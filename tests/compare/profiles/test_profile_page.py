@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from compare.profiles.figures import over_length, section
-from compare.profiles.page import answer_table, summary, write_profile_page
+from compare.profiles.page import LEAST_RADIUS, answer_table, doubts, summary, write_profile_page
 from compare.profiles.understood import of_file, of_package
 from compare.report.interactive import as_json
 from femic.scenes.profiles import Reading, prepared_file
+from geometries.profiles.named import NAMED
 from tests.pages import widest
 from tests.samples import ERROR, write_head
 
@@ -66,6 +67,19 @@ def test_nothing_is_wider_than_the_page(browser, tmp_path, width):
     page, table = widest(browser, write_profile_page(understood(ERROR), tmp_path / "page"), width)
     assert page <= width
     assert table <= width
+
+
+@pytest.mark.usefixtures("head")
+def test_a_radius_below_all_real_ones_looks_like_noise(tmp_path):
+    """Errors of 20 um of alternating sign, 0.35 mm apart, bend to 1/r = 4 * 0.02 / 0.35^2, r = 1.5 mm."""
+    raw, smoothed = understood(), understood(ERROR)
+    (said,) = doubts(raw)
+    assert 1 / np.max(np.abs(raw.figure.curvature)) < LEAST_RADIUS
+    assert "tolerance of 0.01 mm" in said
+    assert said in write_profile_page(raw, tmp_path / "raw").read_text(encoding="utf-8")
+    assert not list(doubts(smoothed))
+    for name in NAMED:
+        assert not list(doubts(of_package(name)))
 
 
 def test_standard_has_the_radii_of_its_definition():

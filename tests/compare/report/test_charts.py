@@ -295,6 +295,8 @@ def test_surfaces_are_drawn_in_3d_on_paper_and_seen_from_further_if_long():
         (cell,) = json.loads(interactive.as_json(chart_of("rail", [surface])))["steps"][0]
         eyes.append(cell["layout"]["scene"]["camera"]["eye"]["x"])
     assert eyes[1] < eyes[0] < 0
+    ticks = {name: cell["layout"]["scene"][f"{name}axis"]["nticks"] for name in "xyz"}
+    assert ticks == {"x": 8, "y": 2, "z": 2}  # labels of short axes of a long body would overlap
 
 
 def test_cells_to_choose_from_are_all_on_the_page_and_the_first_is_on_paper():

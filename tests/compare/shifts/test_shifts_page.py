@@ -1,6 +1,7 @@
 """The page of `femic shifts`: its sentences, tables and charts against the dataset; stored contacts."""
 
 import json
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -46,6 +47,47 @@ def fake(where, *_):
     return SideContact(
         tuple(numbers(where, name) for name in ics), Grid(40, 40, 0.5, 0.4), 9e4, ("a remark",)
     )
+
+
+def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
+    """At 12 mm the flange of S1002 has climbed; a contact that is not found is said in its place."""
+    said = []
+
+    def contact_at(*_):
+        raise Failure("no grid")
+
+    monkeypatch.setattr(contacts, "contact_at", contact_at)
+    monkeypatch.setattr(geometry, "conicity", lambda *_, **__: xr.Dataset())
+    file = FILE.model_copy(update={"shifts": (0.0, 12.0), "wheel": WheelTable(profile="S1002")})
+    file = file.model_copy(update={"right_wheel": None})
+    with suppress(ValueError):  # a run without any contact has no dataset
+        compute.compute_shifts(file, options=RunOptions(watch=Watch(on_stage=said.append)))
+    assert said[0].startswith("shift 12 mm is left out: ")
+    assert said[1] == "shift 0 mm (1 of 1), left is left out: no grid"
+    assert len(said[0]) > len("shift 12 mm is left out: ")
+
+
+@pytest.mark.parametrize(
+    ("wheel", "jumps"), [("cone-1-20", 0), pytest.param("S1002", 2, marks=pytest.mark.slow)]
+)
+def test_conicity_of_equal_sides_needs_half_of_the_shifts(wheel, jumps):
+    """The other half is the mirror image; each interval is reported."""
+    file = ShiftsFile(
+        conicity_amplitude=0.5, rail=ProfileTable(profile="60E1"), wheel=WheelTable(profile=wheel)
+    )
+    layout, found, said = layout_of(file), {}, {True: [], False: []}
+    for alike in (True, False):
+        watch = Watch(on_stage=said[alike].append)
+        found[alike] = geometry.conicity(layout, file, watch, alike=alike)
+    half, whole = found[True], found[False]
+    assert len(whole.attrs["jumps"]) == jumps
+    np.testing.assert_allclose(half.attrs["jumps"], whole.attrs["jumps"], atol=1e-3)
+    for name in ("near", "rrd_near"):
+        np.testing.assert_allclose(half[name], whole[name], atol=1e-5)
+    assert half.attrs["conicity"] == pytest.approx(whole.attrs["conicity"], rel=1e-5)
+    assert len(said[True]) == 3
+    assert len(said[False]) == 5
+    assert "(2 of 4)" in said[False][1]
 
 
 @pytest.fixture(scope="module")

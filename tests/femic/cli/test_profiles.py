@@ -71,7 +71,11 @@ def test_profile_is_written_back_as_read_or_smoothed():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["60E1", "61E1"], r"no such file, and none of the package; did you mean 60E1"),
+        (
+            ["60E1", "61E1"],
+            r"no such file, and none of the package; did you mean 60E1.*\? The package has S1002, 60E1",
+        ),
+        (["nothere.ban"], r"none of the package\. The package has S1002"),
         (["mine.txt"], r"mine\.txt: kind: .*give --kind 'rail'"),
         (["mine.txt", "--kind", "rail"], r"mine\.txt: axes: .*give --axes 'field'"),
         (["mine.txt", "--kind", "rail", "--axes", "left"], r"--axes 'left'"),

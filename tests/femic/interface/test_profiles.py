@@ -167,7 +167,7 @@ def test_a_measured_rail_is_solved_as_it_was_read_and_smoothed(head, monkeypatch
     femic.compute_shifts(head, CONE, [0.0], tables={"rail": {"nu": 0.3}})
     (rail,) = (file.rail for file in seen)
     assert (rail.profile, rail.axes, rail.unit) == (str(head.file), "field up", "mm")
-    assert (rail.smoothing, rail.nu, seen[0].wheel.profile) == (ERROR, 0.3, "cone-1-20")
+    assert (rail.tolerance, rail.nu, seen[0].wheel.profile) == (ERROR, 0.3, "cone-1-20")
 
 
 def test_the_figure_of_a_study_has_its_pressures(study):

@@ -20,10 +20,10 @@ TEXT = """
 shifts = [{shifts}]
 [rail]
 profile = "{rail}"
-smoothing = 0.01
+tolerance = 0.01
 [wheel]
 profile = "{wheel}"
-smoothing = 0.01
+tolerance = 0.01
 flange_back = 0.0
 [track]
 gauge = 1435.1
