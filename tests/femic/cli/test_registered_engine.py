@@ -69,7 +69,7 @@ def test_frontier_has_the_default_tolerances_of_the_engine(femic, tmp_path, monk
     monkeypatch.setattr(
         "compare.frontier.compute.perf_counter", lambda: 0.0
     )  # to plan takes none of the budget
-    code, _ = femic("frontier", "--budget", "1")
+    code, _ = femic("frontier", "--components", "nn,xn", "--budget", "1")
     assert code == DONE
     with xr.open_dataset(tmp_path / "out" / "mine" / "frontier.nc", engine="h5netcdf") as frontier:
         ways = [str(way) for way in frontier.way.values if str(frontier.kind.sel(way=way).item()) == "closed"]
