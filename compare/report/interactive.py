@@ -70,6 +70,9 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
         "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
     }
+    for number, axis in enumerate(("xaxis", "yaxis")):
+        if "dtick" in layout[axis] and not _has_decades([curve.points[number] for curve in panel.curves]):
+            del layout[axis]["dtick"]  # Plotly then labels ticks between powers of ten
     for axis, limits in (("xaxis", panel.limits_x), ("yaxis", panel.limits_y)):
         if limits is not None:
             layout[axis]["range"] = list(limits)
@@ -88,6 +91,13 @@ def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
     if names:
         return axis | {"tickvals": list(range(len(names))), "ticktext": list(names)}
     return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
+
+
+def _has_decades(lines: Sequence[Array]) -> bool:
+    """Return whether two powers of ten lie within the positive values of lines, (n,) each."""
+    values = np.concatenate([np.zeros(0), *lines])
+    powers = np.log10(values[np.isfinite(values) & (values > 0)])
+    return not powers.size or bool(np.floor(powers.max()) > np.ceil(powers.min()))
 
 
 def _share_scale(layout: dict[str, Any]) -> None:

@@ -326,3 +326,12 @@ def test_points_have_bars_names_and_notes():
     assert [text.get_text() for text in axes.texts] == ["a", "b"]
     heights = [np.ptp(line[:, 1]) for line in axes.collections[0].get_segments()]
     np.testing.assert_allclose(heights, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("y", "powers_alone"), [([0.078, 0.089], False), ([0.02, 0.5], False), ([1e-3, 0.2], True)]
+)
+def test_a_logarithmic_axis_within_a_decade_has_labels_between_powers_of_ten(y, powers_alone):
+    panel = Panel("", "time [s]", "error [-]", [Curve("A", [1.0, 2.0], y)], log_y=True)
+    drawn = json.loads(interactive.as_json(chart_of("errors", [panel], 1)))
+    assert ("dtick" in drawn["steps"][0][0]["layout"]["yaxis"]) is powers_alone
