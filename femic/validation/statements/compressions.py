@@ -8,6 +8,7 @@ from compare.contact.dataset import others_of
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import Numbers, Statement
+from femic.validation.statements.estimated import ratio
 from femic.validation.statements.friction_contacts import (
     FRICTIONS,
     HIGH,
@@ -16,7 +17,6 @@ from femic.validation.statements.friction_contacts import (
     case,
     compression,
     from_friction_to_friction,
-    ratio,
     sliding_distance,
     traction_distance,
 )

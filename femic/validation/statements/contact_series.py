@@ -11,6 +11,7 @@ from functools import cached_property, partial
 import numpy as np
 from scipy.optimize import brentq
 
+from compare.contact.crossings import PairDeviations
 from femic.contact.estimates import Numbers
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
@@ -23,6 +24,7 @@ from femic.contact.pairs.quantities import angle, numbers
 from femic.contact.pairs.reference_ics import ReferenceICs, normal_reference_ics
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
+from femic.validation.statements.estimated import Estimated
 from geometries.errors import Failure
 
 GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
@@ -38,6 +40,11 @@ class SharedGrid:
     operators: Mapping[str, Operator]
     reference: ReferenceICs
     load: float
+
+    @cached_property
+    def deviations(self) -> PairDeviations:
+        """Errors of numbers with other ICs against C, on the same elements."""
+        return PairDeviations(self.on_grid, self.operators, self.reference.perturbed)
 
     def solve(self, loading: Loading, ics: str, *, exact: bool = False) -> PairContact:
         """Return the contact with some ICs; `exact`: with the distance of the displaced body."""
@@ -116,6 +123,14 @@ class ContactSeries:
         """Return the angle [deg] by which the patch turns under a load [N]."""
         contact = self.solved(load, ics)
         return angle(contact.on_grid, contact.normal)
+
+    def error(self, load: float, ics: str, name: str) -> Estimated:
+        """Return a number with some ICs over the same with C, minus 1, under a load [N]."""
+        return Estimated(*self.grid_of(load).deviations.error(name, ics, load))
+
+    def angle_with_c(self, load: float) -> Estimated:
+        """Return the angle [deg] by which the patch with C turns under a load [N]."""
+        return Estimated(*self.grid_of(load).deviations.angle(load))
 
     def load_at(self, degrees: float) -> float:
         """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids."""

@@ -11,6 +11,7 @@ from compare.ics.dataset import finite
 from compare.ics.errors import measure_of
 from femic.ic_errors.error_measure import Measure
 from femic.validation.statements.changes import CHANGES
+from femic.validation.statements.estimated import estimate_of
 from femic.validation.statements.runs import Runs
 from femic.validation.statements.verdicts import Finding
 
@@ -45,6 +46,7 @@ def entry(finding: Finding) -> dict[str, Any]:
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
                 "values": {case: finite(value) for case, value in values.items()},
+                "estimates": {case: finite(estimate_of(value)) for case, value in values.items()},
                 "met": {case: criterion.met(value) for case, value in values.items()},
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }

@@ -12,6 +12,7 @@ from femic.contact.friction.kinematics import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.given_ics import C
 from femic.validation.statements.criteria import FOLLOWS, SMALL_PART, Statement
+from femic.validation.statements.estimated import ratio
 from femic.validation.statements.friction_contacts import (
     FRICTIONS,
     HIGH,
@@ -28,7 +29,6 @@ from femic.validation.statements.friction_contacts import (
     line_distance_over_bound,
     of_ics,
     pair_of,
-    ratio,
     rms,
     rolling,
     shift,

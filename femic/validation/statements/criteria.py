@@ -11,6 +11,7 @@ from typing import Literal
 from compare.ics.compute import Results
 from compare.report.charts import Panel
 from femic.validation.statements.curves import BODIES
+from femic.validation.statements.estimated import estimate_of
 from femic.validation.statements.runs import GEOMETRIES, Runs
 
 FOLLOWS = 0.10  # largest error of a curve that follows another one
@@ -21,7 +22,7 @@ MUCH = 1 / 2
 
 CLOSE = 0.002  # of the threshold, or of 1 if that is 0: C, accurate to 0.001, cannot decide closer numbers
 
-Measure = Callable[[Runs], Mapping[str, float]]  # of a number in all of its cases (geometry, body, ...)
+Measure = Callable[[Runs], Mapping[str, float]]  # of a number in all of its cases; some are `Estimated`
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,12 @@ class Criterion:
         return bool(value < self.threshold if self.relation == "<" else value > self.threshold)
 
     def close(self, value: float) -> bool:
-        """Whether a value is so close to the threshold that the accuracy of C does not suffice to decide."""
-        return bool(abs(value - self.threshold) <= CLOSE * (abs(self.threshold) or 1.0))
+        """Whether a value is so close to the threshold that its accuracy does not suffice to decide.
+
+        It is known to its estimated error, if it has one, and not better than C.
+        """
+        accuracy = max(CLOSE * (abs(self.threshold) or 1.0), estimate_of(value))
+        return bool(abs(value - self.threshold) <= accuracy)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.given_ics import GivenICs
 from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement
+from femic.validation.statements.estimated import ratio
 from femic.validation.statements.friction_contacts import (
     FEW_CREEPAGES,
     FRICTIONS,
@@ -28,7 +29,6 @@ from femic.validation.statements.friction_contacts import (
     line_distance,
     on_grid_of,
     pressure_distance,
-    ratio,
     rolling,
     rolling_on_same_grid,
     traction_distance,

@@ -19,6 +19,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import Numbers
+from femic.validation.statements.estimated import Estimated, ratio
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
 from geometries.grids import Grid
@@ -80,20 +81,35 @@ def pair_of(runs: Runs) -> PairWithFriction:
 
 def curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the root mean square distance of creep-force curves over friction times load."""
-    return float(dataset["rms"].sel(friction=friction, ics=ics))
+    return _with_estimate(dataset, "rms", friction=friction, ics=ics)
 
 
 def largest_curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the largest distance of creep-force curves over friction times load."""
-    return float(dataset["largest"].sel(friction=friction, ics=ics))
+    return _with_estimate(dataset, "largest", friction=friction, ics=ics)
+
+
+def _with_estimate(dataset: xr.Dataset, name: str, **at: float | str) -> Estimated:
+    """Return a number of labelled arrays with its estimated error."""
+    return Estimated(*(float(dataset[which].sel(at)) for which in (name, f"estimate_{name}")))
+
+
+def accuracy_of_pressures(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return what p_max with some ICs and with C is known to, as a share of it: the sum of both.
+
+    In rolling at no creepage, in compression under the last load.
+    """
+    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)])
+    at = at.sel(xi=0.0) if "xi" in at.dims else at.isel(load=-1)
+    return float((at.estimate_p_max / at.p_max).sum())
 
 
 def shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the difference of the creepages without force, times the slope with C, over friction load."""
-    at = dataset.sel(friction=friction)
-    zero, slope = at.zero_creepage, at.slope.sel(ics=reference_of(dataset))
-    change = abs(zero.sel(ics=ics) - zero.sel(ics=reference_of(dataset)))
-    return float(change * slope / (friction * dataset.attrs["load"]))
+    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)])
+    scale = at.slope.sel(ics=reference_of(dataset)) / (friction * dataset.attrs["load"])
+    difference = abs(at.zero_creepage.diff("ics").item())
+    return Estimated(float(difference * scale), float(at.estimate_zero_creepage.sum() * scale))
 
 
 def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -118,10 +134,14 @@ def _known(force: xr.DataArray) -> tuple[Array, Array]:
 
 
 def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
+    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares.
+
+    Tractions have no estimates of their own: they are taken to be known as well as p_max.
+    """
     line = centre_line(dataset, friction)
     by_c = line.sel(ics=reference_of(dataset)).values
-    return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
+    distance = rms(line.sel(ics=ics).values - by_c) / rms(by_c)
+    return Estimated(distance, accuracy_of_pressures(dataset, friction, ics))
 
 
 def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -141,24 +161,27 @@ def traction_distance(
 ) -> float:
     """Return the distance of tangential tractions over friction times pressure with C; root mean squares.
 
-    `directions` are those that count.
+    `directions` are those that count. Tractions are taken to be known as well as p_max.
     """
     p = dataset.p.sel(friction=friction)
     by_c = p.sel(ics=reference_of(dataset))
     apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
-    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
+    distance = np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values))
+    return Estimated(float(distance), accuracy_of_pressures(dataset, friction, ics))
 
 
 def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the difference of the sliding shares of the patch after the last load."""
-    share = dataset.sliding_share.sel(friction=friction).isel(load=-1)
-    return float(abs(share.sel(ics=ics) - share.sel(ics=reference_of(dataset))))
+    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)]).isel(load=-1)
+    difference = float(abs(at.sliding_share.diff("ics").item()))
+    return Estimated(difference, float(at.estimate_sliding_share.sum()))
 
 
 def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return |p_max / p_max with C - 1| of rolling at no creepage."""
     p_max = dataset.p_max.sel(friction=friction, xi=0.0)
-    return float(abs(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1))
+    share = float(abs(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1))
+    return Estimated(share, accuracy_of_pressures(dataset, friction, ics))
 
 
 def rms(values: Array) -> float:
@@ -227,10 +250,3 @@ def from_friction_to_friction(
 def case(friction: float, ics: str) -> str:
     """Return the name of a case."""
     return f"friction {friction:g}, {symbol_of(ics)}"
-
-
-def ratio(one: float, other: float) -> float:
-    """Return a ratio of distances; infinite where the other is 0 and this is not, NaN where both are."""
-    if other == 0.0:
-        return np.nan if one == 0.0 else np.inf
-    return one / other

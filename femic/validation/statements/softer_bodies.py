@@ -11,13 +11,13 @@ import xarray as xr
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
 from femic.validation.statements.criteria import Numbers, Statement
+from femic.validation.statements.estimated import ratio
 from femic.validation.statements.friction_contacts import (
     FEW_CREEPAGES,
     STEEL_E,
     Distance,
     curve_distance,
     pressure_distance,
-    ratio,
     rolling_on_same_grid,
 )
 from femic.validation.statements.runs import Runs

@@ -28,14 +28,20 @@ class Finding:
     def verdict(self) -> str:
         """Reproduced if every criterion is met in every case, not reproduced if none is met in any case.
 
-        Otherwise it depends. It is not decided if nothing could be measured.
+        Otherwise it depends. Cases whose numbers are too close to the threshold to tell do not count; a
+        statement of which nothing, or no case of some criterion, can be told is not decided, unless it
+        depends anyway.
         """
-        if self.failed:
+        told = {
+            name: [criterion.met(value) for criterion, _, value in self.decided if criterion.name == name]
+            for name in self.values
+        }
+        met = [is_met for by_case in told.values() for is_met in by_case]
+        if any(met) and not all(met):
+            return DEPENDS
+        if self.failed or not all(told.values()):
             return NOT_DECIDED
-        met = [criterion.met(value) for criterion, _, value in self.numbers]
-        if all(met):
-            return REPRODUCED
-        return DEPENDS if any(met) else NOT_REPRODUCED
+        return REPRODUCED if all(met) else NOT_REPRODUCED
 
     @property
     def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
@@ -45,8 +51,15 @@ class Finding:
                 yield criterion, case, value
 
     @property
+    def decided(self) -> list[tuple[Criterion, str, float]]:
+        """The criteria, cases and values that are not too close to the threshold to tell."""
+        return [
+            (criterion, case, value) for criterion, case, value in self.numbers if not criterion.close(value)
+        ]
+
+    @property
     def unmet(self) -> list[tuple[Criterion, str, float]]:
-        """The criteria, cases and values that are not met."""
+        """The criteria, cases and values that are not met, those too close to tell included."""
         return [
             (criterion, case, value) for criterion, case, value in self.numbers if not criterion.met(value)
         ]
