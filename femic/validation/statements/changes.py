@@ -146,4 +146,45 @@ ANEW = (
     ),
 )
 
-CHANGES = tuple(sorted((*EARLIER, *ALL_ERRORS, *ANEW), key=lambda change: change.number))
+OF_CONTACT = (
+    *(
+        CriterionChange(
+            number,
+            "errors less, or plus, the sum of the estimates of both contacts",
+            "errors on the same elements; cases within what they are known to do not count",
+            verdict,
+            why,
+        )
+        for number, verdict, why in (
+            (26, "reproduced", "the sum was so large that what is wrong could be met"),
+            (
+                27,
+                "depends",
+                "four estimates together were larger than the errors: a and b could not be missed",
+            ),
+            (28, "reproduced", "the sum was so large that what is wrong could be met"),
+        )
+    ),
+    *(
+        CriterionChange(
+            number,
+            "whatever is known of the number",
+            "cases within what it is known to do not count",
+            verdict,
+            "ratios of small errors were decided by those of elements and C",
+        )
+        for number, verdict in (
+            (29, "depends"),
+            (30, "depends"),
+            (34, "reproduced"),
+            (35, "depends"),
+            (36, "depends"),
+            (37, "depends"),
+            (39, "depends"),
+            (40, "reproduced"),
+            (41, ""),
+        )
+    ),
+)
+
+CHANGES = tuple(sorted((*EARLIER, *ALL_ERRORS, *ANEW, *OF_CONTACT), key=lambda change: change.number))

@@ -33,6 +33,7 @@ RULES = (
     "Each statement is decided by numbers that femic computes and by thresholds that were fixed in its code "
     "before the first run (changes are listed below). “Reproduced”: every criterion is met in every case; "
     "“not reproduced”: no criterion is met in any case; otherwise it “depends”, and the failures are listed. "
+    "Cases whose numbers are closer to a threshold than what they are known to do not count. "
     "Errors: max |v − C| over a line as a share of max |C_ij| over all lines, four elements from the load "
     "and further; where a component vanishes, of 0.05 max |C_nn|."
 )
@@ -176,7 +177,7 @@ def _statement_blocks(finding: Finding, entry: Entry) -> Iterator[Block]:
         name = f"statement{finding.statement.number}_curves"
         yield chart_of(name, finding.panels, finding.statement.columns, HEIGHT)
     rows = [*_number_rows(entry["criteria"]), *_detail_rows(entry["details"])]
-    columns = [*texts("case"), *number_heads("value", "must be", "met")]
+    columns = [*texts("case"), *number_heads("value", "known to ±", "must be", "met")]
     yield Folded("All numbers", [Table("criterion", columns, rows)])
 
 
@@ -242,13 +243,19 @@ def _number_rows(criteria: Sequence[Entry]) -> Iterator[Row]:
         for position, (case, met) in enumerate(criterion["met"].items()):
             value = Cell(_number(criterion, case), ".4g", colour="" if met else COLOURS[NOT_REPRODUCED])
             met_text = ("yes" if met else "no") + _close(criterion, case)
-            yield Row("" if position else criterion["says"], [case, value, _threshold(criterion), met_text])
+            cells = [case, value, _known_to(criterion, case), _threshold(criterion), met_text]
+            yield Row("" if position else criterion["says"], cells)
+
+
+def _known_to(criterion: Entry, case: str) -> Cell:
+    estimate = criterion["estimates"][case]
+    return Cell(np.inf if estimate is None else estimate, ".2g") if estimate != 0 else Cell("")
 
 
 def _detail_rows(details: dict[str, Any]) -> Iterator[Row]:
     for position, (case, value) in enumerate(details.items()):
         number_cell = Cell(np.nan if value is None else value, ".3g")
-        yield Row("" if position else "further numbers", [case, number_cell, "", ""])
+        yield Row("" if position else "further numbers", [case, number_cell, "", "", ""])
 
 
 def _changes_table(changes: Sequence[Entry]) -> Table:

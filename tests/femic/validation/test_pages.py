@@ -110,7 +110,7 @@ def test_criteria_have_their_ranges_and_what_is_not_met_worst_first(first):
     }
     assert isinstance(numbers, Folded)
     rows = [texts_of(row) for row in numbers.blocks[0].rows]
-    assert rows[3] == ["geometry2, upper", "0.1001", "< 0.1", "no (too close to tell)"]
+    assert rows[3] == ["geometry2, upper", "0.1001", "", "< 0.1", "no (too close to tell)"]
     assert rows[-1][:2] == ["C", "2"]
 
 

@@ -10,6 +10,7 @@ from femic.validation.statements.softer_bodies import CONCAVE, CONVEX, moduli
 from tests.femic.validation.statements.makers import contacts as fe_contacts
 
 LOAD, SLOPE, ZERO = 100e3, 2e7, -1e-3  # with C
+CURVE, PRESSURE, SLIDING = 0.02, 0.01, 0.005  # estimates: of curves, p_max, sliding shares with any ICs
 XI = np.linspace(-2e-3, 2e-3, 9)
 ON_GRID = {"friction": list(FRICTIONS), "x": [-1.0, 1.0], "s": [-1.5, -0.5, 0.5, 1.5]}
 ATTRS = {"load": LOAD, "equal_force": 0.5, "dx": 2.0, "ds": 1.0, "s_middle": 0.0}
@@ -28,7 +29,14 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
     ics = [*ics]
     table = {
         name: (("friction", "ics"), by(frictions, ics, size))
-        for name, size in {"rms": rms, "largest": largest, "slope": SLOPE, "estimate_rms": 0.02}.items()
+        for name, size in {
+            "rms": rms,
+            "largest": largest,
+            "slope": SLOPE,
+            "estimate_rms": CURVE,
+            "estimate_largest": CURVE,
+            "estimate_zero_creepage": CURVE * LOAD / SLOPE,
+        }.items()
     }
     load = np.array(frictions)[:, None] * LOAD
     table["zero_creepage"] = ("friction", "ics"), ZERO + np.array(by(frictions, ics, zero)) * load / SLOPE
@@ -38,7 +46,7 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
     table["estimate_F_x"] = ("friction", "ics", "xi"), np.zeros_like(forces)
     for name in ("p_max", "a", "b"):
         table[name] = ("friction", "ics", "xi"), np.stack([by(frictions, ics, p_max)] * len(XI), axis=-1)
-    table["estimate_p_max"] = ("friction", "ics", "xi"), np.full_like(table["p_max"][1], 0.01)
+    table["estimate_p_max"] = ("friction", "ics", "xi"), np.full_like(table["p_max"][1], PRESSURE)
     tractions = np.ones((len(frictions), len(ics), 2, 4, 3)) * np.array([1.0, 2.0, 3.0, 4.0])[:, None]
     tractions[..., 0] *= np.array(by(frictions, ics, p_x))[..., None, None]
     coords = ON_GRID | {"friction": list(frictions)}
@@ -60,10 +68,11 @@ def compression(ics=ICS, *, p_s=0.0, sliding=0.0, p_max=1.0):
     share = 0.3 + np.array(by(FRICTIONS, ics, sliding))
     table = {
         "sliding_share": (dims, np.stack([share] * len(loads), axis=-1)),
-        "estimate_sliding_share": (dims, np.zeros((*share.shape, len(loads)))),
+        "estimate_sliding_share": (dims, np.full((*share.shape, len(loads)), SLIDING)),
     }
     for name in ("p_max", "a", "b"):
         table[name] = dims, np.stack([by(FRICTIONS, ics, p_max)] * len(loads), axis=-1)
+    table["estimate_p_max"] = dims, np.full_like(table["p_max"][1], PRESSURE)
     table["p"] = ("friction", "ics", "x", "s", "direction"), np.stack([0 * p_n, along_s, p_n], axis=-1)
     return (
         xr.Dataset(table)
