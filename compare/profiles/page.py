@@ -10,12 +10,11 @@ from compare.profiles.understood import UM, Understood, to_dataset
 from compare.report.parts import Folded, Items, Note, Page, Section, write_results
 from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array
+from geometries.profiles.noise import noise, radius_text
 from geometries.profiles.preparation import ProfileFigure
 
 UNIT, Y, Z = "1 unit of the file is", "In the file y", "In the file z"  # beginnings of notes
 SMOOTHED, THROUGH = "Smoothed by", "A cubic spline through"
-LEAST_RADIUS = 2.0  # mm: the package has 11 mm and more, edges below railheads 2.6 mm; less looks like noise
-USUAL = 0.01  # mm: a tolerance for measured points
 READING = (
     "y grows to the field side and z upwards, for rails and wheels; the arc length s begins at the gauge "
     "side. Inclinations are positive where the surface falls as y grows, curvatures where it bends down: on "
@@ -49,19 +48,10 @@ def summary(understood: Understood) -> str:
     )
 
 
-def doubts(understood: Understood) -> Iterator[str]:
-    """Yield what looks like noise: a radius far below those of profiles, with a tolerance to try."""
-    figure = understood.figure
-    at = int(np.argmax(np.abs(figure.curvature)))
-    if understood.is_exact or LEAST_RADIUS * abs(figure.curvature[at]) <= 1:
-        return
-    rms = float(np.sqrt(np.mean(figure.residual**2)))
-    remedy = f"a tolerance of {USUAL:g} mm" if rms < 0.9 * USUAL else "a larger tolerance"
-    yield (
-        f"The least radius is {_radius(figure, at)} mm (at s = {figure.s[at]:.1f} mm), below "
-        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm and more, so this looks like noise or a burr. "
-        f"Try {remedy}."
-    )
+def doubts(understood: Understood) -> list[str]:
+    """Return what looks like noise; a standard has none."""
+    doubt = "" if understood.is_exact else noise(understood.figure)
+    return [doubt] if doubt else []
 
 
 def answer_table(understood: Understood) -> Table:
@@ -87,7 +77,7 @@ def answer_table(understood: Understood) -> Table:
         tightest = int(np.argmax(sign * figure.curvature))
         if sign * figure.curvature[tightest] > 0:
             rows.append(
-                Row(f"least radius, {name} [mm]", [_radius(figure, tightest), *_at(figure, tightest)])
+                Row(f"least radius, {name} [mm]", [radius_text(figure, tightest), *_at(figure, tightest)])
             )
     steepest = int(np.argmax(np.abs(figure.inclination)))
     rows.append(
@@ -97,7 +87,7 @@ def answer_table(understood: Understood) -> Table:
 
 
 def _sections(understood: Understood) -> Iterator[Section | Folded]:
-    doubtful = list(doubts(understood))
+    doubtful = doubts(understood)
     if doubtful:
         yield Section("", [Items(doubtful)])
     notes = [note for note in understood.figure.notes if not note.startswith((UNIT, Y, Z, SMOOTHED, THROUGH))]
@@ -118,11 +108,6 @@ def _smoothing(figure: ProfileFigure) -> str:
 
 def _without_stop(note: str) -> str:
     return note.removesuffix(".")
-
-
-def _radius(figure: ProfileFigure, at: int) -> str:
-    """Return a radius [mm]."""
-    return f"{1 / abs(figure.curvature[at]):.3g}"
 
 
 def _at(figure: ProfileFigure, k: int) -> list[str | Cell]:

@@ -14,7 +14,7 @@ from compare.shifts.geometry import ABOUT
 from compare.shifts.rolling import labelled_rolling, rolling_wheelsets
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.shifts.placement import layout_of, sections_of, understood
+from femic.shifts.placement import doubts, layout_of, sections_of, understood
 from femic.shifts.specification import ShiftsFile
 from geometries.errors import Failure
 from geometries.track.layout import Layout
@@ -32,6 +32,8 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     start = perf_counter()
     sections = sections_of(specification)
     layout = layout_of(specification, sections)
+    for doubt in doubts(sections):
+        options.watch.on_stage(doubt)
     study = Study(specification, layout, options)
     positions, refused = _positions(layout, specification)
     for shift, reason in refused.items():
@@ -58,6 +60,7 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
         alike=int(study.alike),
         refused=json.dumps(refused),
         notes=json.dumps(understood(sections, layout)),
+        doubts=json.dumps(doubts(sections)),
         neglected=json.dumps(neglected),
         specification=text,
         seconds=perf_counter() - start,

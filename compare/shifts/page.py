@@ -44,6 +44,8 @@ def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    if doubts := json.loads(dataset.attrs["doubts"]):
+        yield Section("", [Items(doubts)])
     yield Section("", [pressures(dataset), Note(_reading(dataset))])
     if "F_x" in dataset:
         yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])

@@ -6,7 +6,9 @@ from pathlib import Path
 from femic.scenes.profiles import Reading, prepared_file
 from femic.shifts.specification import ProfileTable, ShiftsFile
 from geometries.profiles.named import named
+from geometries.profiles.noise import noise
 from geometries.profiles.placement import Curve
+from geometries.profiles.preparation import figure_of
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
@@ -16,11 +18,12 @@ NAMES = ("left rail", "right rail", "left wheel", "right wheel")
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A profile as a curve, and sentences about how it was understood."""
+    """A profile as a curve, sentences about how it was understood, and one on what looks like noise."""
 
     name: str
     curve: Curve
     notes: tuple[str, ...]
+    doubt: str = ""
 
 
 Sections = tuple[Section, Section, Section, Section]
@@ -34,7 +37,7 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
     choice = SectionChoice(table.section, table.section_at)
     how = Reading(kind, table.axes, table.unit, table.surface, table.tolerance, choice)
     prepared = prepared_file(Path(table.profile), how)
-    return Section(prepared.name, prepared, prepared.notes)
+    return Section(prepared.name, prepared, prepared.notes, noise(figure_of(prepared)))
 
 
 def sections_of(specification: ShiftsFile) -> Sections:
@@ -73,3 +76,13 @@ def understood(sections: Sections, layout: Layout) -> tuple[str, ...]:
         for note in section.notes
     ]
     return (*own, *(f"{note[0].upper()}{note[1:]}." for note in layout.notes))
+
+
+def doubts(sections: Sections) -> tuple[str, ...]:
+    """Return sentences about what looks like noise in the profiles, one for each profile."""
+    own = {
+        section.name: f"{name}, {section.name}: {section.doubt}"
+        for name, section in zip(NAMES[::-1], sections[::-1], strict=True)
+        if section.doubt
+    }
+    return tuple(own.values())[::-1]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from compare.profiles.figures import over_length, section
-from compare.profiles.page import LEAST_RADIUS, answer_table, doubts, summary, write_profile_page
+from compare.profiles.page import answer_table, doubts, summary, write_profile_page
 from compare.profiles.understood import of_file, of_package
 from compare.report.interactive import as_json
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.profiles.named import NAMED
+from geometries.profiles.noise import LEAST_RADIUS
 from tests.pages import widest
 from tests.samples import ERROR, write_head
 

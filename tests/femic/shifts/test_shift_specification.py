@@ -5,12 +5,13 @@ import tomllib
 import numpy as np
 import pytest
 
-from femic.shifts.placement import layout_of, sections_of, understood
+from femic.shifts.placement import doubts, layout_of, sections_of, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
 from geometries.profiles.standards import standard_profile
 from geometries.track.worn_standards import unworn
+from tests.samples import ERROR, write_head
 
 MINIMAL = '[rail]\nprofile = "60E1"\n[wheel]\nprofile = "S1002"\n'
 
@@ -111,3 +112,13 @@ def test_the_worn_pair_keeps_its_gauge():
     assert left.rail.offset[0] == pytest.approx(unworn_left.rail.offset[0], abs=0.05)
     assert left.wheel.offset[0] == pytest.approx(unworn_left.wheel.offset[0], abs=1e-9)
     assert left.rail.angle == unworn_left.rail.angle
+
+
+@pytest.mark.parametrize(("tolerance", "is_noisy"), [(0.0, True), (ERROR, False)])
+def test_what_looks_like_noise_is_said_once_for_both_sides(tmp_path, tolerance, is_noisy):
+    """Errors of alternating sign bend the curve far more than an arc of 30 mm."""
+    write_head(tmp_path / "mine.txt")
+    rail = f'[rail]\nprofile = "mine.txt"\naxes = "field"\ntolerance = {tolerance}\n'
+    found = doubts(sections_of(loaded(tmp_path, rail + '[wheel]\nprofile = "S1002"\n')))
+    assert len(found) == is_noisy
+    assert all(doubt.startswith("left rail, mine: The least radius is 0") for doubt in found)
