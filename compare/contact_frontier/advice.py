@@ -1,5 +1,6 @@
 """Advice on the cheapest ICs for wanted numbers of a contact, with the evidence for it."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -9,6 +10,7 @@ import xarray as xr
 
 from approx.variants import needed
 from compare.contact_frontier.compute import (
+    BEYOND_BUDGET,
     NO_MAPS,
     ContactRequest,
     compute_contact_frontier,
@@ -17,6 +19,7 @@ from compare.contact_frontier.compute import (
 from compare.contact_frontier.errors import worst
 from compare.contact_frontier.ways import TIGHTEST, approximations
 from compare.frontier.advice import REFERENCE_FACTOR, cheapest
+from compare.report.looks import symbol_of
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.load import load_scene
@@ -44,7 +47,7 @@ Expect = Callable[[ContactProblem, Sequence[str]], Expectation | None]  # None: 
 class ContactQuestion:
     """The numbers of a contact that are wanted, and the tolerance of their errors [-].
 
-    Raises WrongInput for no number, and unless the tolerance is between 0 and 1.
+    Raises WrongInput for no number, and unless the tolerance is above 0 and at most 1.
     """
 
     wants: tuple[str, ...]
@@ -55,7 +58,7 @@ class ContactQuestion:
         if not self.wants:
             raise WrongInput("--want: name one number or more, such as p_max,F_x")
         if not 0 < self.tolerance <= 1:
-            raise WrongInput(f"--tolerance {self.tolerance:g}: between 0 and 1")
+            raise WrongInput(f"--tolerance {self.tolerance:g}: must be above 0 and at most 1")
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def advise_contact(dataset: xr.Dataset, question: ContactQuestion) -> ContactAdv
             f"no way meets {question.tolerance:g}: the best, {best.way.item()}, is known to "
             f"{best.bound.item():.2g} in {best.number.item()} at {best.case.item()} (the reference, "
             f"{dataset.attrs['best']}, has an estimate of {best.floor.item():.2g} there): give a larger "
-            "tolerance, fewer numbers, or more contact.elements"
+            f"tolerance, fewer numbers, or more contact.elements{_beyond_budget(dataset)}"
         )
     way = errors.isel(way=number)
     return ContactAdvice(
@@ -132,6 +135,13 @@ def advise_contact(dataset: xr.Dataset, question: ContactQuestion) -> ContactAdv
         " ".join(_reasons(dataset, question, way)),
         str(way.way.item()),
     )
+
+
+def _beyond_budget(dataset: xr.Dataset) -> str:
+    """Return which ways the budget left out, in words, and the option that allows more."""
+    skipped = json.loads(dataset.attrs.get("skipped", "{}"))
+    left_out = [name for name, reason in skipped.items() if BEYOND_BUDGET in reason]
+    return f"; or a larger --budget, which left out {', '.join(left_out)}" if left_out else ""
 
 
 def _reasons(dataset: xr.Dataset, question: ContactQuestion, way: xr.Dataset) -> Iterator[str]:
@@ -178,6 +188,7 @@ def answer(
         expectation = effort.expect(scene.contact_problem, question.wants)
         if expectation is not None and (advice := expected_advice(scene, question, expectation)):
             return Answer(advice, None)
+        options.watch.on_stage("what is known of similar contacts does not decide: C is solved")
     tightest = max(question.tolerance / REFERENCE_FACTOR, TIGHTEST)
     request = ContactRequest(question.wants, effort.budget, tightest)
     dataset = compute_contact_frontier(base, request, options, given)
@@ -187,20 +198,26 @@ def answer(
 def expected_advice(
     scene: Scene, question: ContactQuestion, expectation: Expectation
 ) -> ContactAdvice | None:
-    """Return the first approximation, simplest first, of which enough is known; None where none is.
+    """Return the closest approximation of which enough is known; None where none is.
 
+    All take milliseconds; the simplest that is good enough, for programs without the others, is named, too.
     What is known is of ICs without a fit.
     """
     fitted = scene.pair.has_effective("combined")
-    for name in approximations(scene):
-        if fitted and any(form.effective for form in needed([name])):
-            continue
-        bound = max(expectation.high(name, number) for number in question.wants)
-        if bound <= question.tolerance:
-            known = [expectation.sentence_of(name, number) for number in question.wants]
-            because = " ".join([*known, OF_ICS_ALONE])
-            return ContactAdvice(question, name, {"contact": {"ics": [name]}}, bound, because)
-    return None
+    bounds = {
+        name: max(expectation.high(name, number) for number in question.wants)
+        for name in approximations(scene)
+        if not (fitted and any(form.effective for form in needed([name])))
+    }
+    enough = [name for name, bound in bounds.items() if bound <= question.tolerance]
+    if not enough:
+        return None
+    closest, simplest = min(enough, key=bounds.__getitem__), enough[0]
+    known = [expectation.sentence_of(closest, number) for number in question.wants]
+    if simplest != closest:
+        known.append(f"{symbol_of(simplest)} is good enough, too: expected within {bounds[simplest]:.1%}.")
+    because = " ".join([*known, OF_ICS_ALONE])
+    return ContactAdvice(question, closest, {"contact": {"ics": [closest]}}, bounds[closest], because)
 
 
 def sentence(advice: ContactAdvice) -> str:
@@ -212,7 +229,8 @@ def sentence(advice: ContactAdvice) -> str:
         *([f"engine.tolerance = {tolerance:g}"] if tolerance else []),
     ]
     setting = " with ".join(filter(None, [f"contact.ics = [{advice.ics!r}]", " and ".join(settings)]))
+    known = "to" if advice.way else "expected within"
     return (
-        f"Use {setting}: {', '.join(advice.question.wants)} to {advice.bound:.2%} (tolerance "
+        f"Use {setting}: {', '.join(advice.question.wants)} {known} {advice.bound:.2%} (tolerance "
         f"{advice.question.tolerance:.2%}). {advice.because}"
     )

@@ -32,6 +32,7 @@ from femic.scenes.wants import Want, chosen_wants, wants_of
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
+BEYOND_BUDGET = "of the budget are left"
 NO_MAPS: Mapping[str, Any] = {}
 GROWTH = 2.5  # exponent of the elements across a patch in the seconds of contacts: measured 1 to 3
 FURTHER = 4.0  # seconds of a contact with its estimates, over those of the contact alone
@@ -83,7 +84,9 @@ def compute_contact_frontier(
     references = [way for way in solver.solved if way.kind not in (APPROXIMATION, MAP_OF_C)]
     if not references:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in solver.skipped.items())
-        raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
+        raise Failure(
+            f"no reference C within the budget of {request.budget:g} s ({reasons}): give a larger --budget"
+        )
     best = best_reference({way: solver.solved[way].numbers for way in references}, wants, scene)
     dataset = frontier_dataset(solver.solved, wants, best)
     return dataset.assign_attrs(
@@ -168,7 +171,7 @@ class _Solver:
             predicted, left = self._predicted(group), budget - (perf_counter() - start)
             names = [way.name for way in group]
             if predicted > left:
-                reason = f"about {predicted:.0f} s, but {max(left, 0):.0f} s of the budget are left"
+                reason = f"about {predicted:.0f} s, but {max(left, 0):.0f} s {BEYOND_BUDGET}"
                 self.skipped.update(dict.fromkeys(names, reason))
                 continue
             self.options.watch.on_stage(f"  {'; '.join(names)}: about {predicted:.0f} s")

@@ -117,10 +117,10 @@ def frontier_for(
 def request_for(base: str, question: Question) -> FrontierRequest:
     """Return the request for the approximations of one body, and C of the scene's engine to measure them.
 
-    Raises WrongInput unless the tolerance is between 0 and 1.
+    Raises WrongInput unless the tolerance is above 0 and at most 1.
     """
     if not 0 < question.tolerance <= 1:
-        raise WrongInput(f"--tolerance {question.tolerance:g}: between 0 and 1")
+        raise WrongInput(f"--tolerance {question.tolerance:g}: must be above 0 and at most 1")
     changes = {"components": list(question.components), "bodies": [question.body]}
     kind, tightest = engine_table(base)["kind"], question.tolerance / REFERENCE_FACTOR
     return FrontierRequest(tuple(ways.engine_ways(kind, tightest)), changes=changes)

@@ -103,7 +103,9 @@ def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = 
         way_results.append(_way_result(way, computed[way.name]))
     if not computed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
-        raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
+        raise Failure(
+            f"no reference C within the budget of {request.budget:g} s ({reasons}): give a larger --budget"
+        )
     best = min(computed, key=lambda name: _worst_estimate(computed[name]))
     return _dataset(scene, way_results, (best, computed[best]), skipped)
 

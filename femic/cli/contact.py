@@ -51,6 +51,10 @@ def contact(
     for loaded in scenes:
         compute.require_solvable(loaded)  # raises before any work starts
         pages.require_page(loaded)
+        if not ics and loaded.ics == AUTO and not loaded.want:
+            raise WrongInput(
+                "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
+            )
         if loaded.name in questions:
             contact_advice.require_answerable(loaded, questions[loaded.name])
     mapped = [
