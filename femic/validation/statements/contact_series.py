@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from compare.contact.crossings import PairDeviations
 from femic.contact.estimates import Numbers
+from femic.contact.finite_elements.supports import rigid_compliance
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import Operator
@@ -90,6 +91,11 @@ class ContactSeries:
         for ics in ICS:  # a grid that is too short for one of them is made longer
             shared.solve(largest, ics)
         return shared
+
+    @cached_property
+    def rigid_compliance(self) -> float:
+        """M_zz [mm/N] of both bodies on their supports, which the discount takes from approaches with C."""
+        return rigid_compliance(self.problem, self.options)
 
     def grid_of(self, load: float) -> SharedGrid:
         """Return the grid of a load [N]."""

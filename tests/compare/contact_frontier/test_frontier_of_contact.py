@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact_frontier.advice import OF_ICS_ALONE, ContactQuestion, Effort, answer, sentence
+from compare.contact_frontier.advice import ContactQuestion, Effort, answer, sentence
 from compare.contact_frontier.compute import ContactRequest, compute_contact_frontier
 from compare.contact_frontier.page import write_contact_frontier
 from compare.contact_frontier.ways import fineness, ways_of
