@@ -53,12 +53,14 @@ class WithinLimit:
 class BeyondLimit:
     """A case beyond the limits, under the label `at`, with the program's message, or an empty text.
 
-    `computed`: it is computed all the same, and the text has its error.
+    `computed`: it is computed all the same, and the text has its error. `failed`: it is not refused, but
+    fails on the way, and the text says why.
     """
 
     at: str
     says: str
     computed: bool = False
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,22 +91,36 @@ class LimitResult:
         return max(self.reached, key=lambda case: case.error)
 
 
-def refusal(label: str, call: Callable[[], object]) -> Callable[[], BeyondLimit]:
+def refusal(
+    label: str, call: Callable[[], object], also: tuple[type[Failure], ...] = ()
+) -> Callable[[], BeyondLimit]:
     """Return a case that makes a call beyond the limits; its text is the last line of the error message.
 
-    Input is refused before any work, and a contact that leaves its bodies when that is found.
+    Input is refused before any work. What shows on the way only is refused by the failures `also`; any other
+    failure is one of the case.
     """
 
     def case() -> BeyondLimit:
         try:
             call()
         except WrongInput as error:
-            return BeyondLimit(label, str(error).split("\n")[-1].strip())
+            return BeyondLimit(label, _last_line(str(error)))
         except Failure as error:
-            return BeyondLimit(label, in_keys(error).split("\n")[-1].strip())
+            return BeyondLimit(label, _last_line(in_keys(error)), failed=not _is_of(error, also))
         return BeyondLimit(label, "")
 
     return case
+
+
+def _last_line(message: str) -> str:
+    return message.rsplit("\n", maxsplit=1)[-1].strip()
+
+
+def _is_of(error: BaseException | None, kinds: tuple[type[Failure], ...]) -> bool:
+    """Whether a failure is of some kinds; a plain `Failure` is of the kind that it was raised in place of."""
+    while type(error) is Failure:
+        error = error.__context__
+    return isinstance(error, kinds)
 
 
 def _result(case: Callable[[], WithinLimit]) -> WithinLimit:

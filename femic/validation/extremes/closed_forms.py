@@ -3,21 +3,18 @@
 Each returns the numbers that it has of a contact of rollers; similar bodies unless it says otherwise.
 """
 
-from dataclasses import replace
-from functools import cache
-
 import numpy as np
 
 from femic.contact.exact.carter import TractiveRolling
-from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from femic.contact.exact.full_stick import StickingPoint
 from femic.contact.exact.hertz import LineContact, LoadedPoint
 from femic.contact.loading import Loading
 from femic.contact.specification import ContactProblem, FrictionSpecification
-from femic.validation.extremes.contacts import Solved, hertz_of, one_of_two
+from femic.validation.extremes.bodies import hertz_of, one_of_two
+from femic.validation.extremes.contacts import Solved, Truth
+from femic.validation.kalker import coefficients_of
 
 STRIPS = 4001  # of an ellipse
-DIGITS = 9  # of the aspect of an ellipse
 
 
 def kalker(solved: Solved) -> dict[str, float]:
@@ -32,15 +29,8 @@ def _sticking(
 ) -> tuple[float, float, float]:
     """Return F_x, F_s [N] and M_n [N mm] of a patch where nothing slips."""
     constants = problem.pair.constants
-    coefficients = _coefficients(float(f"{patch.a / patch.b:.{DIGITS}g}"), float(constants.nu))
-    coefficients = replace(coefficients, a=patch.a, b=patch.b)
+    coefficients = coefficients_of(patch, float(constants.nu))
     return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
-
-
-@cache
-def _coefficients(aspect: float, nu: float) -> CreepageCoefficients:
-    """Return Kalker's coefficients of an aspect a/b; they do not depend on the size."""
-    return creepage_coefficients(float(np.sqrt(aspect)), float(1 / np.sqrt(aspect)), nu)
 
 
 def sliding(solved: Solved) -> dict[str, float]:
@@ -108,3 +98,8 @@ def asked_of(solved: Solved) -> FrictionSpecification:
     asked = solved.problem.specification.friction
     assert asked is not None
     return asked
+
+
+KALKER, SLIDING, CARTER = Truth("Kalker", kalker), Truth("Coulomb", sliding), Truth("Carter", carter)
+TURNING, TWO_OF_KALKER = Truth("turning circle", turning), Truth("two of Kalker", two_of_kalker)
+NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full stick", full_stick)

@@ -97,13 +97,15 @@ def _within(cases: Sequence[tuple[str, WithinLimit]]) -> Iterator[str]:
 
 def _beyond(results: Sequence[LimitResult]) -> Iterator[str]:
     cases = [case for result in results for case in result.beyond]
-    silent = [case.at for case in cases if not case.says]
+    silent = [case.at for case in cases if not (case.says or case.failed)]
+    failed = [case.at for case in cases if case.failed]
     computed = sum(case.computed for case in cases)
+    refused = len(cases) - len(silent) - len(failed) - computed
     if cases:
         yield (
-            f"Of {len(cases)} cases beyond them femic refuses {len(cases) - len(silent) - computed} with a "
-            "message"
+            f"Of {len(cases)} cases beyond them femic refuses {refused} with a message"
             + (f" and computes {computed} all the same" if computed else "")
             + (f"; it says nothing at {', '.join(silent)}" if silent else "")
+            + (f"; it fails instead at {', '.join(failed)}" if failed else "")
             + "."
         )

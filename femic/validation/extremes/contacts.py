@@ -9,27 +9,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from compare.contact.compute import require_solvable
 from femic.contact.estimates import Measured, Numbers
-from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
-from femic.contact.extra_gap import ExtraGap, Profile
+from femic.contact.extra_gap import ExtraGap
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.quantities import ALL, Quantity, kinds
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.extremes.cases import BeyondLimit, Limit, WithinLimit, refusal
-from femic.validation.extremes.engines import NO_CHANGES, Changes
-from geometries.contours import Contour
+from femic.validation.extremes.engines import Changes
+from geometries.errors import Failure
 from geometries.grids import Grid
 
 FINER = 4  # by which elements of a reference contact are smaller
-STEP = 1e-4  # mm, to both sides of a crown, for its curvature
-BUMP_POINTS = 4001  # of a gap that is linear between them
 FORCES = ("F_x", "F_y")
 OF_LARGEST = ("sliding_share", "dissipation")  # they may be nearly 0 without symmetry
 VANISHES = 1e-9  # of the largest possible: smaller forces vanish by symmetry
@@ -99,12 +95,16 @@ class ContactCase:
 
 @dataclass(frozen=True)
 class BeyondContact:
-    """A scene beyond the limits, under a label: refused when it is read, or when it is solved."""
+    """A scene beyond the limits, under a label: refused when it is read, or when it is solved.
+
+    When it is solved, the failures `also` count as refusals.
+    """
 
     label: str
     base: str
     changes: Changes
     solve: Solver
+    also: tuple[type[Failure], ...] = ()
 
     def result(self, options: RunOptions) -> BeyondLimit:
         """Return the message of femic."""
@@ -114,7 +114,7 @@ class BeyondContact:
             require_solvable(scene)
             return self.solve(scene.contact_problem, options)
 
-        return refusal(self.label, solve)()
+        return refusal(self.label, solve, self.also)()
 
 
 def problem_of(base: str, changes: Changes, gap: ExtraGap | None = None) -> ContactProblem:
@@ -188,20 +188,6 @@ def same_as(name: str, other: ContactCase, options: RunOptions, factors: Numbers
     return Truth(name, of)
 
 
-def hertz_of(problem: ContactProblem) -> LoadedPoint:
-    """Return the contact of Hertz of the bodies at their crowns, under the last load."""
-    lower, upper = (problem.bodies[name] for name in ("lower", "upper"))
-    modulus = combined_modulus(upper.material, lower.material)
-    across = _curvature(lower.contour) - _curvature(upper.contour)
-    surfaces = PointContact(1 / upper.rolling_radius, across, modulus)
-    return surfaces.at_load(problem.specification.loads[-1])
-
-
-def _curvature(contour: Contour) -> float:
-    """Return the derivative of the inclination at s = 0 [1/mm]."""
-    return float(np.ptp(contour.inclination(np.array([-STEP, STEP])))) / (2 * STEP)
-
-
 @dataclass(frozen=True)
 class ContactLimit:
     """A parameter with its range, and contacts within and beyond it."""
@@ -220,84 +206,3 @@ class ContactLimit:
             [partial(case.result, options) for case in self.within],
             [partial(case.result, options) for case in self.beyond],
         )
-
-
-# --- scenes ----------------------------------------------------------------------------------------------
-
-CROWN, ROLLER = 300.0, 500.0  # mm
-TIGHT = 10.0  # radius of the arc of a rail that a groove embraces [mm]
-FLANK = 60.0  # degrees
-BUMP_RADIUS, APART = 50.0, 6.0  # of two bumps, and their distance [mm]
-BUMP_GRID = {"n_x": 48, "n_s": 208, "dx": 0.04, "ds": 0.04}
-
-
-def crossed(
-    load: float,
-    *,
-    crown: float = CROWN,
-    roller: float = ROLLER,
-    bodies: Changes = NO_CHANGES,
-    **contact: Any,
-) -> Changes:
-    """Return changes of `flat`: a roller on a rail with a crown, so flat that Hertz and A hold.
-
-    `bodies` has further keys of both.
-    """
-    return {
-        "lower": {"contour": _arc(crown, 20.0), **bodies.get("lower", {})},
-        "upper": {"rolling_radius": roller, **bodies.get("upper", {})},
-        "contact": {"loads": [load], "ics": ["A"], **contact},
-    }
-
-
-def conformal(
-    load: float,
-    ratio: float,
-    *,
-    flanks: float | list[float] = FLANK,
-    roller: float = ROLLER,
-    bodies: Changes = NO_CHANGES,
-    **contact: Any,
-) -> Changes:
-    """Return changes of `geometry1`: a wheel whose groove is by a ratio wider than the rail it embraces.
-
-    `bodies` has further keys of both.
-    """
-    return {
-        "lower": {"contour": _arc(TIGHT, flanks), **bodies.get("lower", {})},
-        "upper": {
-            "contour": _arc(TIGHT * (1 + ratio), flanks),
-            "rolling_radius": roller,
-            **bodies.get("upper", {}),
-        },
-        "contact": {"loads": [load], "ics": ["Bhat"], **contact},
-        "engine": {"kind": "harmonic", "check": False, "tolerance": 0.1},
-    }
-
-
-def _arc(radius: float, flanks: float | list[float]) -> Changes:
-    return {"kind": "arc", "radius": radius, "flank_inclination_deg": flanks}
-
-
-def bumps(*, load: float = 200.0, automatic: bool = False, **contact: Any) -> Changes:
-    """Return changes of `flat`: a roller above two bumps (`two_bumps`), on a grid that has both."""
-    own: Changes = {} if automatic else {"grid": BUMP_GRID, "rotation_reach": 5.0}
-    kind = "automatic" if automatic else "scene"
-    return {
-        **own,
-        "upper": {"rolling_radius": BUMP_RADIUS},
-        "contact": {"loads": [load], "ics": ["A"], "grid": kind, **contact},
-    }
-
-
-def two_bumps() -> Profile:
-    """Return the gap between a plane and two bumps along x, by whose radius it is curved."""
-    s = np.linspace(-4 * APART, 4 * APART, BUMP_POINTS)
-    return Profile(s, (np.abs(s) - APART / 2) ** 2 / (2 * BUMP_RADIUS))
-
-
-def one_of_two(problem: ContactProblem) -> LoadedPoint:
-    """Return the contact of Hertz of one of two bumps, under half of the load."""
-    modulus = combined_modulus(*(problem.bodies[name].material for name in ("upper", "lower")))
-    curvature = 1 / BUMP_RADIUS
-    return PointContact(curvature, curvature, modulus).at_load(problem.specification.loads[-1] / 2)

@@ -5,27 +5,31 @@ from dataclasses import replace
 import numpy as np
 
 from femic.contact.extra_gap import Profile
+from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, measured, numbers
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
+from femic.validation.extremes.bodies import (
+    APART,
+    base_of,
+    bumps,
+    conformal,
+    crossed,
+    hertz_of,
+    one_of_two,
+    two_bumps,
+)
 from femic.validation.extremes.cases import CONTACT, Limit
 from femic.validation.extremes.contacts import (
-    APART,
     BeyondContact,
     ContactCase,
     ContactLimit,
     Solved,
     Truth,
-    bumps,
-    conformal,
-    crossed,
     finer,
-    hertz_of,
-    one_of_two,
     same_as,
     scales_of,
-    two_bumps,
 )
 from femic.validation.extremes.engines import Changes
 from geometries.grids import Grid
@@ -83,7 +87,7 @@ def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:
             "1e-3 N … the end of a contour",
             loads,
             [
-                _beyond("tall, 1e7 N", {"contact": {"loads": [1e7], **tall["contact"]}}, base="tall"),
+                _leaves("tall, 1e7 N", {"contact": {"loads": [1e7], **tall["contact"]}}, base="tall"),
                 _beyond("tall, 1e8 N", {"contact": {"loads": [1e8], **tall["contact"]}}, base="tall"),
                 _beyond("-1 N", crossed(-1.0)),
                 _beyond("1e16 N", crossed(1e16)),
@@ -128,7 +132,7 @@ def _of_shapes(options: RunOptions) -> list[ContactLimit]:
                 *(against_finer(f"{ratio:g}", conformal(10.0, ratio)) for ratio in (1e-4, 1e-3, 9.0)),
                 with_c("0.001, C", conformal(10.0, 1e-3), options),
             ],
-            [_beyond("0", conformal(10.0, 0.0)), _beyond("-0.01", conformal(10.0, -0.01))],
+            [_beyond("0", conformal(10.0, 0.0)), _leaves("-0.01", conformal(10.0, -0.01))],
         ),
         ContactLimit(
             "patch aspect a/b",
@@ -188,8 +192,13 @@ def _hertz(problem: ContactProblem) -> dict[str, float]:
     return {name: float(getattr(hertz, name)) for name in SHAPE}
 
 
-def _beyond(label: str, changes: Changes, base: str = "flat") -> BeyondContact:
-    return BeyondContact(label, "geometry1" if "engine" in changes else base, changes, pressed)
+def _beyond(label: str, changes: Changes, base: str = "") -> BeyondContact:
+    return BeyondContact(label, base or base_of(changes), changes, pressed)
+
+
+def _leaves(label: str, changes: Changes, base: str = "") -> BeyondContact:
+    """Return a case whose contact grows beyond the ends of its contours, which its solution shows."""
+    return replace(_beyond(label, changes, base), also=(PotentialAreaTooSmall,))
 
 
 def _both(changes: Changes) -> dict[str, Changes]:

@@ -33,7 +33,7 @@ ERRORS = (
     "Time: of all models of a case, of a contact with its estimates."
 )
 OF_CONTACT = (CONTACT, FRICTION)
-TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate
+TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate, and of no refusal
 COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
 LOOKS = [  # of parameters; where there are more of these than colours, with markers of the next colours
     *COLOURED,
@@ -152,11 +152,20 @@ def _limits_table(rows: Sequence[Entry]) -> Table:
 
 def _beyond_table(rows: Sequence[Entry]) -> Table:
     """Return the table of messages in cases beyond the limits."""
-    cases = [(row, case) for row in rows for case in row["beyond"]]
     table_rows = [
-        Row(row["engine"], [row["parameter"], case["at"], case["says"] or "nothing"]) for row, case in cases
+        Row(row["engine"], [row["parameter"], case["at"], _message(case)])
+        for row in rows
+        for case in row["beyond"]
     ]
     return Table("part", ["parameter", "case", "message of femic"], table_rows, is_text=True)
+
+
+def _message(case: Entry) -> Cell:
+    """Return the cell of what femic says beyond a limit, coloured where it does not refuse the case."""
+    text = case["says"] or "nothing"
+    if case["failed"]:
+        return Cell(f"failed: {text}", colour=TOO_SMALL)
+    return Cell(text, colour="" if case["says"] else TOO_SMALL)
 
 
 def _cases_table(limits: Sequence[Entry]) -> Table:

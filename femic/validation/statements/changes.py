@@ -144,6 +144,13 @@ ANEW = (
         "after its first run, in which 0.155 to 0.192 missed: the sentence was read as agreement; it says "
         "where deviations are largest",
     ),
+    CriterionChange(
+        44,
+        "rolling without circles of a wheel: Carter, Kalker, full slip, Cattaneo",
+        "also cones that roll freely: creepage R / r - 1 to 0.002, forces of their spin to 0.02",
+        "reproduced",
+        "no statement saw a wrong sign in the circles of a wheel: on curved bodies it changes all ICs alike",
+    ),
 )
 
 OF_CONTACT = (

@@ -1,11 +1,10 @@
 """Statement 44: whether contact with friction is what closed forms say, on half-spaces.
 
-Carter's rolling cylinders, Kalker's linear coefficients, full slip, and Cattaneo's shift under load.
+Carter's rolling cylinders, Kalker's linear coefficients, full slip, Cattaneo's shift under load, and cones.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from approx.pair import Pair, Solid
 from compare.report.charts import Panel, curves_of
 from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.cattaneo import ShiftedPoint
-from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from femic.contact.exact.hertz import LineContact, PointContact, combined_modulus
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
@@ -25,6 +23,8 @@ from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.convolution import Convolution
 from femic.contact.rolling import RollingProblem
+from femic.validation.kalker import coefficients_of
+from femic.validation.statements import cones
 from femic.validation.statements.criteria import Numbers, Statement
 from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
@@ -154,12 +154,12 @@ def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, Rol
 def kalker_errors(_: Runs) -> Number:
     """Return errors of F_x, F_y, M_z at small creepages over the largest of Kalker's at this creepage."""
     length = np.sqrt(POINT.a * POINT.b)
-    exact_of = _coefficients()
+    exact_of = coefficients_of(POINT, STEEL.nu)
     errors: Number = {}
     for name, size in (("longitudinal", LITTLE), ("lateral", LITTLE), ("spin", LITTLE / length)):
         contact, wheel = rolls(BARELY_SLIPS, Creepages(**{name: size}))
         sizes = [size * (name == other) for other in ("longitudinal", "lateral", "spin")]
-        F_x, F_s, M_n = exact_of.forces(STEEL.E / 2 / (1 + STEEL.nu), *sizes)
+        F_x, F_s, M_n = exact_of.forces(STEEL.G, *sizes)
         exact = np.array([F_x, F_s, M_n / length])
         moment = float(np.sum(contact.p * wheel.weights["spin"])) / length
         found = np.array([*contact.force[:2], moment])
@@ -171,16 +171,10 @@ def kalker_errors(_: Runs) -> Number:
     return errors
 
 
-@cache
-def _coefficients() -> CreepageCoefficients:
-    """Return Kalker's coefficients of the ellipse."""
-    return creepage_coefficients(POINT.a, POINT.b, STEEL.nu)
-
-
 def _saturating() -> float:
     """Return the creepage at which Kalker's longitudinal force is friction times load."""
-    G = STEEL.E / 2 / (1 + STEEL.nu)
-    return float(FRICTION * LOAD / (G * POINT.a * POINT.b * _coefficients().C11))
+    C11 = coefficients_of(POINT, STEEL.nu).C11
+    return float(FRICTION * LOAD / (STEEL.G * POINT.a * POINT.b * C11))
 
 
 def full_slip_errors(_: Runs) -> Number:
@@ -280,6 +274,7 @@ STATEMENTS = (
             Numbers(cattaneo_tractions).below(
                 OF_TRACTION, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean"
             ),
+            *cones.CRITERIA,
         ),
         lambda runs: [*map(_carter_panel, CARTERS), *_cattaneo_panels(runs)],
         columns=3,

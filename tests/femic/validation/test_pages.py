@@ -148,7 +148,7 @@ BOTH = [
             WithinLimit("50 mm", 0.03, 0.08, 0.75, "a finer C", 4.0),
             WithinLimit("failed", np.inf, None, np.inf, "", 0.0, "not converged"),
         ),
-        (BeyondLimit("49 mm", ""),),
+        (BeyondLimit("49 mm", ""), BeyondLimit("48 mm", "not converged", failed=True)),
     ),
 ]
 
@@ -163,7 +163,8 @@ def test_the_summary_of_extremes_has_three_sentences(limits):
         "5 cases within the limits, 1 failed (solid, R_roll [mm]): in 2 of the 3 that have estimates, these "
         "bound every error.",
         "Elsewhere the largest error over its own estimate is 1.2 (harmonic, ν = 0.4999).",
-        "Of 2 cases beyond them femic refuses 1 with a message; it says nothing at 49 mm.",
+        "Of 3 cases beyond them femic refuses 1 with a message; it says nothing at 49 mm; it fails instead "
+        "at 48 mm.",
     ]
 
 
@@ -206,6 +207,18 @@ def test_contacts_have_a_panel_of_their_own_and_are_named_with_their_parameter()
     assert [curve.look.marker.endswith("-open") for curve in of_contacts.curves] == [False, True]
     assert of_contacts.title.startswith("filled: contact, open: friction")
     assert [row.name for row in page.answer.rows] == ["analytic", "harmonic", "contact", "friction"]
+
+
+def test_cases_beyond_that_are_not_refused_are_coloured(limits):
+    (table,) = (
+        block
+        for section in limits.sections
+        if getattr(section, "heading", "") == "Beyond the limits"
+        for block in section.blocks
+    )
+    messages = [row.filled[-1] for row in table.rows]
+    assert [cell.text for cell in messages] == ["must lie in 0 ... 0.5", "nothing", "failed: not converged"]
+    assert [bool(cell.colour) for cell in messages] == [False, True, True]
 
 
 def test_analytic_ics_alone_have_no_chart():

@@ -7,6 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.reference.accuracy import NotConverged
 from femic.reference.run_options import RunOptions
 from femic.validation.extremes import engines
 from femic.validation.extremes.cases import (
@@ -246,6 +249,55 @@ def test_a_refusal_is_reported_with_its_last_line():
 
     assert refusal("ν = 0.6", bad)() == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
     assert refusal("ν = 0.3", lambda: 0.3)() == BeyondLimit("ν = 0.3", "")
+
+
+def not_converged(*_):
+    raise NotConverged("after 5 iterations 3e-2, not 1e-6")
+
+
+def in_place_of(first, second):
+    """A call that raises the second error while it handles the first one."""
+
+    def call():
+        try:
+            raise first
+        except Failure:
+            raise second  # noqa: B904
+
+    return call
+
+
+SHORT, PLAIN = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), Failure("it reaches the end")
+
+
+@pytest.mark.parametrize(
+    ("call", "failed"),
+    [
+        (in_place_of(SHORT, PLAIN), False),
+        (in_place_of(SHORT, NotConverged("3e-2")), True),
+        (in_place_of(NotConverged("3e-2"), PLAIN), True),
+        (in_place_of(NotConverged("3e-2"), SHORT), False),
+        (not_converged, True),
+    ],
+    ids=["in place", "not converged in place", "in place of that", "named in place", "not converged"],
+)
+def test_only_failures_that_a_case_names_are_refusals(call, failed):
+    """A plain failure is of the kind that it was raised in place of."""
+    result = refusal("here", call, (PotentialAreaTooSmall,))()
+    assert result.failed == failed
+    assert result.says
+
+
+def test_without_names_no_failure_is_a_refusal_but_all_wrong_input_is():
+    def plain():
+        raise Failure("no: a larger `tolerance`")
+
+    def wrong():
+        raise WrongInput("no: nu")
+
+    assert refusal("", plain)() == BeyondLimit("", "no: a larger engine.tolerance", failed=True)
+    assert refusal("", not_converged)().failed
+    assert refusal("", wrong)() == BeyondLimit("", "no: nu")
 
 
 def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():

@@ -9,26 +9,38 @@ import pytest
 from scipy.integrate import quad
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, OF_ROLLING
 from femic.reference.run_options import RunOptions
-from femic.validation.extremes import closed_forms, compute, contacts, friction, frictionless, motions
+from femic.validation.extremes import (
+    closed_forms,
+    compute,
+    friction,
+    frictionless,
+    histories,
+    motions,
+    rolling,
+)
+from femic.validation.extremes.bodies import (
+    BUMP_RADIUS,
+    conformal,
+    crossed,
+    hertz_of,
+    one_of_two,
+    two_bumps,
+)
 from femic.validation.extremes.cases import CONTACT, FRICTION, WithinLimit
 from femic.validation.extremes.contacts import (
-    BUMP_RADIUS,
+    BeyondContact,
     ContactCase,
     Solved,
     Truth,
     compared,
-    conformal,
-    crossed,
     finer,
-    hertz_of,
-    one_of_two,
     problem_of,
     same_as,
-    two_bumps,
 )
-from geometries.errors import Failure
 from geometries.grids import Grid
 
 ALONE = RunOptions(1)
@@ -209,11 +221,11 @@ def test_the_stiffness_of_two_patches_is_the_derivative_of_their_load():
 
 
 def rollers(xi=0.0, coefficient=0.3, **keys):
-    return friction.case("", friction.rollers(xi, coefficient, **keys), Truth("", None))
+    return rolling.case("", rolling.rollers(xi, coefficient, **keys), Truth("", None))
 
 
 def test_kalkers_forces_are_those_of_the_ellipse_of_hertz():
-    case = replace(rollers(2e-4, lateral=1e-4, spin=3e-5), truth=friction.KALKER)
+    case = replace(rollers(2e-4, lateral=1e-4, spin=3e-5), truth=closed_forms.KALKER)
     hertz, constants = hertz_of(case.problem), case.problem.pair.constants
     coefficients = creepage_coefficients(hertz.a, hertz.b, constants.nu, degree=12)  # faster
     expected = coefficients.forces(constants.G, 2e-4, 1e-4, 3e-5)
@@ -223,15 +235,15 @@ def test_kalkers_forces_are_those_of_the_ellipse_of_hertz():
 
 def test_carters_strips_are_kalkers_force_of_slender_patches_and_friction_times_load():
     """Where nothing slips C11 tends to pi^2 / (4 (1 - nu)): within 1 % at a/b = 1/66."""
-    case = replace(rollers(1e-6, 1000.0, crown=1e5, roller=100.0), truth=friction.CARTER)
-    kalker = truth_of(replace(case, truth=friction.KALKER))["F_x"]
+    case = replace(rollers(1e-6, 1000.0, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
+    kalker = truth_of(replace(case, truth=closed_forms.KALKER))["F_x"]
     assert truth_of(case)["F_x"] == pytest.approx(kalker, rel=0.01)
-    slides = replace(rollers(0.5, 0.3, crown=1e5, roller=100.0), truth=friction.CARTER)
+    slides = replace(rollers(0.5, 0.3, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
     assert truth_of(slides)["F_x"] == pytest.approx(0.3 * 100.0, rel=0.01)
 
 
 def test_all_friction_opposes_the_slip_where_all_slides():
-    case = replace(rollers(0.3, 0.2, lateral=-0.4), truth=friction.SLIDING)
+    case = replace(rollers(0.3, 0.2, lateral=-0.4), truth=closed_forms.SLIDING)
     found = truth_of(case)
     assert (found["F_x"], found["F_y"]) == pytest.approx((0.2 * 100 * 0.6, 0.2 * 100 * 0.8))
     assert found["dissipation"] == pytest.approx(0.2 * 100 * 0.5)
@@ -270,7 +282,7 @@ def test_finer_contacts_are_nearer_to_hertz():
 
 
 def test_rolling_of_few_elements_has_kalkers_force():
-    case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=friction.KALKER)
+    case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=closed_forms.KALKER)
     known = motions.rolled(case.problem, ALONE)
     found, exact = known.numbers, case.truth.of(known)
     assert found["F_x"] == pytest.approx(exact["F_x"], rel=0.03)
@@ -280,7 +292,7 @@ def test_rolling_of_few_elements_has_kalkers_force():
 
 
 def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodies():
-    changes = friction._pressed_on_circle(0.3, {})
+    changes = histories._pressed_on_circle(0.3, {})
     changes = {**changes, "contact": {**changes["contact"], **FEWEST, "loads": [50.0, 100.0]}}
     known = motions.pressed(problem_of("flat", changes), ALONE)
     without = closed_forms.without_friction(known)
@@ -289,18 +301,18 @@ def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodie
 
 
 def test_loads_of_a_compression_let_its_radius_grow_in_equal_steps():
-    loads = friction._growing(64.0)
+    loads = histories._growing(64.0)
     assert loads[-1] == 64.0
     assert np.ptp(np.diff(np.cbrt([0.0, *loads]))) < 1e-12
 
 
 def test_full_stick_of_like_bodies_is_hertz():
-    changes = friction._pressed_on_circle(1000.0, {})
+    changes = histories._pressed_on_circle(1000.0, {})
     like = Solved(problem_of("flat", changes), None, {}, {}, {}, None)
     hertz = hertz_of(like.problem)
     found = closed_forms.full_stick(like)
     assert (found["a"], found["approach"]) == pytest.approx((hertz.a, hertz.approach), rel=1e-6)
-    unlike = problem_of("flat", friction._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
+    unlike = problem_of("flat", histories._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
     assert (
         closed_forms.full_stick(replace(like, problem=unlike))["approach"] < 0.99 * hertz_of(unlike).approach
     )
@@ -335,16 +347,29 @@ def test_each_case_beyond_has_a_message_with_its_number(part):
     for name, case in refused(part):
         result = case()
         assert any(field in result.says for field in fields), (name, result)
+        assert not result.failed, (name, result)
 
 
-def test_a_failure_is_a_message_too():
+def test_contacts_that_leave_their_contours_are_refused_when_they_are_solved_and_no_others():
+    """All others are refused before (the test above)."""
+    every = [case.func.__self__ for part in (CONTACT, FRICTION) for _, case in refused(part)]
+    solved_first = [case for case in every if case.also]
+    assert [case.label for case in solved_first] == ["tall, 1e7 N", "-0.01"]
+    for case in solved_first:
+        assert replace(case, also=()).result(ALONE).failed, case.label
+
+
+def test_a_failure_beyond_is_a_refusal_only_where_the_case_names_it():
     def failing(*_):
-        raise Failure("no contact, and what to try")
+        raise PotentialAreaTooSmall(("s > 0",), Loading(1.0))
 
-    case = contacts.BeyondContact("here", "flat", crossed(1.0), failing)
-    assert case.result(ALONE).says == "no contact, and what to try"
-    taken = contacts.BeyondContact("here", "flat", crossed(1.0), lambda *_: None)
-    assert not taken.result(ALONE).says
+    unnamed = BeyondContact("here", "flat", crossed(1.0), failing)
+    for case, failed in ((unnamed, True), (replace(unnamed, also=(PotentialAreaTooSmall,)), False)):
+        result = case.result(ALONE)
+        assert result.failed == failed
+        assert result.says.startswith("potential contact area")
+    taken = replace(unnamed, solve=lambda *_: None).result(ALONE)
+    assert (taken.says, taken.failed) == ("", False)
 
 
 def test_conformal_contacts_keep_their_flanks_and_materials():

@@ -45,7 +45,7 @@ def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond():
     assert {result.limit.name for result in results} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
     for result in results:
         assert result.worst.error < ROUNDING, result.limit.name
-        assert all(case.says for case in result.beyond)
+        assert all(case.says and not case.failed for case in result.beyond)
 
 
 def test_a_wrong_digit_is_found():
@@ -77,6 +77,7 @@ def test_cases_beyond_an_engine_are_refused_with_the_field(kind, engine):
     assert len(beyond) == 5
     for case in beyond:
         assert case.says, case.at
+        assert not case.failed, case.at
         assert any(field in case.says for field in ("nu", "patch", "lines", "inclin", "rolling_radius"))
 
 
@@ -117,6 +118,18 @@ def test_an_estimate_that_is_too_small_is_counted():
     assert "1.1 (solid, ν = 0)" in text
     assert "Of 3 cases beyond them femic refuses 1 with a message and computes 1 all the same" in text
     assert "it says nothing at here" in text
+    assert "fails" not in text
+
+
+def test_a_failure_beyond_a_limit_is_no_refusal():
+    """Also one without a message, which counts once."""
+    beyond = (
+        BeyondLimit("here", "no"),
+        BeyondLimit("there", "not converged", failed=True),
+        BeyondLimit("far", "", failed=True),
+    )
+    text = summary([LimitResult(Limit("solid", "ν", "", ()), (), beyond)])
+    assert "Of 3 cases beyond them femic refuses 1 with a message; it fails instead at there, far." in text
 
 
 def test_cases_without_estimates_and_those_that_failed_are_said_to_be_so():

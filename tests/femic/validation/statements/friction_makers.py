@@ -207,5 +207,9 @@ MADE = {  # the threshold, and runs for a value
     (45, "approach"): (1e-5, lambda v: moved(approach=v)),
 }
 BY_CLOSED_FORMS = {  # tests/femic/validation/statements/test_closed_forms.py
-    (44, name) for name in ("Carter", "Carter stick", "Kalker", "full slip", "Cattaneo", "Cattaneo tractions")
+    (44, name)
+    for name in (
+        *("Carter", "Carter stick", "Kalker", "full slip", "Cattaneo", "Cattaneo tractions"),
+        *("circles", "spin of cones"),
+    )
 }

@@ -10,23 +10,31 @@ from femic.contact import frictional
 from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.friction.motion import Shift, SteadyRolling
 from femic.contact.rolling import RollingProblem
-from femic.validation.statements import closed_forms
+from femic.contact.undeformed import Undeformed
+from femic.validation.statements import closed_forms, cones
 from femic.validation.statements.registry import STATEMENTS
 from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS
 
 CRITERIA = {criterion.name: criterion for criterion in STATEMENTS[44].criteria}
-RUNS = SimpleNamespace(remembered=lambda _, compute: compute(RUNS))
 VELOCITY, BOUND = RollingKinematics.rigid_velocity, frictional.FrictionalProblem.bound
 SLIP, GIVEN, WEIGHTS = SteadyRolling.slip_of, Shift.given.fget, RollingProblem.weights.func
+HEIGHT = Undeformed.upper_height
 
 
 def missed(names=CRITERIA):
-    """Those of some criteria that are missed in some case."""
-    chosen = {name: CRITERIA[name] for name in names}
+    """Those of some criteria that are missed in some case; contacts are solved once for all of them."""
+    memory = {}
+
+    def remembered(of, compute):
+        if of not in memory:
+            memory[of] = compute(None)
+        return memory[of]
+
+    runs, chosen = SimpleNamespace(remembered=remembered), {name: CRITERIA[name] for name in names}
     return {
         name
         for name, criterion in chosen.items()
-        if not all(map(criterion.met, criterion.measure(RUNS).values()))
+        if not all(map(criterion.met, criterion.measure(runs).values()))
     }
 
 
@@ -76,6 +84,30 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
         lambda self, u: 2 * SLIP(self, u),
         {"Carter", "Kalker"},
     ),
+    "sign of the wheel's circles": (
+        RollingKinematics,
+        "rigid_velocity",
+        lambda self, creepages: VELOCITY(replace(self, height=-self.height), creepages),
+        {"circles", "spin of cones"},
+    ),
+    "height of the wheel to the other side": (
+        Undeformed,
+        "upper_height",
+        lambda self, s: -HEIGHT(self, s),
+        {"circles", "spin of cones"},
+    ),
+    "height from the touching point": (
+        Undeformed,
+        "upper_height",
+        lambda self, s: HEIGHT(self, s) - HEIGHT(self, self.touching[0]),
+        {"circles"},
+    ),
+    "sign of the wheel's fall and rise": (
+        RollingKinematics,
+        "rigid_velocity",
+        lambda self, creepages: VELOCITY(replace(self, x=-self.x), creepages),
+        {"spin of cones"},
+    ),
     "sign of a shift": (
         Shift,
         "given",
@@ -85,7 +117,10 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
 }
 
 
-QUICK = ("friction by a tenth", "displacements count twice in slip")
+QUICK = (
+    *("friction by a tenth", "displacements count twice in slip"),
+    "sign of the wheel's circles",
+)
 
 
 @pytest.mark.parametrize(
@@ -96,6 +131,21 @@ def test_wrong_signs_and_factors_miss_criteria(mutation, monkeypatch):
     target, name, wrong, seen_by = MUTATIONS[mutation]
     monkeypatch.setattr(target, name, wrong)
     assert seen_by == missed(seen_by)
+
+
+def test_a_cone_rolls_on_its_circle_whichever_side_it_falls_to():
+    """The circle of a point of the line of the wheel's contour beside the arc of its rail, by hand."""
+    low, high = (cones.Cone(delta) for delta in (0.1, -0.1))
+    rail_y = 300 * np.sin(0.1)
+    assert low.circle == pytest.approx(460 - (40 - rail_y) * np.tan(0.1))
+    assert high.circle == pytest.approx(460 + (40 + rail_y) * np.tan(0.1))
+    assert low.free > 0 > high.free
+    assert (
+        low.forces[1] < 0 < high.forces[1]
+    )  # against the spin's lateral slip ahead, where tractions are low
+    for cone in (low, high):
+        contour, touching = cones.on_grid(cone).undeformed.upper.contour, 300 * np.sin(cone.delta) - 40
+        assert 460 - contour.position(touching / np.cos(cone.delta))[1] == pytest.approx(cone.circle)
 
 
 def test_errors_of_carter_are_those_of_force_and_width():
