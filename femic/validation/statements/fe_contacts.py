@@ -21,6 +21,7 @@ AGREES = 0.02  # of a number, beside the estimate of finite elements
 AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
 
 CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
+AT_ALL_ANGLES = Contacts("tall", (7.4e3, 58e3, 310e3), cells=FEWEST)  # over 46, 79 and 109 degrees
 # touching first where the rail inclines by 61 deg
 BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
 

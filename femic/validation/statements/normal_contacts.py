@@ -227,7 +227,7 @@ def _exact_error(series: ContactSeries, load: float, ics: str, name: str) -> flo
 
 
 def approaches_on_supports(runs: Runs) -> Mapping[str, float]:
-    """Return errors of the approach by A over that with C, and over C's with the rigid part that C leaves out.
+    """Return errors of the approach by A over that with C, and over C's with its rigid part.
 
     That is the convention that decides errors of approaches: the discount of C.
     """

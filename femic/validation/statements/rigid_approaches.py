@@ -13,14 +13,13 @@ from compare.finite_elements.dataset import APPROACH, FE
 from compare.finite_elements.deviations import estimates
 from compare.report.charts import Curve, Panel, curves_of
 from compare.report.looks import symbol_of
-from femic.contact.finite_elements.fineness import FEWEST
 from femic.contact.pairs.given_ics import C
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement
-from femic.validation.statements.fe_contacts import AGREES, CENTRED
-from femic.validation.statements.runs import Contacts, Runs
+from femic.validation.statements.fe_contacts import AGREES, AT_ALL_ANGLES, CENTRED
+from femic.validation.statements.runs import Runs
 from geometries.arrays import Array
 
-SERIES = (CENTRED, Contacts("tall", (7.4e3, 58e3, 310e3), cells=FEWEST))
+SERIES = (CENTRED, AT_ALL_ANGLES)
 
 
 def rigid_parts(dataset: xr.Dataset, ics: str = C) -> Array:

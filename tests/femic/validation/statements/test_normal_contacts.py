@@ -114,7 +114,7 @@ def test_distances_of_the_displaced_body_are_another_contact(series):
 def test_errors_grow_with_the_angle_and_vanish_without_a_turn(series):
     """C is as far beyond B-hat as a fifth of the way from A to B-hat: errors of A are six times as large."""
     low, high = (
-        [abs(normal_contacts.error(series, series.load_at(angle), ics, "p_max")) for ics in ("A", "Bhat")]
+        [abs(series.error(series.load_at(angle), ics, "p_max")) for ics in ("A", "Bhat")]
         for angle in (20.0, 80.0)
     )
     assert low[0] < 0.02
