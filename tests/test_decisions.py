@@ -1,5 +1,6 @@
 """What the decision page says of crossings, and that its numbers are crossings of the errors beside them."""
 
+import copy
 import json
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))
 import decision_page  # noqa: E402
+import write_docs  # noqa: E402
 
 NUMBERS = json.loads((ROOT / "docs/numbers/decisions.json").read_text(encoding="utf-8"))
 WANTED = decision_page.Wanted("p_max to 5 %", "p_max", 0.05)
@@ -58,7 +60,8 @@ def test_crossings_say_if_they_were_before_and_if_the_error_comes_back():
 
 def solved_numbers():
     """Errors and crossings of all pairs, and of rolling by friction."""
-    everything = [*NUMBERS["pairs"].values(), *NUMBERS["rolling"]["frictions"].values()]
+    rolling = [of for pair in NUMBERS["rolling"].values() for of in pair["frictions"].values()]
+    everything = [*NUMBERS["pairs"].values(), *rolling]
     for solved in everything:
         for ics, numbers in solved["crossings"].items():
             for number, by_tolerance in numbers.items():
@@ -103,3 +106,38 @@ def test_the_figure_marks_each_crossing_of_five_percent():
         bool(of["at"]) and not of["before"] for of in of_pairs
     )
     assert len(panels) == 4
+
+
+def two_rolling_pairs():
+    """The stored numbers with a second pair that rolls with friction 0.4 alone: half the errors of forces."""
+    of = copy.deepcopy(NUMBERS["rolling"]["rolling"]["frictions"]["0.4"])
+    for numbers in of["errors"].values():
+        numbers["half"] = [[error / 2, estimate] for error, estimate in numbers["half"]]
+    second = {"title": "Another pair", "short": "another", "frictions": {"0.4": of}}
+    return NUMBERS | {"rolling": {"rolling": NUMBERS["rolling"]["rolling"], "another": second}}
+
+
+def test_rows_of_forces_name_their_pair_and_its_own_errors():
+    values = two_rolling_pairs()
+    template = write_docs.environment().get_template("decide/which-ics.md.j2")
+    text = template.render(**write_docs.stored_numbers() | {"decisions": values})
+    rows = [line for line in text.splitlines() if line.startswith(("| another, ", "| `rolling`, "))]
+    assert sum(row.startswith("| another, ") for row in rows) == 2 * 4  # ICs, in both tables
+    assert sum(row.startswith("| `rolling`, ") for row in rows) == 2 * 3 * 4
+    errors = [
+        decision_page.nearest(values, f"{name} 0.4", "angles", 180.0)["errors"]["A"]["half"]["error"]
+        for name in ("rolling", "another")
+    ]
+    assert errors[1] == pytest.approx(errors[0] / 2)
+    (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4, A |" in row)
+    assert f"| {100 * errors[1]:+.1f}".replace("-", "−") in row
+    assert "of these 2 pairs" in text
+
+
+def test_the_reach_of_forces_is_over_all_pairs_that_roll():
+    """A second pair whose error passes 5 % at 12 degrees is the worst."""
+    values = two_rolling_pairs()
+    of = values["rolling"]["another"]["frictions"]["0.4"]["crossings"]["A"]["free"]["0.05"]
+    of |= {"at": deviation(12.0), "estimate": 0.9, "before": False, "stays": True}
+    row = next(row for row in decision_page.decision_rows(values) if "rolling freely" in row["wanted"])
+    assert row["A"].startswith("12\u00a0±\u00a01°")

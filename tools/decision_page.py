@@ -26,13 +26,14 @@ OTHERS = {
 SPACE, PLUS_MINUS, DOTS = "\u00a0", "\u00a0±\u00a0", "\u00a0…\u00a0"  # lines do not break there
 CROSSING = f"{100 * SHOWN:g} % is passed"
 CROSSED = Look("ink", "", "circle-open")
+DRAWN = "rolling"  # the pair whose forces are drawn
 OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
 
 
 def draw(values: Mapping[str, Any]) -> Figure:
     """Return the decision figure: errors of p_max over the angle by pair, and of F_x by friction."""
     angle, pairs = "Δδ: angle of the patch with C [°]", values["pairs"].values()
-    frictions = values["rolling"]["frictions"]
+    frictions = values["rolling"][DRAWN]["frictions"]
     levels = (-100 * SHOWN, 100 * SHOWN)
     pressures = [
         Panel(
@@ -131,7 +132,7 @@ FORCES = (
 def decision_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of the decision table: what is wanted, and how far each of some ICs is good enough."""
     pairs = list(values["pairs"].values())
-    frictions = list(values["rolling"]["frictions"].values())
+    frictions = [of for pair in values["rolling"].values() for of in pair["frictions"].values()]
     return [
         {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in ("A", "Bhat", "Bhat_prime", "mix")}
         for of, rows in ((pairs, PRESSURES), (frictions, FORCES))
@@ -176,9 +177,12 @@ def signed(share: float) -> str:
 
 
 def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dict[str, Any]:
-    """Return the errors of a pair, or of "rolling FRICTION", where angles or loads are nearest a place."""
-    pairs = values["pairs"]
-    solved = pairs[name] if name in pairs else values["rolling"]["frictions"][name.rsplit(maxsplit=1)[-1]]
+    """Return the errors of a pair where angles or loads are nearest a place; rolling: "PAIR FRICTION"."""
+    if name in values["pairs"]:
+        solved = values["pairs"][name]
+    else:
+        pair, friction = name.rsplit(maxsplit=1)
+        solved = values["rolling"][pair]["frictions"][friction]
     k = int(np.argmin(np.abs(np.array(solved[key]) - place)))
     return {
         "title": solved.get("title", ""),

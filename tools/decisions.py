@@ -1,7 +1,7 @@
 """The numbers of docs/decide/which-ics.md: where the errors of ICs in contact pass tolerances.
 
-Pairs of arcs by conformity (radius ratio) and flanks, academic pairs, wheels on rails, and a rolling wheel
-with friction, each on one grid with one C. Called by tools/write_docs.py; models are stored in
+Pairs of arcs by conformity (radius ratio) and flanks, academic pairs, wheels on rails, and wheels that
+roll with friction, each on one grid with one C. Called by tools/write_docs.py; models are stored in
 out/decisions/.
 """
 
@@ -38,7 +38,7 @@ STORE = Path("out") / "decisions" / "store"
 STEEL = {"E": 210e3, "nu": 0.28}
 RADIUS, ROLLING_RADIUS = 10.0, 500.0  # of the rail's arc and of the wheel [mm]
 ELEMENTS, TOLERANCE = 24, 0.03  # across the largest patch; of C
-ROLLING_ELEMENTS = 20
+ROLLING_ELEMENTS, ROLLING_LOADS = 20, 5
 CHANGES: Mapping[str, Mapping[str, Any]] = {
     "contact": {"elements": ELEMENTS},
     "engine": {"tolerance": TOLERANCE},
@@ -50,6 +50,7 @@ OF_FORCES = {"half": (0.025, 0.05), "free": (0.05, 0.1), "sliding": ()}
 SAME = 0.05  # loads that differ by less are one
 FORCE_ACCURACY = 0.08  # of a load, relative: 2 % of the angle
 FRICTIONS = (0.2, 0.4, 0.6)
+ROLLS = "rolling of"  # in front of names of pairs with friction
 MOST_ON_RAILS = 150e3  # N
 WIDEST = 60.0  # flanks of arcs [deg]
 
@@ -116,10 +117,23 @@ CASES = {
         ),
     )
 }
-ROLLING = "rolling"
 
 
-def compute(names: Sequence[str] = (ROLLING, *CASES), workers: int | None = None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class RollingCase:
+    """A scene that rolls with friction, in short, its smallest angle [deg] and its largest load [N]."""
+
+    name: str
+    short: str
+    smallest_angle: float
+    largest_load: float
+    frictions: tuple[float, ...] = FRICTIONS
+
+
+ROLLING = {f"{ROLLS} {case.name}": case for case in (RollingCase("rolling", "`rolling`", 40.0, 100e3),)}
+
+
+def compute(names: Sequence[str] = (*ROLLING, *CASES), workers: int | None = None) -> dict[str, Any]:
     """Return the numbers of the page, `workers` pairs at a time (default: one per core)."""
     with ProcessPoolExecutor(workers or cores()) as pool:
         solved = dict(zip(names, pool.map(solve, names), strict=True))
@@ -130,16 +144,17 @@ def compute(names: Sequence[str] = (ROLLING, *CASES), workers: int | None = None
         "tolerance": TOLERANCE,
         "elements": ELEMENTS,
         "rolling_elements": ROLLING_ELEMENTS,
-        "rolling": solved.pop(ROLLING, None),
-        "pairs": solved,
+        "rolling": {case.name: solved[name] for name, case in ROLLING.items() if name in solved},
+        "pairs": {name: solved[name] for name in CASES if name in solved},
     }
 
 
 def solve(name: str) -> dict[str, Any]:
-    """Return the numbers of a pair, or of the rolling wheel."""
+    """Return the numbers of a pair, without friction or rolling."""
     start = perf_counter()
     options = RunOptions(1, Store(STORE), Watch(on_stage=lambda line: report(f"{name}: {line.strip()}")))
-    numbers = _rolling(options) if name == ROLLING else _frictionless(CASES[name], options)
+    rolls = name in ROLLING
+    numbers = _rolling(ROLLING[name], options) if rolls else _frictionless(CASES[name], options)
     report(f"{name}: {perf_counter() - start:.0f} s")
     return numbers
 
@@ -174,19 +189,24 @@ def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
     return facts | on_pair(problem, loads, ICS, deviations, options)
 
 
-def _rolling(options: RunOptions) -> dict[str, Any]:
+def _rolling(case: RollingCase, options: RunOptions) -> dict[str, Any]:
     """Return deviations of forces and of sliding, by friction, and their crossings."""
-    specified = {"elements": ROLLING_ELEMENTS, "ics": [*WITH_FRICTION, "C"]}
-    scene = load_scene(ROLLING, CHANGES | {"contact": specified})
+    specified = {
+        "motion": "rolling",
+        "friction": list(case.frictions),
+        "loads": [case.largest_load],
+        "elements": ROLLING_ELEMENTS,
+        "ics": [*WITH_FRICTION, "C"],
+    }
+    scene = load_scene(case.name, CHANGES | {"contact": specified})
     problem = scene.contact_problem
-    largest = scene.contact.loads[0]
-    smallest = Ladder(40.0, 140.0, largest).loads(problem)[0]
-    loads = [float(load) for load in np.geomspace(smallest, largest, 5)]
+    smallest = Ladder(case.smallest_angle, 140.0, case.largest_load).loads(problem)[0]
+    loads = [float(load) for load in np.geomspace(smallest, case.largest_load, ROLLING_LOADS)]
 
     def deviations(pair: PairWithFriction) -> dict[str, Any]:
         operators = {name: pair.operator(name) for name in (*WITH_FRICTION, "C")}
         by_friction = {}
-        for friction in FRICTIONS:
+        for friction in case.frictions:
             rolled = rolling.RollingDeviations(
                 pair, operators, friction, pair.perturbed("C"), tuple(loads[::2])
             )
@@ -197,10 +217,11 @@ def _rolling(options: RunOptions) -> dict[str, Any]:
                 "creepage_free": [free for _, free in creepages],
                 "sliding": [rolled.solved(load, "C").numbers["sliding"] for load in loads],
             } | _of_laws(laws, loads, OF_FORCES, FORCE_ACCURACY)
-            report(f"{ROLLING}: friction {friction:g} solved")
+            report(f"{ROLLS} {case.name}: friction {friction:g} solved")
         return by_friction
 
-    return {"title": scene.title, "frictions": solve_with_friction(problem, deviations, options)}
+    facts = {"title": scene.title, "short": case.short}
+    return facts | {"frictions": solve_with_friction(problem, deviations, options)}
 
 
 def _of_laws(

@@ -21,6 +21,7 @@ from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid, sizing_of
 from femic.contact.pairs.contact_size import contact_size
 from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.loads_at_angles import load_at_angle
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.quantities import ALL, Quantity, kinds, measured
 from femic.contact.pairs.reference_ics import normal_reference_ics
@@ -32,6 +33,7 @@ NUMBERS = ("p_max", "a", "b", "approach")  # whose errors are sought
 QUANTITIES: Mapping[str, Quantity] = {name: ALL[name] for name in (*NUMBERS, "angle")}
 PERTURBED = "C plus its estimated error"
 LEAST, MOST = 1.0, 1e9  # loads [N] between which the one with an angle is sought
+BEYOND = 180.0  # degrees, of patches that reach the end of a contour: more than any other
 LOAD_ACCURACY = 0.01  # of a load, relative: the angle goes like its third root or slower
 ANGLE_ACCURACY = 0.05  # of the load that has an angle on the grid, relative
 
@@ -91,7 +93,7 @@ def crossing(law: Law, loads: Sequence[float], tolerance: float, accuracy: float
     return Crossing(
         tolerance,
         at,
-        _angle_error(at, *neighbours),
+        _angle_error(at, neighbours) + _of_load(at, neighbours, 0.0 if first == 0 else accuracy, tolerance),
         before=first == 0,
         stays=all(beyond[first:]),
         largest=largest,
@@ -111,11 +113,32 @@ def _passing(law: Law, between: tuple[Deviation, Deviation], tolerance: float, a
     return known.get(root) or law(float(np.exp(root)))
 
 
-def _angle_error(at: Deviation, within: Deviation, beyond: Deviation) -> float:
+def _angle_error(at: Deviation, neighbours: tuple[Deviation, Deviation]) -> float:
     """Return the estimated error of a crossing [deg]: that of the error over its slope, and the angle's."""
+    within, beyond = neighbours
     rise = abs(abs(beyond.error) - abs(within.error))
     slope = rise / max(abs(beyond.angle - within.angle), np.finfo(float).tiny)
     return at.estimate / max(slope, np.finfo(float).tiny) + at.angle_estimate
+
+
+def _of_load(
+    at: Deviation, neighbours: tuple[Deviation, Deviation], accuracy: float, tolerance: float
+) -> float:
+    """Return what the accuracy of the load, relative, is of the angle of a crossing [deg].
+
+    The angle bends over the logarithm of the load: of the slopes to both neighbours the steeper one is no
+    smaller than that at the crossing. A neighbour that is nearer than the accuracy tells none, as readings of
+    angles have errors. 0 where the error is the tolerance exactly, as it may be at a load solved first.
+    """
+    if abs(at.error) == tolerance:
+        return 0.0
+    within, beyond = neighbours
+    pairs = ((within, beyond), (within, at), (at, beyond))
+    spans = [(float(np.log(high.load / low.load)), high.angle - low.angle) for low, high in pairs]
+    slopes = [
+        abs(angle) / span for number, (span, angle) in enumerate(spans) if not number or span > accuracy
+    ]
+    return max(slopes) * accuracy
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +243,7 @@ class Ladder:
     def loads(self, problem: ContactProblem) -> list[float]:
         """Return loads of a problem in equal ratios, by the angles of contact with B-hat.
 
-        Raises Failure where the bodies have no contact with an angle.
+        Raises Failure where the patch turns by more than an angle under any load.
         """
         bodies = sizing_of(problem).bodies
         largest = _load_at(bodies, self.largest_angle, self.largest_load)
@@ -229,19 +252,22 @@ class Ladder:
 
 
 def _load_at(bodies: PairOnGrid, degrees: float, most: float) -> float:
-    """Return the load [N] at which the patch with B-hat turns by an angle; `most` where it needs more."""
+    """Return the load [N] at which the patch with B-hat turns by an angle; `most` where it needs more.
 
-    def excess(logarithm: float) -> float:
+    Raises Failure where it turns by more under any load.
+    """
+
+    def angle(load: float) -> float:
         try:
-            size = contact_size(bodies, Loading(float(np.exp(logarithm))))
+            size = contact_size(bodies, Loading(load))
         except Failure:  # it reaches the end of a contour
-            return 180.0 - degrees
+            return BEYOND
         ends = bodies.undeformed.lower.contour.inclination(np.array(size.s))
-        return float(np.degrees(np.ptp(ends))) - degrees
+        return float(np.degrees(np.ptp(ends)))
 
-    if excess(np.log(most)) <= 0:
+    if angle(most) <= degrees:
         return most
-    return float(np.exp(brentq(excess, np.log(LEAST), np.log(most), xtol=ANGLE_ACCURACY)))
+    return load_at_angle(angle, degrees, (LEAST, most), ANGLE_ACCURACY, "the patch with B-hat")
 
 
 def on_pair(

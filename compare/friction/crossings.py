@@ -6,14 +6,14 @@ prescribed there, so that a difference at the first of them is half as large a s
 as of the force itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from compare.contact.crossings import QUANTITIES, Deviation, Law
 from femic.contact.error_floors import floors
-from femic.contact.estimates import Numbers, errors, from_grids
+from femic.contact.estimates import Measured, Numbers, changes, errors, from_grids
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation
@@ -82,14 +82,20 @@ class RollingDeviations:
 
     def change(self, number: str, name: str, load: float) -> float:
         """Return by how much a difference to C changes with the estimated error of C."""
+
+        def change(sampled: float) -> float:
+            given, changed = (self.difference(number, name, sampled, changed=of) for of in (False, True))
+            return abs(changed - given)
+
+        return self._interpolated(load, (name, number), change)
+
+    def _interpolated(self, load: float, key: tuple[str, str], change: Callable[[float], float]) -> float:
+        """Return a change with the estimated error of C at a load [N], by those at the sampled loads."""
         if self.perturbed is None:
             return 0.0
-        if (number, name) not in self._changes:
-            self._changes[number, name] = [
-                abs(self.difference(number, name, one, changed=True) - self.difference(number, name, one))
-                for one in self.sampled
-            ]
-        return float(np.interp(np.log(load), np.log(self.sampled), self._changes[number, name]))
+        if key not in self._changes:
+            self._changes[key] = [change(sampled) for sampled in self.sampled]
+        return float(np.interp(np.log(load), np.log(self.sampled), self._changes[key]))
 
     def floor(self, number: str, name: str, load: float) -> float:
         """Return what elements that could be in another state may change of a sliding share, of both ICs."""
@@ -100,11 +106,22 @@ class RollingDeviations:
 
     def angle(self, load: float) -> tuple[float, float]:
         """Return the angle of the patch with C at the first creepage and its estimated error [deg]."""
-        fine, *larger = (
-            measured(self.pair.on_grid, self.solved(load, C, level).contacts[0].contact, QUANTITIES)
-            for level in range(self._levels)
-        )
-        return fine.numbers["angle"], errors(kinds(QUANTITIES), fine, larger)["angle"]
+        fine, *larger = (self._measured(load, level) for level in range(self._levels))
+        of_elements = errors(kinds(QUANTITIES), fine, larger)["angle"]
+        return fine.numbers["angle"], of_elements + self.change_of_angle(load)
+
+    def change_of_angle(self, load: float) -> float:
+        """Return by how much the angle with C changes with the estimated error of C [deg]."""
+        return self._interpolated(load, (C, "angle"), self._changed_angle)
+
+    def _changed_angle(self, load: float) -> float:
+        given, changed = self._measured(load), self._measured(load, changed=True)
+        return changes(given, kinds(QUANTITIES), changed.numbers)["angle"]
+
+    def _measured(self, load: float, level: int = 0, *, changed: bool = False) -> Measured:
+        """Return the numbers of the contact with C at the first creepage."""
+        contact = self.solved(load, C, level, changed=changed).contacts[0].contact
+        return measured(self.pair.on_grid, contact, QUANTITIES)
 
     def solved(self, load: float, name: str, level: int = 0, *, changed: bool = False) -> At:
         """Return what is compared, on elements 2^level times as large. Raises Failure as `Continuation`."""

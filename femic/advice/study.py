@@ -19,7 +19,7 @@ from femic.contact.loading import Loading
 from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import FullOperator
-from femic.contact.pairs.body_ics import ALL
+from femic.contact.pairs.body_ics import ALL, estimate_of
 from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
@@ -90,12 +90,7 @@ def operators_of_c(problem: ContactProblem, on_grid: PairOnGrid, tolerance: floa
     }
     references = matrices(jobs, RunOptions(workers=1), combined=True)
     operator = pair_operator(references, on_grid, ALL, wheel_rolls=True)
-    estimates = [
-        np.stack([reference.column(strip).estimate for strip in range(on_grid.grid.n_s)], axis=-1)
-        for reference in references.values()
-    ]  # (i, j, lag, observed, loaded) each
-    estimate = on_grid.grid.area * np.sum(estimates, axis=0).transpose(2, 3, 4, 0, 1)
-    added = GridOperator.of(np.asarray(estimate, dtype=float))
+    added = GridOperator.of(estimate_of(references, on_grid.grid, ALL))
     return {C: operator, PERTURBED: replace(operator, transformed=operator.transformed + added.transformed)}
 
 

@@ -46,11 +46,16 @@ def c_of_bodies(
     components = COMPONENTS if directions == ALL else ("nn",)
     references = matrices(c_jobs(problem, on_grid, components), options, combined=True)
     grid = on_grid.grid
+    return bodies_of(references, grid, directions), estimate_of(references, grid, directions)
+
+
+def estimate_of(references: Mapping[str, MatrixReference], grid: Grid, directions: tuple[int, ...]) -> Array:
+    """Return the sum of the estimated errors of both bodies' C [mm/MPa], (n_x, n_s, n_s, m, m)."""
     estimates = [
         _matrix([reference.column(strip).estimate for strip in range(grid.n_s)], grid, directions)
         for reference in references.values()
     ]
-    return bodies_of(references, grid, directions), np.asarray(sum(estimates))
+    return np.asarray(sum(estimates))
 
 
 def sum_of_bodies(on_grid: PairOnGrid, bodies: Mapping[str, BodyICs], *, wheel_rolls: bool = False) -> Array:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.optimize import brentq
 
 from compare.contact.crossings import PairDeviations
 from femic.contact.estimates import Numbers
@@ -20,16 +19,17 @@ from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.loads_at_angles import load_at_angle
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import angle, numbers
 from femic.contact.pairs.reference_ics import ReferenceICs, normal_reference_ics
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
 from femic.validation.statements.estimated import Estimated
-from geometries.errors import Failure
 
 GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
 LOAD_SHARE = 1e-3  # accuracy of loads at which a patch turns by an angle
+BELOW = 0.5  # least load that is tried on a grid, over the largest one of the grid before
 ICS = ("A", "B", "Bhat", C)
 
 
@@ -68,6 +68,7 @@ class ContactSeries:
     contacts: dict[tuple[float, str, bool], PairContact] = field(default_factory=dict)
     measured: dict[tuple[float, str], Numbers] = field(default_factory=dict)
     loads_at: dict[float, float] = field(default_factory=dict)  # by angle of the patch with C
+    own_grids: dict[float, SharedGrid] = field(default_factory=dict)  # of these loads
 
     @cached_property
     def grids(self) -> list[SharedGrid]:
@@ -99,6 +100,8 @@ class ContactSeries:
 
     def grid_of(self, load: float) -> SharedGrid:
         """Return the grid of a load [N]."""
+        if load in self.own_grids:
+            return self.own_grids[load]
         return next((shared for shared in self.grids if load <= shared.load), self.grids[-1])
 
     def solved(self, load: float, ics: str = C, *, exact: bool = False) -> PairContact:
@@ -145,22 +148,27 @@ class ContactSeries:
         return self.loads_at[degrees]
 
     def _load_at(self, degrees: float) -> float:
-        for end in (self.loads[0], *(shared.load for shared in self.grids)):
-            self.solved(end)
-        known = {load: self.angle(load) for load, ics, exact in self.contacts if ics == C and not exact}
-        below = [load for load, turned in known.items() if turned < degrees]
-        above = [load for load, turned in known.items() if turned >= degrees]
-        if not below or not above:
-            raise Failure(
-                f"{self.problem.name}: no load at which the patch with C turns by {degrees:g} degrees; it "
-                f"turns by {min(known.values()):.3g} to {max(known.values()):.3g} under "
-                f"{min(known):.3g} to {max(known):.3g} N; try a finer C or finer elements"
-            )
+        """Return the load [N], of contacts on one grid: from one grid to the next the angle jumps.
 
-        def beyond(log_load: float) -> float:
-            return self.angle(float(np.exp(log_load))) - degrees
+        The grid is the first whose largest load turns the patch far enough. Where the jump between two grids
+        passes the angle, the load is a little less than those of the larger grid, which it has nevertheless.
+        """
+        angles = [self.angle(shared.load) for shared in self.grids]
+        number = next((k for k, turned in enumerate(angles) if turned >= degrees), len(angles) - 1)
+        shared = self.grids[number]
+        least = self.grids[number - 1].load * BELOW if number else self.loads[0]
+        patch = f"the patch of {self.problem.name} with C"
+        angle_of = partial(self._angle_on, shared)
+        load = load_at_angle(angle_of, degrees, (least, shared.load), LOAD_SHARE, patch)
+        self.own_grids[load] = shared
+        return load
 
-        return float(np.exp(brentq(beyond, np.log(max(below)), np.log(min(above)), xtol=LOAD_SHARE)))
+    def _angle_on(self, shared: SharedGrid, load: float) -> float:
+        """Return the angle [deg] by which the patch with C turns under a load [N] on a grid."""
+        if self.grid_of(load) is shared:
+            return self.angle(load)
+        contact = shared.solve(Loading(load), C)
+        return angle(contact.on_grid, contact.normal)
 
 
 def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactProblem:

@@ -12,7 +12,7 @@ from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
-from geometries.errors import WrongInput
+from geometries.errors import Failure, WrongInput
 
 LOADS = np.geomspace(1e3, 1e6, 7)
 ESTIMATE = 0.004
@@ -36,8 +36,39 @@ def test_a_known_crossing_is_found_with_either_sign(sign):
 
 def test_the_error_of_a_crossing_is_that_of_the_error_over_its_slope_and_that_of_the_angle():
     """On a straight line 1e-3 angle an error of 0.4 % is 4 degrees; the angle is known to 0.5."""
-    found = crossing(law(lambda angle: 1e-3 * angle), LOADS, 0.05)
+    found = crossing(law(lambda angle: 1e-3 * angle), LOADS, 0.05, accuracy=1e-9)
     assert found.estimate == pytest.approx(ESTIMATE / 1e-3 + 0.5)
+
+
+@pytest.mark.parametrize("accuracy", [0.3, 0.08, 0.01])
+@pytest.mark.parametrize("power", [1 / 3, 1.0])
+def test_the_accuracy_of_the_load_is_part_of_the_error_of_a_crossing(accuracy, power):
+    """All else is known: the angle is load^power, the error 1e-3 times its square root.
+
+    The estimate covers the true error in crossings all over an interval. It is the accuracy times a slope of
+    the angle over log load: at most the steepest one there, and at least that of a chord below the crossing.
+    """
+    interval = power * np.log(LOADS[3] / LOADS[2])
+    chord = -np.expm1(-interval) / interval  # of its slope over that at its upper end
+    for exact in np.geomspace(1.2e4, 3e4, 7):
+
+        def known(load):
+            return Deviation(load, load**power, 0.0, 1e-3 * load ** (power / 2), 0.0)
+
+        found = crossing(known, LOADS, 1e-3 * exact ** (power / 2), accuracy)
+        assert 0 < abs(found.at.angle - exact**power) <= found.estimate
+        at, above = (power * angle * accuracy for angle in (found.at.angle, LOADS[3] ** power))
+        assert chord * at * (1 - 1e-9) <= found.estimate <= above * (1 + 1e-9)
+
+
+def test_a_crossing_at_a_load_that_was_solved_first_is_exact():
+    """The error is the tolerance at one of them, or beyond it at the first."""
+
+    def known(load):
+        return Deviation(load, load ** (1 / 3), 0.5, 1e-6 * load, 0.0)
+
+    assert crossing(known, LOADS, 1e-6 * LOADS[3], accuracy=0.1).estimate == 0.5
+    assert crossing(known, LOADS, 1e-6, accuracy=0.1).estimate == 0.5
 
 
 def test_no_crossing_has_the_largest_error_and_the_end():
@@ -160,6 +191,12 @@ def test_ladders_have_the_angles_asked_for_and_end_at_the_largest_load():
         sized = deviations(problem(1.25, load=load))
         assert sized.angle(load)[0] == pytest.approx(angle, rel=0.05)
     assert Ladder(30.0, 80.0, 1e5, steps=4).loads(of)[-1] == pytest.approx(1e5)
+
+
+def test_a_ladder_below_the_angle_of_the_least_load_is_refused():
+    """Under 1 N the patch of closely fitting arcs turns by degrees already."""
+    with pytest.raises(Failure, match=r"patch with B-hat turns by 0.1 degrees: it turns by .* under 1 N"):
+        Ladder(0.1, 60.0, steps=3).loads(problem(1.01))
 
 
 @pytest.mark.slow  # C of a pair

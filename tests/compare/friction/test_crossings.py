@@ -78,3 +78,23 @@ def test_what_c_may_be_wrong_by_is_known_at_the_sampled_loads(rolled):
     assert all(0 < end < 0.02 for end in ends)
     between = pair.change("free", "A", float(np.sqrt(np.prod(LOADS))))
     assert between == pytest.approx(np.mean(ends))
+
+
+def test_the_angle_is_known_no_better_than_c(rolled):
+    """C plus 5 % of itself: pressures change by about 3 % (Hertz: compliance^(-2/3)), and related angles may.
+
+    The change of the angle itself is that of a pair that has the softer C as its own.
+    """
+    of_c = rolled.operators["C"]
+    softer = type(of_c)(1.05 * of_c.transformed, of_c.n_x, of_c.directions)
+    unsure = RollingDeviations(rolled.pair, rolled.operators, FRICTION, softer, LOADS)
+    changed = RollingDeviations(rolled.pair, {"C": softer}, FRICTION)
+    parts = []
+    for load in LOADS:
+        (angle, known), (same, less) = rolled.angle(load), unsure.angle(load)
+        assert same == angle
+        parts.append(less - known)
+        assert parts[-1] >= max(0.02 * angle, abs(changed.angle(load)[0] - angle) - 1e-9)
+    between = float(np.sqrt(np.prod(LOADS)))
+    part = unsure.angle(between)[1] - rolled.angle(between)[1]
+    assert part == pytest.approx(np.mean(parts))

@@ -12,7 +12,7 @@ from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.statements import contact_series, normal_contacts, pressure_shapes, rigid_approaches
-from femic.validation.statements.contact_series import LOAD_SHARE
+from femic.validation.statements.contact_series import LOAD_SHARE, ContactSeries
 from femic.validation.statements.normal_contacts import SOURCE_ANGLES, TALL, WIDE
 from femic.validation.statements.pressure_shapes import KURTOSIS_OF_HERTZ, OF_HERTZ, kurtosis, peakedness
 from femic.validation.statements.registry import STATEMENTS
@@ -75,8 +75,31 @@ def test_loads_are_found_at_which_the_patch_with_c_turns_by_an_angle(series):
         load = series.load_at(degrees)
         assert series.angle(load) == pytest.approx(degrees, rel=LOAD_SHARE)
         assert series.load_at(degrees) == load
-    with pytest.raises(Failure, match=r"tall: no load at which the patch with C turns by 140 degrees"):
+    with pytest.raises(Failure, match=r"no load at which the patch of tall with C turns by 140 degrees"):
         series.load_at(140.0)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "factor"), [(5.0, 1.0), (9.9, 1.0), (10.5, 1.1), (11.5, 1.1), (50.0, 1.1)]
+)
+def test_a_load_has_the_angle_on_one_grid_also_where_the_angle_jumps_to_the_next(
+    monkeypatch, degrees, factor
+):
+    """Angles are a factor of each grid times the third root of the load: 10 at 1 kN, 11 right beyond."""
+
+    def grid(factor, load):
+        def solve(loading, _, **__):
+            return SimpleNamespace(on_grid=factor, normal=loading.load)
+
+        return SimpleNamespace(load=load, solve=solve)
+
+    made = ContactSeries(SimpleNamespace(name="made"), RunOptions(1), (1.0, 1e6))
+    made.grids = [grid(1.0, 1e3), grid(1.1, 1e6)]
+    monkeypatch.setattr(contact_series, "angle", lambda factor, load: factor * load ** (1 / 3))
+    load = made.load_at(degrees)
+    assert load == pytest.approx((degrees / factor) ** 3, rel=LOAD_SHARE)
+    assert made.angle(load) == pytest.approx(degrees, rel=LOAD_SHARE)
+    assert made.angle(1e3) == pytest.approx(10.0)
 
 
 def test_each_load_has_the_first_grid_that_is_large_enough(series):
