@@ -1,0 +1,36 @@
+"""Tractions on the elements of a grid, as they act on the surface of one body."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceTractions:
+    """Uniform tractions on elements; strips lie at the arc lengths of `grid` on the body's own contour.
+
+    `p` [MPa], shape (n_x, n_s, 3), is positive along x, s, n on the upper body, and the lower body gets the
+    opposite. The elements of a strip lie evenly about x = 0.
+    """
+
+    grid: Grid
+    p: Array
+
+    def __post_init__(self) -> None:
+        shape = (self.grid.n_x, self.grid.n_s, 3)
+        if self.p.shape != shape:
+            raise WrongInput(
+                f"tractions of shape {self.p.shape}: must be (n_x, n_s, 3) = {shape}, along x, s, n"
+            )
+        if not np.all(np.isfinite(self.p)):
+            raise WrongInput("tractions: must be finite [MPa]; give 0 where elements are not in contact")
+
+    @property
+    def x(self) -> Array:
+        """Centres of the elements along x [mm], shape (n_x,)."""
+        n_x = self.grid.n_x
+        return np.asarray(self.grid.dx * (np.arange(n_x) - (n_x - 1) / 2))
