@@ -34,3 +34,10 @@ class SurfaceTractions:
         """Centres of the elements along x [mm], shape (n_x,)."""
         n_x = self.grid.n_x
         return np.asarray(self.grid.dx * (np.arange(n_x) - (n_x - 1) / 2))
+
+    @property
+    def edges(self) -> tuple[Array, Array]:
+        """Edges of the elements along x (n_x + 1,) and along s (n_s + 1,) [mm]."""
+        grid = self.grid
+        half = grid.n_x * grid.dx / 2
+        return np.linspace(-half, half, grid.n_x + 1), np.linspace(*grid.extent, grid.n_s + 1)
