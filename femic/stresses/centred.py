@@ -33,14 +33,15 @@ class Centred:
         return np.asarray(mean.reshape(*self.shape, *values.shape[1:]))
 
 
-def centred(grid: Grid, points: InnerPoints) -> Centred:
+def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred:
     """Return the four nearest centres of elements, at the same depth, for points of small depth.
 
-    Other points are their own samples. The lattice of centres goes on beyond the grid.
+    Other points are their own samples. The lattice of centres goes on beyond the grid. Without `along_x`
+    samples have the x of the points.
     """
     x, s, depth = points.x.ravel(), points.s.ravel(), points.depth.ravel()
-    shallow = depth < SMOOTH_DEPTH * max(grid.dx, grid.ds)
-    x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2, shallow)
+    shallow = depth < SMOOTH_DEPTH * max(grid.dx if along_x else 0.0, grid.ds)
+    x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2, shallow & along_x)
     s_ends, s_shares = _neighbours(s, grid.ds, float(grid.strips[0]), shallow)
     shape = (len(x), 2, 2)
     corners = [x_ends[:, :, None], s_ends[:, None, :], depth[:, None, None]]

@@ -20,6 +20,7 @@ from femic.reference.harmonic.section_size import SectionSize
 from femic.reference.harmonic.waves import spectrum, synthesis_weights
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, peak_memory
+from femic.stresses.centred import centred
 from femic.stresses.field import StressField
 from femic.stresses.half_space import half_space_field, on_half_space, stress_of
 from femic.stresses.near_surface import samples_of
@@ -31,9 +32,9 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.grids import Grid
 
-CELLS = 24.0  # cells across the loaded width
-GROWTH = 0.4  # of cells with the distance from the loaded strips
-TRUSTED = 1.0  # cells on the strips deep: from there on the section is trusted
+CELLS = 32.0  # cells across the loaded width
+GROWTH = 0.5  # of cells with the distance from the loaded strips
+TRUSTED = 0.5  # cells on the strips deep: from there on the section is trusted
 
 
 @dataclass(frozen=True)
@@ -86,13 +87,15 @@ class _Model:
     def rest(self, points: InnerPoints, workers: int) -> tuple[Array, Array, Cost]:
         """What the section adds to the half-space: displacements (..., 3), stresses (..., 3, 3), the cost."""
         samples = samples_of(points, TRUSTED * self.cell)
-        u, stress, cost = self.long_waves(samples.points, workers)
-        flat = on_half_space(self.section.body, self.spectra.long_part(), samples.points)
+        long_part = self.spectra.long_part()
+        centres = centred(long_part.grid, samples.points, along_x=False)
+        u, stress, cost = self.long_waves(centres.points, workers)
+        flat_u, flat_stress = on_half_space(self.section.body, long_part, centres.points)
         along_n = np.arange(3) == 2
-        no_component = np.zeros(3, dtype=bool)
+        nowhere = np.zeros(3, dtype=bool)
         return (
-            samples.continued(u - flat[0], no_component),
-            samples.continued(stress - flat[1], along_n | along_n[:, None]),
+            samples.continued(centres.at_points(u - flat_u), nowhere),
+            samples.continued(centres.at_points(stress - flat_stress), along_n | along_n[:, None]),
             cost,
         )
 

@@ -12,7 +12,7 @@ import numpy as np
 from femic.stresses.points import InnerPoints
 from geometries.arrays import Array, Indices, Mask
 
-SAMPLE_DEPTHS = np.array([1.0, 2.0, 3.0])  # of the depth from which on the section is trusted
+SAMPLE_DEPTHS = np.array([1.0, 2.0, 4.0])  # of the depth from which on the section is trusted
 
 
 @dataclass(frozen=True, eq=False)

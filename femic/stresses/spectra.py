@@ -20,8 +20,8 @@ from geometries.grids import Grid
 
 FEWEST_ELEMENTS = 32  # elements along x of the loaded part, by division of those given
 LARGEST = 36.0  # largest wavenumber times the loaded half-length: the limit of Filon's panels is about 45
-LOG_SPACING = 0.5  # of wavenumbers in ln k, below the inverse of the loaded half-length
-SPACING = np.pi / 3  # times the inverse of that length: of larger wavenumbers
+LOG_SPACING = 0.6  # of wavenumbers in ln k, below the inverse of the loaded half-length
+SPACING = 0.4 * np.pi  # times the inverse of that length: of larger wavenumbers
 FADED = 60.0  # distance times the largest k up to which the long part of a traction spreads
 
 
