@@ -15,25 +15,24 @@ from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import assemble
 from femic.stresses.cells import interpolation
 from femic.stresses.spectra import Spectra
-from geometries.arrays import Array
+from geometries.arrays import Array, Mask
 from geometries.grids import Grid
 from geometries.quadrature import on_panels
 
 GAUSS_POINTS = 4  # per part of an edge
 COMPONENTS = 9  # u_x, u_y, u_z, strains xx, yy, zz and shears yz, xz, xy
+WaveSolver = Callable[[float], tuple[Array, float]]
 EXCHANGED = np.array([True, False, False, False, False, False, False, True, True])  # with sines for cosines
 
 
-def wave_solver(
-    section: SectionMesh, spectra: Spectra, points: Array
-) -> Callable[[float], tuple[Array, float]]:
+def wave_solver(section: SectionMesh, spectra: Spectra, points: Array, share: float = 1.0) -> WaveSolver:
     """Return a function from k [1/mm] to fields at points (2, n), and the residual that proves them.
 
-    Fields have shape (2, n, `COMPONENTS`): factors of cos(k xi), then of sin(k xi), in section axes. The
-    function raises NotConverged.
+    Fields have shape (2, n, `COMPONENTS`): factors of cos(k xi), then of sin(k xi), in section axes. The far
+    arc lies at a `share` of its radius. The function raises NotConverged.
     """
     model, at_points = assemble(section), interpolation(section, points)
-    free = ~section.supported.ravel()[model.amplitudes]
+    free = ~(section.supported | _beyond(section, share)[:, None]).ravel()[model.amplitudes]
     numbers, stiffness = model.amplitudes[free], model.stiffness.restricted(free)
     forces = strip_forces(section, spectra.tractions.grid)[numbers]
     body, n_nodes = section.body, section.mesh.doflocs.shape[1]
@@ -58,6 +57,11 @@ def wave_solver(
         return np.where(EXCHANGED, halves[::-1], halves), residual
 
     return solve
+
+
+def _beyond(section: SectionMesh, share: float) -> Mask:
+    """Nodes beyond a share of the far radius, which are held, (n_nodes,); none for a share of 1."""
+    return np.asarray((np.hypot(*section.mesh.doflocs) > share * section.body.domain.far_radius) & (share < 1))
 
 
 def _strained(at: Array, k: float, stretch: Array, bend: Array) -> Array:

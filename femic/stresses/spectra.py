@@ -20,8 +20,8 @@ from geometries.grids import Grid
 
 FEWEST_ELEMENTS = 32  # elements along x of the loaded part, by division of those given
 LARGEST = 36.0  # largest wavenumber times the loaded half-length: the limit of Filon's panels is about 45
-LOG_SPACING = 0.6  # of wavenumbers in ln k, below the inverse of the loaded half-length
-SPACING = 0.4 * np.pi  # times the inverse of that length: of larger wavenumbers
+LOG_SPACING = 0.75  # of wavenumbers in ln k, below the inverse of the loaded half-length
+SPACING = 0.5 * np.pi  # times the inverse of that length: of larger wavenumbers
 FADED = 60.0  # distance times the largest k up to which the long part of a traction spreads
 
 
@@ -51,12 +51,12 @@ class Spectra:
     largest: float
 
     @classmethod
-    def of(cls, body: Body, tractions: SurfaceTractions, fineness: float) -> "Spectra":
-        """The waves of tractions up to a wavenumber that grows with `fineness`."""
+    def of(cls, body: Body, tractions: SurfaceTractions, largest: float) -> "Spectra":
+        """The waves of tractions up to a share of `LARGEST` over their half-length."""
         part = loaded_part(tractions)
         stretch = cls(body, part, 1.0).stretch
         half_length = part.grid.n_x * part.grid.dx / 2 * float(np.max(stretch))
-        return cls(body, part, min(1.0, fineness) * LARGEST / half_length)
+        return cls(body, part, largest * LARGEST / half_length)
 
     @property
     def stretch(self) -> Array:

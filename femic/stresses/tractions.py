@@ -41,3 +41,21 @@ class SurfaceTractions:
         grid = self.grid
         half = grid.n_x * grid.dx / 2
         return np.linspace(-half, half, grid.n_x + 1), np.linspace(*grid.extent, grid.n_s + 1)
+
+
+def merged(tractions: SurfaceTractions) -> SurfaceTractions:
+    """Return the mean tractions of blocks of 2 x 2 elements, which show what the size of elements does."""
+    grid, p = tractions.grid, tractions.p
+    if grid.n_x % 2:  # halves of elements, and another half at each end: blocks lie evenly about x = 0
+        p = _means(np.pad(np.repeat(p, 2, axis=0), ((1, 1), (0, 0), (0, 0))), 4)
+    else:
+        p = _means(p, 2)
+    odd = grid.n_s % 2
+    p = np.swapaxes(_means(np.swapaxes(np.pad(p, ((0, 0), (0, odd), (0, 0))), 0, 1), 2), 0, 1)
+    s = grid.s + odd * grid.ds / 2
+    return SurfaceTractions(Grid(p.shape[0], p.shape[1], 2 * grid.dx, 2 * grid.ds, s), p)
+
+
+def _means(values: Array, n: int) -> Array:
+    """Means of n neighbours each along the first axis, shape (m / n, ...)."""
+    return np.asarray(values.reshape(-1, n, *values.shape[1:]).mean(axis=1))
