@@ -11,14 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.contact.estimates import from_grids
+from femic.contact.error_floors import floors
+from femic.contact.estimates import LATERAL, LONGITUDINAL, WORK, Measured, Scale, errors
 from femic.contact.exact.hertz import require_positive
 from femic.contact.friction.motion import SteadyRolling
 from femic.contact.frictional import FrictionalContact
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import N, S, X
+
+KINDS = {"work": WORK, "F_x": LONGITUDINAL, "F_s": LATERAL}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +100,38 @@ def sliding_of(contact: FrictionalContact, speed: float) -> Sliding:
 
 
 def grid_error(contact: FrictionalContact, number: Callable[[FrictionalContact], float]) -> float:
-    """Return the estimated error of a number of a contact by that on elements twice and four times as large.
+    """Return the estimated error of a number that follows from the work of friction, such as a worn area.
 
-    By Roache (`femic.contact.estimates`); nan where the contact was not solved on coarser grids.
+    As that of the work itself (`femic.contact.estimates`): from the contact on elements twice and four times
+    as large, changes of forces, and elements whose state is uncertain, with the number in proportion to the
+    work of a contact that slides as a whole. nan where the contact was not solved on coarser grids.
     """
-    levels: list[float] = []
-    at: FrictionalContact | None = contact
-    while at is not None and len(levels) < 3:
-        levels.append(number(at))
-        at = at.coarser
-    return from_grids(*levels) if len(levels) > 1 else np.nan
+    fine, *larger = (_measured(level, number(level)) for level in _levels(contact))
+    return errors(KINDS, fine, larger)["work"]
+
+
+def _levels(contact: FrictionalContact) -> list[FrictionalContact]:
+    """Return the contact on its own and on coarser grids, three at most."""
+    levels = [contact]
+    while levels[-1].coarser is not None and len(levels) < 3:
+        levels.append(levels[-1].coarser)
+    return levels
+
+
+def _measured(contact: FrictionalContact, number: float) -> Measured:
+    """Return a number that follows from the work, and forces, with their scales and floors."""
+    area = contact.problem.grid.area
+    F_x, F_s = (float(np.sum(contact.p[..., direction])) * area for direction in (X, S))
+    borne = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
+    load = float(np.sum(contact.p[..., N])) * area
+    own = float(np.sum(contact.dissipation)) * area
+    largest = abs(number) * (contact.largest_work / own if own > 0 else 1.0)
+    of_forces = Scale(borne, load)
+    return Measured(
+        {"work": number, "F_x": F_x, "F_s": F_s},
+        {"work": Scale(largest, largest), "longitudinal": of_forces, "lateral": of_forces},
+        floors(contact.slip_state),
+    )
 
 
 def utilised_friction(contact: FrictionalContact) -> float:

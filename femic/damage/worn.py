@@ -5,11 +5,15 @@ passages (`femic.damage.wear`): an explicit step. Along the lower surface's norm
 of both depths, the same at all x, as a new `extra_gap`; the wheel's surface rises, so its rolling circles
 become smaller. Load, creepages or forces, and the bodies below their surfaces stay as they were.
 
-Stability. The stiffness of a half-space against a wave of the gap of wavelength 2 ds, E* pi / (2 ds) per
-pressure, is the largest one that strips know. Where a step wears h off at the pressure p, such a wave of
-pressures would change sign, and grow, beyond h = 4 p ds / (pi E*). So one step may wear `STABLE` of this
-off, p the largest pressure; beyond, WrongInput says how many passages are possible. E* is taken from the ICs
-of an element.
+Stability. A ripple of the gap from strip to strip changes pressures most: elements of constant pressure, +1
+and -1 in turn, on a half-space are displaced by +-8 G ds / (pi^2 E*), G Catalan's constant. Where pressure is
+larger, more is worn off: in a step the ripple is multiplied by
+
+    1 - f,  f = pi^2 E* / (8 G ds) (sum over x of rate / p) dx passages,
+
+with the sum of both bodies. So it vanishes in one step of f = 1, oscillates beyond, and grows beyond 2. Steps
+of f > `LARGEST_FACTOR` are refused, and WrongInput says how many passages are possible. E* is taken from the
+ICs of half-spaces of an element.
 
 ICs. Those at hand are used until the inclination of one of the surfaces, -d(depth)/ds, has changed by more
 than `largest_turn` since they were made: differences of inclination, on which B-hat depends, then change by
@@ -36,7 +40,8 @@ from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import N
 
-STABLE = 0.5  # of the largest depth per step that does not oscillate
+CATALAN = 0.915965594177219
+LARGEST_FACTOR = 1.0  # of a step: ripples do not change sign
 LARGEST_TURN = float(np.radians(1.0))
 
 
@@ -163,8 +168,8 @@ def worn_contacts(
         ics = ics.for_surfaces(surfaces, steps, renew)
         rolling = _solve(worn_problem(problem, surfaces, ics.operator), operation, start)
         sliding = sliding_of(rolling.contact, operation.speed)
+        _require_stable(ripple_factor(rolling.contact, sliding, steps), steps)
         worn = _worn(sliding, steps) if number < steps.steps else np.zeros((2, len(surfaces.s)))
-        _require_stable(worn, rolling.contact, steps)
         step = WornContact(rolling, sliding, surfaces, worn, ics.turned(surfaces), ics.renewals)
         yield step
         surfaces, start = step.after, rolling
@@ -198,10 +203,16 @@ def _worn(sliding: Sliding, steps: WearSteps) -> Array:
     return np.stack([body.passages * depth(sliding, body.law) for body in (steps.lower, steps.upper)])
 
 
-def largest_depth(contact: FrictionalContact) -> float:
-    """Return the largest depth [mm] of a step of wear that does not oscillate from strip to strip."""
-    grid, p_max = contact.problem.grid, float(np.max(contact.p[..., N]))
-    return 4 * p_max * grid.ds / (np.pi * _modulus(contact.problem))
+def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps) -> float:
+    """Return the largest share f [-] by which a step takes a ripple from strip to strip away, over strips."""
+    grid = contact.problem.grid
+    stiffness = np.pi**2 * _modulus(contact.problem) / (8 * CATALAN * grid.ds)  # MPa/mm
+    pressure = np.where(sliding.pressure > 0, sliding.pressure, np.inf)
+    per_pressure = sum(
+        body.passages * np.sum(body.law.rate(sliding) / pressure, axis=0)
+        for body in (steps.lower, steps.upper)
+    )  # (n_s,)
+    return float(np.max(stiffness * grid.dx * per_pressure))
 
 
 def _modulus(problem: FrictionalProblem) -> float:
@@ -215,12 +226,12 @@ def _modulus(problem: FrictionalProblem) -> float:
     return of_rectangle / float(problem.flat(unit)[(*middle, N)])
 
 
-def _require_stable(worn: Array, contact: FrictionalContact, steps: WearSteps) -> None:
-    """Raise WrongInput where the gap grows in a step by more than is stable."""
-    grown, allowed = float(np.max(worn.sum(axis=0))), STABLE * largest_depth(contact)
-    if grown > allowed:
-        passages = max(steps.lower.passages, steps.upper.passages)
+def _require_stable(factor: float, steps: WearSteps) -> None:
+    """Raise WrongInput where a step makes ripples from strip to strip oscillate."""
+    if factor > LARGEST_FACTOR:
+        passages = steps.lower.passages, steps.upper.passages
+        most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in passages)
         raise WrongInput(
-            f"passages = {passages:g} per step wear {grown:.3g} mm off, but beyond {allowed:.3g} mm pressures of "
-            f"neighbouring strips oscillate: take {passages * allowed / grown:.3g} at most, and more steps"
+            f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures of neighbouring "
+            f"strips would oscillate; take {most} at most, and more steps"
         )
