@@ -168,8 +168,10 @@ def worn_contacts(
         ics = ics.for_surfaces(surfaces, steps, renew)
         rolling = _solve(worn_problem(problem, surfaces, ics.operator), operation, start)
         sliding = sliding_of(rolling.contact, operation.speed)
-        _require_stable(ripple_factor(rolling.contact, sliding, steps), steps)
-        worn = _worn(sliding, steps) if number < steps.steps else np.zeros((2, len(surfaces.s)))
+        worn = np.zeros((2, len(surfaces.s)))
+        if number < steps.steps:
+            _require_stable(ripple_factor(rolling.contact, sliding, steps), steps)
+            worn = _worn(sliding, steps)
         step = WornContact(rolling, sliding, surfaces, worn, ics.turned(surfaces), ics.renewals)
         yield step
         surfaces, start = step.after, rolling
@@ -232,6 +234,6 @@ def _require_stable(factor: float, steps: WearSteps) -> None:
         passages = steps.lower.passages, steps.upper.passages
         most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in passages)
         raise WrongInput(
-            f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures of neighbouring "
-            f"strips would oscillate; take {most} at most, and more steps"
+            f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures of strips would "
+            f"oscillate; take {most} at most, and more steps"
         )

@@ -76,5 +76,5 @@ def test_rotated_and_moved_sets_have_moved_spheres():
 
 @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros(4), np.full((2, 2), np.nan)])
 def test_no_points_are_refused(points):
-    with pytest.raises(WrongInput, match="points of shape .*: one or more finite points"):
+    with pytest.raises(WrongInput, match=r"points of shape .*: one or more finite points"):
         smallest_hypersphere(points)

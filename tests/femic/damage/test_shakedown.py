@@ -35,7 +35,7 @@ def test_line_shears_are_sums_of_flamants_stresses(friction):
 
 @pytest.mark.parametrize("friction", FRICTIONS)
 def test_below_the_limit_of_line_contact_residual_stresses_prevent_yield_and_above_none_do(friction):
-    """Melan: at each depth one residual sigma_x for all x, with ((sigma_x - sigma_z + r)/2)^2 + tau^2 <= k^2."""
+    """Melan: at each depth one residual r for all x, with ((sigma_x - sigma_z + r)/2)^2 + tau^2 <= k^2."""
     limit = float(shakedown_limit(friction, 0.0))
     x, z = np.linspace(-3, 3, 241)[:, None], np.linspace(0.05, 1.6, 32)
     sigma_x, sigma_z, tau = line_stresses(*np.broadcast_arrays(x, z), friction)

@@ -8,8 +8,8 @@ import pytest
 from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import solve
 from femic.contact.friction.motion import Shift
+from femic.contact.frictional import solve
 from femic.contact.loading import Loading
 from femic.damage.sliding import Sliding, grid_error, sliding_of, utilised_friction
 from geometries.errors import WrongInput
@@ -47,7 +47,7 @@ def test_all_work_of_full_sliding_is_friction_times_load_times_creepage():
 
 @pytest.mark.parametrize("share", [0.2, 0.7, 0.97])
 def test_carters_tractions_lose_force_times_creepage(share):
-    """Elastic strains do no work over the whole contact, so slip less than the creepage is made up elsewhere."""
+    """Elastic strains do no work over the whole contact: slip below the creepage is made up elsewhere."""
     surfaces = LineContact(1 / 300, 115e3)
     exact = TractiveRolling.at_force(surfaces, 900.0, 0.3, share * 0.3 * 900.0)
     errors = []
@@ -125,7 +125,7 @@ def test_negative_work_of_leading_edges_is_no_work():
 
 @pytest.mark.parametrize("speed", [0.0, -3.0, np.nan, np.inf])
 def test_speeds_that_are_not_positive_are_refused(speed):
-    with pytest.raises(WrongInput, match="speed = .*: must be positive and finite"):
+    with pytest.raises(WrongInput, match=r"speed = .*: must be positive and finite"):
         full_sliding(speed=speed)
 
 

@@ -1,6 +1,8 @@
 """Worn gaps: mass balance, stability, convergence with steps, renewal of ICs, symmetry."""
 
 from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,19 +38,22 @@ def steps(count, lower=PASSAGES, upper=PASSAGES / 3, **other):
     return WearSteps(count, BodyWear(LAW, lower), BodyWear(LAW, upper), **other)
 
 
-def flat(n_x=18, n_s=22, **other):
-    return wheel_on(paraboloids(n_x, n_s, room=(1.6, 2.0), **other))
+def flat(n_x=14, n_s=18, **other):
+    return wheel_on(paraboloids(n_x, n_s, room=(1.8, 2.1), **other))
 
 
 def gap_after(wheel, of, operation=DRIVEN):
     return list(worn_contacts(wheel, operation, of))[-1].surfaces.extra_gap.gap
 
 
+FOUR_STEPS = cache(lambda: list(worn_contacts(flat(), DRIVEN, steps(4))))
+
+
 # ---- what is worn
 
 
 def test_worn_volume_is_energy_times_coefficient():
-    contacts = list(worn_contacts(flat(), DRIVEN, steps(4)))
+    contacts = FOUR_STEPS()
     ds = contacts[0].sliding.grid.ds
     joules_per_metre = np.array([contact.sliding.total_work for contact in contacts[:-1]])
     section = 0.7 / 7850 * np.sum(joules_per_metre) * 1e-3  # mm^2 per passage
@@ -67,25 +72,27 @@ def test_without_creepage_nothing_is_worn():
 
 
 def test_wear_spreads_the_contact_and_lowers_its_pressure():
-    contacts = [contact.rolling.contact for contact in worn_contacts(flat(), DRIVEN, steps(6))]
+    contacts = [contact.rolling.contact for contact in FOUR_STEPS()]
     largest = [contact.p.max() for contact in contacts]
     assert np.all(np.diff(largest) < 0)
-    assert contacts[-1].area > contacts[0].area
+    s = contacts[0].problem.grid.strips
+    widths = [np.sum(contact.pressures * s**2) for contact in contacts]
+    assert np.all(np.diff(widths) > 0)
     for contact in contacts:
         assert contact.force[2] == pytest.approx(POINT.load, rel=1e-6)
 
 
 def test_a_symmetric_contact_stays_symmetric_and_a_mirrored_one_mirrored():
-    gap = gap_after(flat(), steps(3))
+    gap = FOUR_STEPS()[-1].surfaces.extra_gap.gap
     np.testing.assert_allclose(gap[::-1], gap, atol=1e-4 * gap.max())
-    aside, mirrored = (gap_after(flat(offset=(0.0, side)), steps(3)) for side in (0.4, -0.4))
+    aside, mirrored = (gap_after(flat(offset=(0.0, side)), steps(2)) for side in (0.4, -0.4))
     np.testing.assert_allclose(mirrored[::-1], aside, atol=1e-4 * gap.max())
     assert np.max(np.abs(aside[::-1] - aside)) > 0.05 * gap.max()
 
 
 def test_more_and_smaller_steps_converge_to_the_first_order():
     gaps = [gap_after(flat(), steps(n, 240 / n, 80 / n)) for n in (2, 4, 8)]
-    far, near = (np.max(np.abs(one - other)) for one, other in zip(gaps, gaps[1:], strict=False))
+    far, near = (np.max(np.abs(one - other)) for one, other in pairwise(gaps))
     assert far / near == pytest.approx(2.0, abs=0.4)
     assert near < 0.01 * gaps[-1].max()
 
@@ -127,7 +134,7 @@ def test_wear_of_the_wheel_makes_its_circles_smaller():
 # ---- ICs
 
 
-@pytest.mark.parametrize(("angle", "renewals"), [(1.0, [0, 0, 0, 0]), (1e-12, [0, 1, 2, 3])])
+@pytest.mark.parametrize(("angle", "renewals"), [(1.0, [0, 0, 0]), (1e-12, [0, 1, 2])])
 def test_ics_are_renewed_where_the_surface_has_turned(angle, renewals):
     wheel, seen = flat(), []
 
@@ -135,7 +142,7 @@ def test_ics_are_renewed_where_the_surface_has_turned(angle, renewals):
         seen.append(surfaces)
         return wheel.problem.operator
 
-    contacts = list(worn_contacts(wheel, DRIVEN, steps(3, largest_turn=angle), renew))
+    contacts = list(worn_contacts(wheel, DRIVEN, steps(2, largest_turn=angle), renew))
     assert [contact.renewals for contact in contacts] == renewals
     assert len(seen) == renewals[-1]
     if seen:
@@ -144,16 +151,16 @@ def test_ics_are_renewed_where_the_surface_has_turned(angle, renewals):
 
 
 def test_the_angle_is_the_largest_slope_of_either_depth():
-    contacts = list(worn_contacts(flat(), DRIVEN, steps(2)))
+    contacts = FOUR_STEPS()
     last = contacts[-1]
     slopes = np.gradient(last.surfaces.lower, last.surfaces.s)  # of the body that wears more
     assert last.turned == pytest.approx(np.max(np.abs(slopes)))
-    assert [contact.renewals for contact in contacts] == [0, 0, 0]
+    assert [contact.renewals for contact in contacts] == [0, 0, 0, 0, 0]
 
 
 def test_renewed_ics_are_used():
     """Those of softer bodies, as an example."""
-    soft = paraboloids(18, 22, room=(1.6, 2.0), materials=(SOFT, SOFT)).operator
+    soft = paraboloids(14, 18, room=(1.8, 2.1), materials=(SOFT, SOFT)).operator
     of = steps(1, 1.0, 0.0, largest_turn=1e-12)
     renewed = list(worn_contacts(flat(), DRIVEN, of, lambda _: soft))
     assert renewed[1].rolling.contact.p.max() < 0.85 * renewed[0].rolling.contact.p.max()
@@ -187,7 +194,7 @@ def test_a_step_multiplies_ripples_by_1_less_their_factor(factor, monkeypatch):
 
 def test_too_many_passages_per_step_are_refused():
     with pytest.raises(
-        WrongInput, match="passages = 1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most"
+        WrongInput, match=r"passages = 1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most"
     ):
         list(worn_contacts(flat(), DRIVEN, steps(2, 1e6, 0.0)))
 
