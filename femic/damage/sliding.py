@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from femic.contact.error_floors import floors
-from femic.contact.estimates import LATERAL, LONGITUDINAL, WORK, Measured, Scale, errors
+from femic.contact.estimates import LATERAL, LONGITUDINAL, ROUNDING, WORK, Measured, Scale, errors
 from femic.contact.exact.hertz import require_positive
 from femic.contact.friction.motion import SteadyRolling
 from femic.contact.frictional import FrictionalContact
+from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.grids import Grid
@@ -108,6 +109,23 @@ def grid_error(contact: FrictionalContact, number: Callable[[FrictionalContact],
     """
     fine, *larger = (_measured(level, number(level)) for level in _levels(contact))
     return errors(KINDS, fine, larger)["work"]
+
+
+def work_error(
+    problem: RollingProblem, rolling: RollingContact, number: Callable[[FrictionalContact], float]
+) -> float:
+    """Return the estimated error of a number that follows from the work of friction, in steady rolling.
+
+    The larger one of `grid_error` and of the share by which the work on slip differs from that of the rigid
+    motion: where little of a contact slides, grids miss much of its slip, and do not show that by changes.
+    nan where the grid has no slip, but the rigid motion work.
+    """
+    contact = rolling.contact
+    own = sliding_of(contact, 1.0).total_work
+    missed = abs(problem.power(rolling) - problem.climbing(rolling) - own)
+    if own == 0:
+        return 0.0 if missed <= ROUNDING * contact.largest_work else np.nan
+    return float(np.fmax(abs(number(contact)) * missed / own, grid_error(contact, number)))
 
 
 def _levels(contact: FrictionalContact) -> list[FrictionalContact]:

@@ -234,6 +234,6 @@ def _require_stable(factor: float, steps: WearSteps) -> None:
         passages = steps.lower.passages, steps.upper.passages
         most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in passages)
         raise WrongInput(
-            f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures of strips would "
-            f"oscillate; take {most} at most, and more steps"
+            f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures oscillate "
+            f"from strip to strip; take {most} at most, and more steps"
         )

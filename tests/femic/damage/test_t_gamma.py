@@ -5,7 +5,7 @@ import pytest
 
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.loading import Loading
-from femic.damage.sliding import grid_error, sliding_of
+from femic.damage.sliding import grid_error, sliding_of, work_error
 from femic.damage.t_gamma import t_gamma
 from geometries.errors import WrongInput
 from tests.femic.contact.friction_problems import MIXED, POINT, groove, paraboloids, wheel_on
@@ -50,6 +50,7 @@ def test_all_shares_are_the_work_on_slip_in_a_groove(materials):
     shares = t_gamma(wheel, rolling)
     error = grid_error(rolling.contact, work_of)
     assert abs(shares.total - work_of(rolling.contact)) < error
+    assert work_error(wheel, rolling, work_of) == error
     assert abs(shares.pressures) > error
     assert abs(shares.spin) > error
 
