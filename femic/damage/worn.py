@@ -13,7 +13,10 @@ larger, more is worn off: in a step the ripple is multiplied by
 
 with the sum of both bodies. So it vanishes in one step of f = 1, oscillates beyond, and grows beyond 2. Steps
 of f > `LARGEST_FACTOR` are refused, and WrongInput says how many passages are possible. E* is taken from the
-ICs of half-spaces of an element.
+ICs of half-spaces of an element. Where wheels run at scattered places, depths are averages along s with a
+normal distribution of the standard deviation `spread`; a wave of the gap, of the stiffness E* kappa / 2, then
+takes part by exp(-(kappa spread)^2 / 2) only, and the largest stiffness is E* / (2 spread e^1/2) at most: so
+steps may be larger, too.
 
 ICs. Those at hand are used until the inclination of one of the surfaces, -d(depth)/ds, has changed by more
 than `largest_turn` since they were made: differences of inclination, on which B-hat depends, then change by
@@ -25,6 +28,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from femic.contact.exact.hertz import require_positive
 from femic.contact.extra_gap import Profile
@@ -42,6 +46,7 @@ from geometries.patches import N
 
 CATALAN = 0.915965594177219
 LARGEST_FACTOR = 1.0  # of a step: ripples do not change sign
+REACH = 4.0  # standard deviations of the average along s
 LARGEST_TURN = float(np.radians(1.0))
 
 
@@ -75,17 +80,24 @@ class BodyWear:
 
 @dataclass(frozen=True)
 class WearSteps:
-    """Steps of wear of both bodies, and by which angle [rad] surfaces may turn before ICs are renewed."""
+    """Steps of wear of both bodies.
+
+    `largest_turn` [rad] is the angle by which surfaces may turn before ICs are renewed, `spread` [mm] the
+    standard deviation of the places along s at which wheels run.
+    """
 
     steps: int
     lower: BodyWear
     upper: BodyWear
     largest_turn: float = LARGEST_TURN
+    spread: float = 0.0
 
     def __post_init__(self) -> None:
         if self.steps < 1:
             raise WrongInput(f"steps = {self.steps!r}: one or more")
         require_positive("largest_turn", self.largest_turn)
+        if not 0 <= self.spread < np.inf:
+            raise WrongInput(f"spread = {self.spread!r}: must be zero or positive, and finite [mm]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,13 +214,29 @@ def _solve(problem: RollingProblem, operation: Operation, start: RollingContact 
 
 def _worn(sliding: Sliding, steps: WearSteps) -> Array:
     """Return the depths [mm] that a step wears off both bodies, (2, n_s)."""
-    return np.stack([body.passages * depth(sliding, body.law) for body in (steps.lower, steps.upper)])
+    depths = [body.passages * depth(sliding, body.law) for body in (steps.lower, steps.upper)]
+    return np.stack([_spread(one, steps.spread, sliding.grid.ds) for one in depths])
+
+
+def _spread(depths: Array, spread: float, ds: float) -> Array:
+    """Return depths (n_s,) averaged along s; raises WrongInput where the average needs more strips."""
+    if spread == 0:
+        return depths
+    reach = int(REACH * spread / ds + 0.5)
+    if np.any(depths[:reach]) or np.any(depths[len(depths) - reach :]):
+        raise WrongInput(
+            f"spread = {spread:g} mm: wear reaches the ends of the grid; {reach} strips are needed beside "
+            "the contact: take more strips, or a smaller spread"
+        )
+    averaged = scipy.ndimage.gaussian_filter1d(depths, spread / ds, mode="constant", truncate=REACH)
+    return np.asarray(averaged)
 
 
 def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps) -> float:
-    """Return the largest share f [-] by which a step takes a ripple from strip to strip away, over strips."""
+    """Return the largest share f [-] by which a step takes a ripple or wave of the gap away, over strips."""
     grid = contact.problem.grid
-    stiffness = np.pi**2 * _modulus(contact.problem) / (8 * CATALAN * grid.ds)  # MPa/mm
+    largest = 1 / (2 * steps.spread * np.exp(0.5)) if steps.spread > 0 else np.inf
+    stiffness = _modulus(contact.problem) * min(np.pi**2 / (8 * CATALAN * grid.ds), largest)  # MPa/mm
     pressure = np.where(sliding.pressure > 0, sliding.pressure, np.inf)
     per_pressure = sum(
         body.passages * np.sum(body.law.rate(sliding) / pressure, axis=0)

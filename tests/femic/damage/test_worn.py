@@ -38,8 +38,8 @@ def steps(count, lower=PASSAGES, upper=PASSAGES / 3, **other):
     return WearSteps(count, BodyWear(LAW, lower), BodyWear(LAW, upper), **other)
 
 
-def flat(n_x=14, n_s=18, **other):
-    return wheel_on(paraboloids(n_x, n_s, room=(1.8, 2.1), **other))
+def flat(n_x=14, n_s=18, *, room=(1.8, 2.1), **other):
+    return wheel_on(paraboloids(n_x, n_s, room=room, **other))
 
 
 def gap_after(wheel, of, operation=DRIVEN):
@@ -192,6 +192,50 @@ def test_a_step_multiplies_ripples_by_1_less_their_factor(factor, monkeypatch):
     assert np.mean(multiplied[12:18]) == pytest.approx(1 - factor, abs=0.08 * factor)
 
 
+# ---- scattered places
+
+
+@pytest.mark.parametrize("spread", [0.15, 0.4])
+def test_scattered_places_keep_the_volume_and_widen_the_gap(spread):
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    plain, wide = (list(worn_contacts(wheel, DRIVEN, steps(1, spread=one)))[-1] for one in (0.0, spread))
+    s, ds = wheel.rolling.s, wheel.problem.grid.ds
+    volumes = [np.sum(each.surfaces.lower) * ds for each in (plain, wide)]
+    assert volumes[1] == pytest.approx(volumes[0], rel=1e-12)
+    variances = [np.sum(each.surfaces.lower * s**2) * ds / volumes[0] for each in (plain, wide)]
+    assert variances[1] - variances[0] == pytest.approx(spread**2, rel=0.01)  # cut off at 4 deviations
+
+
+def test_scattered_places_allow_larger_steps_which_do_not_oscillate():
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    first = next(worn_contacts(wheel, DRIVEN, steps(1, 1.0, 0.0)))
+    alone, spread = (ripple_factor(first.rolling.contact, first.sliding, steps(1, 1.0, 0.0, spread=one))
+                     for one in (0.0, 0.5))  # fmt: skip
+    assert spread < alone / 4
+    worn = list(worn_contacts(wheel, DRIVEN, steps(4, 0.9 / spread, 0.0, spread=0.5)))
+    gap = worn[-1].surfaces.extra_gap.gap
+    s = wheel.rolling.s
+    assert np.all(np.diff(gap[s < 0]) >= 0)
+    assert np.all(np.diff(gap[s > 0]) <= 0)
+
+
+def test_a_small_spread_is_limited_by_ripples():
+    first = next(worn_contacts(flat(), DRIVEN, steps(1)))
+    factors = [
+        ripple_factor(first.rolling.contact, first.sliding, steps(1, spread=one)) for one in (0.0, 1e-3)
+    ]
+    assert factors[0] == factors[1]
+
+
+@pytest.mark.parametrize("side", [-10, 10])
+def test_a_spread_beyond_either_end_of_the_grid_is_refused(side):
+    wheel = flat(14, 40, room=(1.8, 4.4), offset=(0.0, side))
+    with pytest.raises(
+        WrongInput, match=r"spread = 0.4 mm: wear reaches the ends of the grid; \d+ strips are"
+    ):
+        list(worn_contacts(wheel, DRIVEN, steps(1, spread=0.4)))
+
+
 def test_too_many_passages_per_step_are_refused():
     with pytest.raises(
         WrongInput, match=r"passages = 1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most"
@@ -208,6 +252,7 @@ def test_too_many_passages_per_step_are_refused():
         (lambda: steps(0), "steps = 0: one or more"),
         (lambda: steps(2, -1.0), "passages = -1.0 per step: must be zero or positive"),
         (lambda: steps(2, largest_turn=0.0), "largest_turn = 0.0: must be positive"),
+        (lambda: steps(2, spread=-0.1), "spread = -0.1: must be zero or positive"),
         (lambda: replace(DRIVEN, speed=-1.0), "speed = -1.0: must be positive"),
         (lambda: BodyWear(ArchardMap(), np.inf), "passages = inf per step"),
     ],
