@@ -21,6 +21,7 @@ from femic.stresses.points import InnerPoints, require_inside
 from femic.stresses.tractions import SurfaceTractions
 from geometries.arrays import Array
 from geometries.bodies import Body
+from geometries.errors import WrongInput
 from geometries.materials import Material
 
 AXES = "xyz"
@@ -69,7 +70,12 @@ def fields(material: Material, corners: Corners, x: Array, y: Array, z: Array) -
 
 
 def stress_of(material: Material, gradient: Array) -> Array:
-    """Return Hooke's stresses (..., 3, 3) [MPa] from the gradient du_a/dx_b of displacements (..., 3, 3)."""
+    """Return Hooke's stresses (..., 3, 3) [MPa] from the gradient du_a/dx_b of displacements (..., 3, 3).
+
+    Raises WrongInput at nu = 0.5, where strains do not determine stresses.
+    """
+    if not np.isfinite(material.lame):
+        raise WrongInput(f"nu = {material.nu!r}: stresses need a compressible material; give nu < 0.5")
     strain = (gradient + np.swapaxes(gradient, -1, -2)) / 2
     dilatation = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
     return np.asarray(2 * material.G * strain + material.lame * dilatation * np.eye(3))

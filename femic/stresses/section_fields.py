@@ -61,7 +61,9 @@ def wave_solver(section: SectionMesh, spectra: Spectra, points: Array, share: fl
 
 def _beyond(section: SectionMesh, share: float) -> Mask:
     """Nodes beyond a share of the far radius, which are held, (n_nodes,); none for a share of 1."""
-    return np.asarray((np.hypot(*section.mesh.doflocs) > share * section.body.domain.far_radius) & (share < 1))
+    return np.asarray(
+        (np.hypot(*section.mesh.doflocs) > share * section.body.domain.far_radius) & (share < 1)
+    )
 
 
 def _strained(at: Array, k: float, stretch: Array, bend: Array) -> Array:

@@ -73,9 +73,7 @@ class Spectra:
     @property
     def axis(self) -> Axis:
         """The axis of wavenumbers."""
-        return Axis(
-            SCALE_LOWEST / self.body.domain.far_radius, self.largest, self.body.rolling_radius
-        )
+        return Axis(SCALE_LOWEST / self.body.domain.far_radius, self.largest, self.body.rolling_radius)
 
     def wavenumbers(self, spacing: float) -> Array:
         """Wavenumbers to be solved [1/mm], in growing order from 0 to the largest one, shape (n,).
