@@ -132,7 +132,10 @@ def test_merged_elements_carry_the_same_force():
         assert coarse.grid.ds == 2 * grid.ds
         force = coarse.grid.area * np.sum(coarse.p, axis=(0, 1))
         np.testing.assert_allclose(force, grid.area * np.sum(tractions.p, axis=(0, 1)), rtol=1e-12)
-        moments = [each.grid.area * np.einsum("xsd,x,s->d", each.p, each.x, each.grid.strips) for each in (tractions, coarse)]
+        moments = [
+            each.grid.area * np.einsum("xsd,x,s->d", each.p, each.x, each.grid.strips)
+            for each in (tractions, coarse)
+        ]
         np.testing.assert_allclose(moments[1], moments[0], atol=1e-12)
 
 
