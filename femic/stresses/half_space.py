@@ -14,10 +14,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from femic.stresses.centred import Centred, centred
+from femic.stresses.centred import centred
 from femic.stresses.corners import H, H1, Corners, derivative, derivatives
 from femic.stresses.field import StressField
 from femic.stresses.points import InnerPoints, require_inside
+from femic.stresses.staircase import staircase
 from femic.stresses.tractions import SurfaceTractions
 from geometries.arrays import Array
 from geometries.bodies import Body
@@ -33,13 +34,16 @@ def half_space_field(
     """Return the field of the tractions on a half-space, unrolled by the arc lengths x and s.
 
     Tractions that are uniform on elements, but not in truth, cause waves in x and s at depths of less than an
-    element. So there the fields below the four nearest centres of elements are interpolated, unless
-    `between_centres` is False: then the elements are taken at their word. Raises WrongInput for points
+    element. So there the fields below the four nearest centres of elements are interpolated, less what the
+    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word. Raises WrongInput for points
     above the surface.
     """
     require_inside(body, points)
-    samples = centred(tractions.grid, points) if between_centres else Centred.as_they_are(points)
+    if not between_centres:
+        return StressField(body, points, *on_half_space(body, tractions, points))
+    samples = centred(tractions.grid, points)
     u, stress = on_half_space(body, tractions, samples.points)
+    stress[samples.on_lattice] -= staircase(body, tractions, samples.lattice_points)
     return StressField(body, points, samples.at_points(u), samples.at_points(stress))
 
 
