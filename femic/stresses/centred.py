@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femic.stresses.points import InnerPoints
-from geometries.arrays import Array
+from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
 
 SMOOTH_DEPTH = 1.0  # of the longer side of an element: below it fields are smooth in x and s
@@ -13,19 +13,22 @@ SMOOTH_DEPTH = 1.0  # of the longer side of an element: below it fields are smoo
 
 @dataclass(frozen=True, eq=False)
 class Centred:
-    """Sample points (m,), and their shares (n, c) in the values at n points, `members` (n, c) each."""
+    """Sample points (m,), and their shares (n, 4) in the values at n points, `members` (n, 4) each.
+
+    `on_lattice` (m,) marks those below centres of elements.
+    """
 
     points: InnerPoints
-    members: Array
+    on_lattice: Mask
+    members: Indices
     shares: Array
     shape: tuple[int, ...]
 
-    @classmethod
-    def as_they_are(cls, points: InnerPoints) -> "Centred":
-        """The points themselves."""
-        n = points.x.size
-        flat = InnerPoints(points.x.ravel(), points.s.ravel(), points.depth.ravel())
-        return cls(flat, np.arange(n)[:, None], np.ones((n, 1)), points.shape)
+    @property
+    def lattice_points(self) -> InnerPoints:
+        """The sample points below centres."""
+        points, chosen = self.points, self.on_lattice
+        return InnerPoints(points.x[chosen], points.s[chosen], points.depth[chosen])
 
     def at_points(self, values: Array) -> Array:
         """Values (..., ) at the points from those at the sample points (m, ...)."""
@@ -40,7 +43,7 @@ def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred
     samples have the x of the points.
     """
     x, s, depth = points.x.ravel(), points.s.ravel(), points.depth.ravel()
-    shallow = depth < SMOOTH_DEPTH * max(grid.dx if along_x else 0.0, grid.ds)
+    shallow = _shallow(grid, depth, along_x)
     x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2, shallow & along_x)
     s_ends, s_shares = _neighbours(s, grid.ds, float(grid.strips[0]), shallow)
     shape = (len(x), 2, 2)
@@ -48,10 +51,18 @@ def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred
     places = np.stack([np.broadcast_to(corner, shape) for corner in corners], axis=-1).reshape(-1, 3)
     distinct, members = np.unique(places.round(12), axis=0, return_inverse=True)
     shares = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
-    return Centred(InnerPoints(*distinct.T), members.reshape(len(x), 4), shares, points.shape)
+    samples = InnerPoints(*distinct.T)
+    return Centred(
+        samples, _shallow(grid, samples.depth, along_x), members.reshape(len(x), 4), shares, points.shape
+    )
 
 
-def _neighbours(values: Array, spacing: float, origin: float, shallow: Array) -> tuple[Array, Array]:
+def _shallow(grid: Grid, depth: Array, along_x: bool) -> Mask:
+    """Whether depths are less than an element, whose sides along x may not matter."""
+    return np.asarray(depth < SMOOTH_DEPTH * max(grid.dx if along_x else 0.0, grid.ds))
+
+
+def _neighbours(values: Array, spacing: float, origin: float, shallow: Mask) -> tuple[Array, Array]:
     """The two centres next to each of some values (n, 2) [mm], and their shares (n, 2)."""
     low = np.floor((values - origin) / spacing + 1e-9)
     share = np.clip((values - origin) / spacing - low, 0.0, 1.0)

@@ -34,5 +34,7 @@ def in_section_axes(result: StressField) -> Array:
 
     On a body of revolution these axes turn with x, as the section does.
     """
-    axes = np.moveaxis(result.body.surface.axes(np.zeros_like(result.points.s), result.points.s), (0, 1), (-2, -1))
+    axes = np.moveaxis(
+        result.body.surface.axes(np.zeros_like(result.points.s), result.points.s), (0, 1), (-2, -1)
+    )
     return np.asarray(np.swapaxes(axes, -1, -2) @ result.stress @ axes)

@@ -14,13 +14,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from femic.stresses.centred import Centred, centred
+from femic.stresses.centred import centred
 from femic.stresses.corners import H, H1, Corners, derivative, derivatives
 from femic.stresses.field import StressField
 from femic.stresses.points import InnerPoints, require_inside
+from femic.stresses.staircase import staircase
 from femic.stresses.tractions import SurfaceTractions
 from geometries.arrays import Array
 from geometries.bodies import Body
+from geometries.errors import WrongInput
 from geometries.materials import Material
 
 AXES = "xyz"
@@ -32,13 +34,16 @@ def half_space_field(
     """Return the field of the tractions on a half-space, unrolled by the arc lengths x and s.
 
     Tractions that are uniform on elements, but not in truth, cause waves in x and s at depths of less than an
-    element. So there the fields below the four nearest centres of elements are interpolated, unless
-    `between_centres` is False: then the elements are taken at their word. Raises WrongInput for points
+    element. So there the fields below the four nearest centres of elements are interpolated, less what the
+    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word. Raises WrongInput for points
     above the surface.
     """
     require_inside(body, points)
-    samples = centred(tractions.grid, points) if between_centres else Centred.as_they_are(points)
+    if not between_centres:
+        return StressField(body, points, *on_half_space(body, tractions, points))
+    samples = centred(tractions.grid, points)
     u, stress = on_half_space(body, tractions, samples.points)
+    stress[samples.on_lattice] -= staircase(body, tractions, samples.lattice_points)
     return StressField(body, points, samples.at_points(u), samples.at_points(stress))
 
 
@@ -69,7 +74,12 @@ def fields(material: Material, corners: Corners, x: Array, y: Array, z: Array) -
 
 
 def stress_of(material: Material, gradient: Array) -> Array:
-    """Return Hooke's stresses (..., 3, 3) [MPa] from the gradient du_a/dx_b of displacements (..., 3, 3)."""
+    """Return Hooke's stresses (..., 3, 3) [MPa] from the gradient du_a/dx_b of displacements (..., 3, 3).
+
+    Raises WrongInput at nu = 0.5, where strains do not determine stresses.
+    """
+    if not np.isfinite(material.lame):
+        raise WrongInput(f"nu = {material.nu!r}: stresses need a compressible material; give nu < 0.5")
     strain = (gradient + np.swapaxes(gradient, -1, -2)) / 2
     dilatation = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
     return np.asarray(2 * material.G * strain + material.lame * dilatation * np.eye(3))

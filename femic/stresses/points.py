@@ -74,6 +74,7 @@ def points_at(body: Body, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> InnerPoin
     xi, section_y, section_z = body.surface.to_chart(np.stack([values.ravel() for values in coordinates]))
     in_section = np.stack([section_y, section_z])
     s, depth = _foot(body, in_section)
+    depth = np.where(np.abs(depth) <= ROUNDING * body.domain.far_radius, np.maximum(depth, 0.0), depth)
     x_along = xi / body.surface.chart_x(np.ones_like(s), s, s)
     shape = coordinates[0].shape
     points = InnerPoints(*(values.reshape(shape) for values in (x_along, s, depth)))
@@ -97,7 +98,9 @@ def require_inside(body: Body, points: InnerPoints) -> None:
     on_contour = (flat.s >= low - rounding) & (flat.s <= high + rounding)
     _require(on_contour, flat, f"beyond the section's contour; s must lie in {low:.4g} ... {high:.4g} mm")
     length = np.pi * body.rolling_radius
-    _require(np.abs(flat.in_chart(body)) <= length, flat, "more than half way round the body; give a smaller x")
+    _require(
+        np.abs(flat.in_chart(body)) <= length, flat, "more than half way round the body; give a smaller x"
+    )
     in_section = flat.in_section(body)
     _require(_in_domain(body, in_section, rounding), flat, _beyond(body))
     inside = _foot(body, in_section)[1] >= -rounding
@@ -117,7 +120,9 @@ def _in_domain(body: Body, in_section: Array, rounding: float) -> Mask:
     if body.outline is None:
         within_arc = np.hypot(y, z) <= body.domain.far_radius + rounding
         return np.asarray(within_arc & (body.side * z <= body.depth + rounding))
-    return _in_polygon(body.outline.closed(body.contour), in_section) | (_foot(body, in_section)[1] < rounding)
+    return _in_polygon(body.outline.closed(body.contour), in_section) | (
+        _foot(body, in_section)[1] < rounding
+    )
 
 
 def _in_polygon(boundary: Array, points: Array) -> Mask:

@@ -18,6 +18,7 @@ from femic.stresses.points import InnerPoints
 from femic.stresses.resolution import Resolution
 from femic.stresses.section_fields import COMPONENTS, WaveSolver, wave_solver
 from femic.stresses.spectra import Spectra
+from femic.stresses.staircase import staircase
 from femic.stresses.tractions import SurfaceTractions
 from femic.stresses.waves import in_local_axes, synthesised
 from geometries.arrays import Array, Indices
@@ -59,6 +60,9 @@ class SectionUnderWaves:
         centres = centred(long_part.grid, samples.points, along_x=False)
         u, stress, cost = self.long_waves(centres.points, workers)
         flat_u, flat_stress = on_half_space(self.section.body, long_part, centres.points)
+        flat_stress[centres.on_lattice] -= staircase(
+            self.section.body, long_part, centres.lattice_points, along_x=False
+        )
         return (
             samples.continued(centres.at_points(u - flat_u), np.zeros(3, dtype=bool)),
             samples.continued(centres.at_points(stress - flat_stress), TRACTIONS),

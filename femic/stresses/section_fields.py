@@ -19,7 +19,7 @@ from geometries.arrays import Array, Mask
 from geometries.grids import Grid
 from geometries.quadrature import on_panels
 
-GAUSS_POINTS = 4  # per part of an edge
+GAUSS_POINTS = 5  # per part of an edge
 COMPONENTS = 9  # u_x, u_y, u_z, strains xx, yy, zz and shears yz, xz, xy
 WaveSolver = Callable[[float], tuple[Array, float]]
 EXCHANGED = np.array([True, False, False, False, False, False, False, True, True])  # with sines for cosines
@@ -61,7 +61,9 @@ def wave_solver(section: SectionMesh, spectra: Spectra, points: Array, share: fl
 
 def _beyond(section: SectionMesh, share: float) -> Mask:
     """Nodes beyond a share of the far radius, which are held, (n_nodes,); none for a share of 1."""
-    return np.asarray((np.hypot(*section.mesh.doflocs) > share * section.body.domain.far_radius) & (share < 1))
+    return np.asarray(
+        (np.hypot(*section.mesh.doflocs) > share * section.body.domain.far_radius) & (share < 1)
+    )
 
 
 def _strained(at: Array, k: float, stretch: Array, bend: Array) -> Array:
@@ -73,24 +75,32 @@ def _strained(at: Array, k: float, stretch: Array, bend: Array) -> Array:
 
 
 def strip_forces(section: SectionMesh, grid: Grid) -> csc_matrix:
-    """Consistent forces (3 n_nodes, 3 n_s) of unit line loads that are uniform over the strips of a grid.
+    """Consistent forces (3 n_nodes, 3 n_s) of unit line loads on the strips of a grid.
 
-    Column 3 l + d belongs to the local direction d on strip l.
+    Column 3 l + d belongs to the local direction d on strip l. A load falls linearly from the middle of its
+    strip to the middles of the next ones: so tractions are continuous along s.
     """
-    low, high = grid.extent
-    edges = np.linspace(low, high, grid.n_s + 1)
-    inner = section.knots[(section.knots > low) & (section.knots < high)]
-    ends = np.unique(np.append(edges, inner))
+    low, ds = grid.extent[0] - grid.ds / 2, grid.ds  # the middle of a strip before the first one
+    middles = low + ds * np.arange(grid.n_s + 2)
+    inner = section.knots[(section.knots > low) & (section.knots < middles[-1])]
+    ends = np.unique(np.append(middles, inner))
     nodes, weights = on_panels(ends[:-1], ends[1:], GAUSS_POINTS)
     s = nodes.ravel()
-    strip = np.clip(np.floor((s - low) / grid.ds).astype(int), 0, grid.n_s - 1)
+    before = np.clip(np.floor((s - low) / ds).astype(int), 0, grid.n_s)  # the middle before each node
+    share = (s - middles[before]) / ds
+    hats = csc_matrix(
+        (
+            np.append(1 - share, share),
+            (np.tile(np.arange(len(s)), 2), np.append(before, before + 1)),
+        ),
+        shape=(len(s), grid.n_s + 2),
+    )[:, 1:-1]
     trace = section.interpolation(s).T.tocsr()  # (n_nodes, n)
-    axes = section.body.surface.axes(np.zeros_like(s), s) * weights.ravel() / grid.ds  # (d, c, n)
-    places = np.arange(len(s)), strip
+    axes = section.body.surface.axes(np.zeros_like(s), s) * weights.ravel() / ds  # (d, c, n)
     blocks = np.empty((3, 3), dtype=object)
     for d in range(3):
         for c in range(3):
-            blocks[c, d] = trace @ csc_matrix((axes[d, c], places), shape=(len(s), grid.n_s))
+            blocks[c, d] = trace @ hats.multiply(axes[d, c][:, None])
     return _interleaved(blocks)
 
 

@@ -18,7 +18,8 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.grids import Grid
 
-FEWEST_ELEMENTS = 32  # elements along x of the loaded part, by division of those given
+FEWEST_ELEMENTS = 32  # elements of the loaded part along x, by division of those given
+FEWEST_STRIPS = 24  # and along s
 LARGEST = 36.0  # largest wavenumber times the loaded half-length: the limit of Filon's panels is about 45
 LOG_SPACING = 0.75  # of wavenumbers in ln k, below the inverse of the loaded half-length
 SPACING = 0.5 * np.pi  # times the inverse of that length: of larger wavenumbers
@@ -36,10 +37,10 @@ def loaded_part(tractions: SurfaceTractions) -> SurfaceTractions:
     rows = np.flatnonzero(np.any(loaded | loaded[::-1], axis=1))
     skipped = int(rows[0]) if len(rows) else 0
     p = tractions.p[skipped : grid.n_x - skipped, first : last + 1]
-    repeats = -(-FEWEST_ELEMENTS // p.shape[0])
     s = float(grid.strips[first] + grid.strips[last]) / 2
-    part = Grid(p.shape[0] * repeats, p.shape[1], grid.dx / repeats, grid.ds, s)
-    return SurfaceTractions(part, np.repeat(p, repeats, axis=0))
+    along_x, along_s = -(-FEWEST_ELEMENTS // p.shape[0]), -(-FEWEST_STRIPS // p.shape[1])
+    p = np.repeat(np.repeat(p, along_x, axis=0), along_s, axis=1)
+    return SurfaceTractions(Grid(p.shape[0], p.shape[1], grid.dx / along_x, grid.ds / along_s, s), p)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +74,7 @@ class Spectra:
     @property
     def axis(self) -> Axis:
         """The axis of wavenumbers."""
-        return Axis(
-            SCALE_LOWEST / self.body.domain.far_radius, self.largest, self.body.rolling_radius
-        )
+        return Axis(SCALE_LOWEST / self.body.domain.far_radius, self.largest, self.body.rolling_radius)
 
     def wavenumbers(self, spacing: float) -> Array:
         """Wavenumbers to be solved [1/mm], in growing order from 0 to the largest one, shape (n,).
