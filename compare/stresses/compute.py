@@ -94,8 +94,16 @@ def _body_stresses(contacts: Contacts, name: str, request: Request, options: Run
 
 def _stored_field(contacts: Contacts, name: str, request: Request, options: RunOptions) -> xr.Dataset:
     """Return the stresses in a body on its lattice, from the store if they are there."""
-    body, lattice, reference = contacts.problem.bodies[name], lattice_below(contacts, name), contacts.reference
-    loads = {ics: contacts.on_body(name, ics) for ics in dict.fromkeys((reference, "A")) if ics in contacts.tractions}
+    body, lattice, reference = (
+        contacts.problem.bodies[name],
+        lattice_below(contacts, name),
+        contacts.reference,
+    )
+    loads = {
+        ics: contacts.on_body(name, ics)
+        for ics in dict.fromkeys((reference, "A"))
+        if ics in contacts.tractions
+    }
     inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], request.fineness
     key = options.store.key("stresses", results_digest(__name__), *inputs)
     if (part := options.store.get(key)) is not None:

@@ -106,9 +106,7 @@ def require_stresses(scene: Scene) -> None:
     require_solvable(scene)
 
 
-def solve_contacts(
-    scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]
-) -> Contacts:
+def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
     """Solve one contact of a scene with each of its ICs.
 
     `given` are ICs of the caller by name. Raises BadScene for what has no stresses, and Failure as `femic contact`.
@@ -135,9 +133,7 @@ def _one_contact(specification: ContactSpecification) -> ContactSpecification:
     return replace(specification, approaches=(max(specification.approaches),))
 
 
-def _frictionless(
-    problem: ContactProblem, options: RunOptions, given: Mapping[str, GivenICs]
-) -> Contacts:
+def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
     solved = solve_frictionless(problem, options, given)
     (loading,) = solved.loadings
     contacts = {name: solved.contacts[loading, name] for name in solved.ics}

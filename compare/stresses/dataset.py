@@ -148,7 +148,10 @@ def _fields(name: str, body: BodyStresses) -> xr.Dataset:
     lattice, dims = body.lattice, tuple(f"{place}_{name}" for place in PLACES)
     fields = xr.Dataset(
         {
-            f"stress_{name}": (("source", *dims, "i", "j"), np.stack(list(body.stresses.values())).astype("f4")),
+            f"stress_{name}": (
+                ("source", *dims, "i", "j"),
+                np.stack(list(body.stresses.values())).astype("f4"),
+            ),
             f"estimate_{name}": (dims, body.estimate.astype("f4")),
         },
         coords={
@@ -176,13 +179,21 @@ def _damage(results: StressResults) -> xr.Dataset:
     grid, x = results.contacts.grid, results.contacts.on_grid.x
     arrays = xr.Dataset(
         {
-            "work_density": (("ics", "x", "s"), np.stack([one.power_density for one in damage]), {"units": "MPa"}),
+            "work_density": (
+                ("ics", "x", "s"),
+                np.stack([one.power_density for one in damage]),
+                {"units": "MPa"},
+            ),
             "depth": (
                 ("ics", "law", "s"),
                 NANO * np.stack([list(one.depths.values()) for one in damage]),
                 {"units": "nm", "long_name": "depth worn per passage (rail) or revolution (wheel)"},
             ),
-            "regime_share": (("ics", "regime"), [list(one.regimes.values()) for one in damage], {"units": "1"}),
+            "regime_share": (
+                ("ics", "regime"),
+                [list(one.regimes.values()) for one in damage],
+                {"units": "1"},
+            ),
         },
         coords={
             "ics": ics,

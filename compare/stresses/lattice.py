@@ -44,9 +44,7 @@ def lattice_below(contacts: Contacts, body: str) -> Lattice:
     half_length, (low, high) = _patch(contacts)
     half_width, middle = (high - low) / 2, (low + high) / 2
     first, last = contacts.problem.extent
-    s = np.linspace(
-        max(first, middle - WIDER * half_width), min(last, middle + WIDER * half_width), ALONG_S
-    )
+    s = np.linspace(max(first, middle - WIDER * half_width), min(last, middle + WIDER * half_width), ALONG_S)
     x = LONGER * half_length * np.linspace(-1, 1, ALONG_X)
     offset, of_body = contacts.offset(body), contacts.problem.bodies[body]
     s = np.clip(s, of_body.s_range[0] - offset, of_body.s_range[1] - offset)

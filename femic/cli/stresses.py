@@ -36,7 +36,9 @@ def stresses(
         float | None, Parameter(help="in tension [MPa], for shakedown and surface fatigue")
     ] = None,
     hardness: Annotated[float | None, Parameter(help="[MPa], for wear by Archard; needs --speed")] = None,
-    speed: Annotated[float | None, Parameter(help="of rolling [m/s], for wear laws that depend on it")] = None,
+    speed: Annotated[
+        float | None, Parameter(help="of rolling [m/s], for wear laws that depend on it")
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Compute the stresses under the contact of a scene in both bodies; write stresses.nc and a report.
@@ -69,7 +71,9 @@ def _loaded(name: str, ics: str | None, friction: float | None, force: float | N
         changes["ics"] = ics.split(",")
     if friction is not None:
         if scene.contact.friction is None:
-            raise WrongInput(f"--friction = {friction:g}: {scene.name} has no friction (motion = 'none'); leave it out")
+            raise WrongInput(
+                f"--friction = {friction:g}: {scene.name} has no friction (motion = 'none'); leave it out"
+            )
         changes["friction"] = [friction]
     if force is not None:
         if scene.contact.motion != ROLLING:
