@@ -28,9 +28,9 @@ class BodyStresses:
     """Stresses [MPa] in a body along x, s, n on its lattice, by source, shape (n_x, n_s, n_d, 3, 3) each.
 
     Sources are the true body and a half-space, both under the tractions of the reference, and a half-space
-    under those of A. `estimate` [MPa], (n_x, n_s, n_d), is the estimated error in the true body. `fatigue` are
-    Dang Van's equivalent stresses over a passage by source, (n_s, n_d) each; empty of contacts that do not
-    travel.
+    under those of A. `estimate` [MPa], (n_x, n_s, n_d), is the estimated error in the true body. `fatigue`
+    are Dang Van's equivalent stresses over a passage by source, (n_s, n_d) each; empty of contacts that do
+    not travel.
     """
 
     lattice: Lattice

@@ -109,7 +109,7 @@ def require_stresses(scene: Scene) -> None:
 def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
     """Solve one contact of a scene with each of its ICs.
 
-    `given` are ICs of the caller by name. Raises BadScene for what has no stresses, and Failure as `femic contact`.
+    `given` are ICs of the caller by name. Raises as `femic contact`.
     """
     problem = replace(scene.contact_problem, specification=_one_contact(scene.contact))
     if problem.specification.friction is None:

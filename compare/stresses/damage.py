@@ -41,8 +41,8 @@ class Material:
                 raise WrongInput(f"--{option} = {value:g}: must be positive and finite [{unit}]")
         if self.hardness is not None and self.speed is None:
             raise WrongInput(
-                f"--hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity; give "
-                "--speed [m/s], too"
+                f"--hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity; "
+                "give --speed [m/s], too"
             )
 
     @property

@@ -145,7 +145,7 @@ def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
 
 def _fields(name: str, body: BodyStresses) -> xr.Dataset:
     """Return the stresses of a body on its lattice by source, estimates, and Dang Van's stresses."""
-    lattice, dims = body.lattice, tuple(f"{place}_{name}" for place in PLACES)
+    dims = tuple(f"{place}_{name}" for place in PLACES)
     fields = xr.Dataset(
         {
             f"stress_{name}": (

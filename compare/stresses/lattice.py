@@ -11,7 +11,7 @@ from geometries.bodies import Body
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
 
-ALONG_X, ALONG_S, INTO_DEPTH = 25, 33, 17  # points
+ALONG_X, ALONG_S, INTO_DEPTH = 17, 25, 13  # points
 WIDER, LONGER, DEEPER = 1.5, 1.3, 2.0  # over the width, the length and the half-width of the patch
 GRADING = 1.5  # power of depths: closer together near the surface
 SHRINKING, MOST_SHRINKINGS = 0.9, 40  # of the depth, until all normals stay inside the body

@@ -28,7 +28,7 @@ FATIGUE = (
 
 
 def write_stresses(results: StressResults, out: Path) -> tuple[xr.Dataset, Path]:
-    """Write `stresses.nc`, figures and `stresses.html` into a folder; return the arrays and the page's path."""
+    """Write `stresses.nc`, figures and `stresses.html`; return the arrays and the path of the page."""
     dataset = to_dataset(results)
     page = Page(
         str(dataset.attrs["title"]), summary(dataset), list(_sections(dataset)), stress_table(dataset)
