@@ -4,9 +4,9 @@ All elements together are one load per wavenumber k (`section_fields`). The stre
 
     half-space(all waves) + [section - half-space](waves up to the largest k)
 
-with the half-space unrolled by the arc lengths x, s and the depth below the surface: of the short waves, which
-do not reach deep, only the tangent half-space is taken, and the rest in brackets is smooth, so that it can be
-continued to the surface (`near_surface`). Theory: docs/theory/stresses.md.
+with the half-space unrolled by the arc lengths x, s and the depth below the surface. Short waves do not reach
+deep: to them the body is its tangent half-space. The rest in brackets is smooth, so that it can be continued
+to the surface (`near_surface`). Theory: docs/theory/stresses.md.
 """
 
 from dataclasses import dataclass, replace

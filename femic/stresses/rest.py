@@ -25,7 +25,7 @@ from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.grids import Grid
 
-TRUSTED = 0.5  # cells on the strips deep: from there on the section is trusted
+TRUSTED = 0.35  # cells on the strips deep: from there on the section is trusted
 MARGIN = 3  # strips beside the loaded ones with cells as fine
 NEARER = 0.5  # share of the far radius at which the far arc lies that shows the truncation error
 ALONG_N = np.arange(3) == 2
@@ -54,7 +54,7 @@ class SectionUnderWaves:
         return cls(section, spectra, resolution, cell, perf_counter() - start)
 
     def rest(self, points: InnerPoints, workers: int) -> tuple[Array, Array, Cost]:
-        """What the body adds to the half-space: displacements (..., 3), stresses (..., 3, 3), and the cost."""
+        """Displacements (..., 3) and stresses (..., 3, 3) beyond the half-space's, and the cost."""
         samples = samples_of(points, TRUSTED * self.cell)
         long_part = self.spectra.long_part()
         centres = centred(long_part.grid, samples.points, along_x=False)

@@ -10,6 +10,7 @@ from femic.stresses.corners import Corners
 from femic.stresses.half_space import fields, half_space_field, stress_of
 from femic.stresses.measures import largest_shear
 from femic.stresses.points import InnerPoints, line_into_depth, section_points
+from femic.stresses.tractions import SurfaceTractions
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
@@ -112,7 +113,7 @@ def test_displacements_of_the_surface_are_the_ics_of_the_half_space(side):
     """On the element, beside it, on its edges' lines, and far away, where sums over corners lose digits."""
     grid = grid_of(1, 1, A, B)
     x, s = np.array([0.1, 0.7, -A, 5.0, 0.9, 40.0]), np.array([0.05, -0.4, 0.8, B, 0.2, -30.0])
-    tractions = tractions_of(grid, lambda x, s: TRACTION)
+    tractions = SurfaceTractions(grid, TRACTION[None, None])
     field = half_space_field(flat(side), tractions, InnerPoints(x, s, 0 * x), between_centres=False)
     a = HalfSpace(one_body(STEEL, side)).ics(Patch(A, B), x, s)
     expected = side * np.einsum("ijn,j->ni", a, TRACTION)  # the lower body gets the opposite
@@ -180,7 +181,7 @@ def test_below_the_middle_of_a_line_contact():
     grid = grid_of(7, 60, 600.0, 1.0)
     edges = np.linspace(-1, 1, 61)
     means = np.diff(edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2 / grid.ds
-    tractions = tractions_of(grid, lambda x, s: (0, 0, means + 0 * x))
+    tractions = tractions_of(grid, lambda x, s: (0 * s, 0 * s, means + 0 * x))
     depth = np.linspace(0.1, 2.0, 96)
     field = half_space_field(
         flat(-1, material=NU_HERTZ), tractions, line_into_depth(0.0, 0.0, depth), between_centres=False
