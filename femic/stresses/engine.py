@@ -23,7 +23,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 
 SECTION_SHARE = 0.5  # of the change by coarser cells and waves: these errors fall by more than 3 if halved
-FLOOR = 0.1  # of the largest change among all points: at some points it vanishes by chance
+FLOOR = 0.25  # of the largest change among all points: at some points it vanishes by chance
 GRID_SHARE = 0.5  # of the change by merged elements: their errors fall like the square of their sides
 
 
