@@ -47,7 +47,8 @@ def test_a_plane_through_the_body_carries_the_force():
     t = np.linspace(-5.5, 5.5, 81)
     x, w_x = np.sinh(t), np.cosh(t) * (t[1] - t[0])
     points = points_at(body, x[:, None], y_end * nodes, -depth)
-    stress = in_section_axes(stress_field(body, tractions, points, QUICK))
+    field = stress_field(body, tractions, points, StressSettings(0.7, estimated=False))
+    stress = in_section_axes(field)
     below = -np.einsum("xyc,x,y->c", stress[..., 2], w_x, y_end * weights)  # on what lies above the plane
     delta = body.contour.inclination(grid.strips)
     p_x, p_s, p_n = (grid.area * np.sum(tractions.p[..., d], axis=0) for d in range(3))
