@@ -4,9 +4,9 @@ All elements together are one load per wavenumber k (`section_fields`). The stre
 
     half-space(all waves) + [section - half-space](waves up to the largest k)
 
-with the half-space unrolled by the arc lengths x, s and the depth below the surface: of the short waves, which
-do not reach deep, only the tangent half-space is taken, and the rest in brackets is smooth, so that it can be
-continued to the surface (`near_surface`). Theory: docs/theory/stresses.md.
+with the half-space unrolled by the arc lengths x, s and the depth below the surface. Short waves do not reach
+deep: to them the body is its tangent half-space. The rest in brackets is smooth, so that it can be continued
+to the surface (`near_surface`). Theory: docs/theory/stresses.md.
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 
 SECTION_SHARE = 0.5  # of the change by coarser cells and waves: these errors fall by more than 3 if halved
-FLOOR = 0.1  # of the largest change among all points: at some points it vanishes by chance
+FLOOR = 0.25  # of the largest change among all points: at some points it vanishes by chance
 GRID_SHARE = 0.5  # of the change by merged elements: their errors fall like the square of their sides
 
 

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from femic.stresses.centred import centred
-from femic.stresses.corners import H, H1, Corners, derivative, derivatives
+from femic.stresses.corners import H1, Corners, H, derivative, derivatives
 from femic.stresses.field import StressField
 from femic.stresses.points import InnerPoints, require_inside
 from femic.stresses.staircase import staircase
@@ -35,8 +35,8 @@ def half_space_field(
 
     Tractions that are uniform on elements, but not in truth, cause waves in x and s at depths of less than an
     element. So there the fields below the four nearest centres of elements are interpolated, less what the
-    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word. Raises WrongInput for points
-    above the surface.
+    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word.
+    Raises WrongInput for points outside the body, and at nu = 0.5.
     """
     require_inside(body, points)
     if not between_centres:

@@ -15,17 +15,17 @@ from geometries.errors import WrongInput
 def von_mises(stress: Array) -> Array:
     """Return sqrt(3/2) times the norm of the deviator, shape (...) [MPa]."""
     deviator = stress - mean_stress(stress)[..., None, None] * np.eye(3)
-    return np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1)))
+    return np.asarray(np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1))))
 
 
 def mean_stress(stress: Array) -> Array:
     """Return a third of the trace, shape (...) [MPa]; negative under pressure."""
-    return np.asarray(np.trace(stress, axis1=-2, axis2=-1) / 3)
+    return np.asarray(np.einsum("...aa->...", stress) / 3)
 
 
 def principal_values(stress: Array) -> Array:
     """Return the principal stresses in growing order, shape (..., 3) [MPa]."""
-    return np.linalg.eigvalsh(stress)
+    return np.asarray(np.linalg.eigvalsh(stress), dtype=float)
 
 
 def tresca(stress: Array) -> Array:

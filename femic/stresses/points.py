@@ -126,7 +126,7 @@ def _in_domain(body: Body, in_section: Array, rounding: float) -> Mask:
 
 
 def _in_polygon(boundary: Array, points: Array) -> Mask:
-    """Whether points (2, n) lie in a closed polygon (2, m): a ray along y crosses it an odd number of times."""
+    """Whether points (2, n) lie in a closed polygon (2, m): a ray along y crosses it oddly often."""
     (y, z), (next_y, next_z) = boundary[..., None], np.roll(boundary, -1, axis=1)[..., None]
     straddles = (z <= points[1]) != (next_z <= points[1])
     with np.errstate(divide="ignore", invalid="ignore"):

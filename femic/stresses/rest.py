@@ -25,8 +25,8 @@ from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.grids import Grid
 
-TRUSTED = 0.5  # cells on the strips deep: from there on the section is trusted
-MARGIN = 3  # strips beside the loaded ones with cells as fine
+TRUSTED = 0.35  # cells on the strips deep: from there on the section is trusted
+FEWEST_BESIDE, BESIDE = 3, 1 / 6  # strips beside the loaded ones with cells as fine: least number, share
 NEARER = 0.5  # share of the far radius at which the far arc lies that shows the truncation error
 ALONG_N = np.arange(3) == 2
 TRACTIONS = ALONG_N | ALONG_N[:, None]  # components of stress that vanish at the surface of the rest
@@ -54,7 +54,7 @@ class SectionUnderWaves:
         return cls(section, spectra, resolution, cell, perf_counter() - start)
 
     def rest(self, points: InnerPoints, workers: int) -> tuple[Array, Array, Cost]:
-        """What the body adds to the half-space: displacements (..., 3), stresses (..., 3, 3), and the cost."""
+        """Displacements (..., 3) and stresses (..., 3, 3) beyond the half-space's, and the cost."""
         samples = samples_of(points, TRUSTED * self.cell)
         long_part = self.spectra.long_part()
         centres = centred(long_part.grid, samples.points, along_x=False)
@@ -118,7 +118,8 @@ def strip_blocks(grid: Grid, cells: float) -> Array:
     They are groups of strips, or equal parts of strips, so that all strips lie in them alike.
     """
     together, parts = max(1, round(grid.n_s / cells)), max(1, round(cells / grid.n_s))
-    n = together * -(-(grid.n_s + 2 * MARGIN) // together)
-    edges = grid.extent[0] - MARGIN * grid.ds + grid.ds / parts * np.arange(n * parts + 1)
+    beside = max(FEWEST_BESIDE, round(BESIDE * grid.n_s))
+    n = together * -(-(grid.n_s + 2 * beside) // together)
+    edges = grid.extent[0] - beside * grid.ds + grid.ds / parts * np.arange(n * parts + 1)
     ends = edges[::together]
     return np.stack([ends[:-1], ends[1:]], axis=1)

@@ -47,7 +47,8 @@ def wave_solver(section: SectionMesh, spectra: Spectra, points: Array, share: fl
         loads = forces @ columns.reshape(2, -1).T  # (free amplitudes, 2)
         matrix = stiffness.at(k)
         solution = factors_of(matrix, k).solve(loads)
-        residual = float(np.linalg.norm(matrix @ solution - loads) / max(np.linalg.norm(loads), 1e-300))
+        unbalanced, load = (float(np.linalg.norm(part)) for part in (matrix @ solution - loads, loads))
+        residual = unbalanced / (load or 1.0)
         require_small(residual, k, stiffness.size)
         fields = np.zeros((3 * n_nodes, 2))
         fields[numbers] = solution
@@ -97,19 +98,14 @@ def strip_forces(section: SectionMesh, grid: Grid) -> csc_matrix:
     )[:, 1:-1]
     trace = section.interpolation(s).T.tocsr()  # (n_nodes, n)
     axes = section.body.surface.axes(np.zeros_like(s), s) * weights.ravel() / ds  # (d, c, n)
-    blocks = np.empty((3, 3), dtype=object)
-    for d in range(3):
-        for c in range(3):
-            blocks[c, d] = trace @ hats.multiply(axes[d, c][:, None])
-    return _interleaved(blocks)
-
-
-def _interleaved(blocks: Array) -> csc_matrix:
-    """The matrix with entry (3 node + c, 3 strip + d) from blocks (c, d) of shape (n_nodes, n_s)."""
-    n_nodes, n_s = blocks[0, 0].shape
-    parts = []
-    for (c, d), block in np.ndenumerate(blocks):
-        entries = block.tocoo()
-        parts.append((entries.data, 3 * entries.row + c, 3 * entries.col + d))
-    data, rows, columns = (np.concatenate(values) for values in zip(*parts, strict=True))
-    return csc_matrix((data, (rows, columns)), shape=(3 * n_nodes, 3 * n_s))
+    blocks = {
+        (c, d): (trace @ hats.multiply(axes[d, c][:, None])).tocoo() for c in range(3) for d in range(3)
+    }
+    data, rows, columns = (
+        np.concatenate(parts)
+        for parts in zip(
+            *((block.data, 3 * block.row + c, 3 * block.col + d) for (c, d), block in blocks.items()),
+            strict=True,
+        )
+    )
+    return csc_matrix((data, (rows, columns)), shape=(3 * trace.shape[0], 3 * grid.n_s))

@@ -79,13 +79,14 @@ class Spectra:
     def wavenumbers(self, spacing: float) -> Array:
         """Wavenumbers to be solved [1/mm], in growing order from 0 to the largest one, shape (n,).
 
-        Their spacing is `spacing` times a share of k where k is small, and of the inverse half-length of the
-        loaded part where it is large: the responses to it swing that fast. Orders of a ring are integers.
+        Their spacing is a share of k where k is small, and of the inverse half-length of the loaded part where
+        it is large: the responses to it swing that fast. `spacing` is a factor on the latter, its root on the
+        former. Orders of a ring are integers.
         """
         low, step = self.axis.scale, spacing * SPACING / self.half_length
         k = np.linspace(0.0, self.largest, 20001)
         k = np.unique(np.append(k, low * np.sinh(np.linspace(0, np.arcsinh(self.largest / low), 2001))))
-        density = 1 / (spacing * LOG_SPACING * np.hypot(k, low)) + 1 / step
+        density = 1 / (np.sqrt(spacing) * LOG_SPACING * np.hypot(k, low)) + 1 / step
         count = np.append(0.0, np.cumsum(np.diff(k) * (density[1:] + density[:-1]) / 2))
         nodes = np.interp(np.linspace(0, count[-1], int(np.ceil(count[-1])) + 1), count, k)
         radius = self.body.rolling_radius

@@ -27,15 +27,13 @@ def staircase(
 ) -> Array:
     """Stresses (n, 3, 3) along x, s, n of the staircase less the steady tractions, below centres (n,).
 
-    Without `along_x` only the steps from strip to strip count.
+    Without `along_x` only the steps from strip to strip count, and points may lie anywhere along x.
     """
-    to_depth = np.array([1.0, 1.0, body.side])
-    grid, p = tractions.grid, np.pad(body.side * tractions.p * to_depth, ((2, 2), (2, 2), (0, 0)))
-    i = np.clip(np.rint((centres.x - tractions.x[0]) / grid.dx).astype(int) + 2, 1, grid.n_x + 2)
-    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 2, 1, grid.n_s + 2)
-    steps_x, steps_s = (p[i + 1, j] - p[i - 1, j]) / 2, (p[i, j + 1] - p[i, j - 1]) / 2  # g h, (n, 3)
-    stress = np.zeros((len(i), 3, 3))
-    for y, x, h, rise in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
+    to_depth, grid = np.array([1.0, 1.0, body.side]), tractions.grid
+    steps_x, steps_s = _steps(tractions, centres)
+    stress = np.zeros((len(centres.x), 3, 3))
+    for y, x, h, steps in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
+        rise = body.side * steps * to_depth  # g h
         ratio = centres.depth / h
         q = np.exp(-2 * np.pi * ratio)
         C, L = rise * (2 * ratio * q / (1 + q))[:, None], rise * (np.log1p(q) / np.pi)[:, None]
@@ -46,3 +44,17 @@ def staircase(
             stress[:, a, b] -= value
             stress[:, b, a] -= value
     return np.asarray(stress * np.outer(to_depth, to_depth))
+
+
+def _steps(tractions: SurfaceTractions, centres: InnerPoints) -> tuple[Array, Array]:
+    """Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid."""
+    grid, p = tractions.grid, np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
+    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
+    i = np.floor(place).astype(int)
+    share = (place - i)[:, None]
+    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
+
+    def at(along_x: int, along_s: int) -> Array:
+        return (1 - share) * p[i + along_x, j + along_s] + share * p[i + 1 + along_x, j + along_s]
+
+    return (at(1, 0) - at(-1, 0)) / 2, (at(0, 1) - at(0, -1)) / 2

