@@ -62,9 +62,7 @@ class Constants:
         float | None, Parameter(help="in tension [MPa], for shakedown and surface fatigue")
     ] = None
     hardness: Annotated[float | None, Parameter(help="[MPa], for wear by Archard; needs --speed")] = None
-    speed: Annotated[
-        float | None, Parameter(help="of rolling [m/s], for wear laws that depend on it")
-    ] = None
+    speed: Annotated[float | None, Parameter(help="of rolling [m/s], for wear laws that depend on it")] = None
 
     def require_rolling(self, scene: Scene) -> None:
         """Raise WrongInput for constants that a scene has no use for."""

@@ -99,7 +99,13 @@ def test_page_has_sentences_tables_and_figures(rolling):
     _, _, page = rolling
     for text in ("von Mises stresses are largest so", "In half-spaces", "the work of friction with A by"):
         assert text in page
-    for text in ("half-space, tractions of A", "T-gamma", "FI_surf", "worn by a passage: Archard", "depth [mm]"):
+    for text in (
+        "half-space, tractions of A",
+        "T-gamma",
+        "FI_surf",
+        "worn by a passage: Archard",
+        "depth [mm]",
+    ):
         assert text in page
 
 
