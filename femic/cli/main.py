@@ -31,6 +31,10 @@ COMMANDS = {  # by name: module and function, and the help text
         "contact:contact",
         "Contact with several ICs, without or with friction: pressures, patches, cost.",
     ),
+    "stresses": (
+        "stresses:stresses",
+        "Stresses under a contact inside both bodies; wear and fatigue numbers of rolling.",
+    ),
     "shifts": (
         "shifts:shifts",
         "A wheelset on its track at many lateral shifts: which ICs are good enough where.",

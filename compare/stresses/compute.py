@@ -1,0 +1,133 @@
+"""Stresses below a contact in both bodies, and what half-spaces make of the same tractions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+import xarray as xr
+
+from compare.stresses.contacts import Contacts, require_stresses, solve_contacts
+from compare.stresses.damage import Damage, Material, damage_of
+from compare.stresses.lattice import Lattice, lattice_below
+from femic.cache.digests import results_digest
+from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
+from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.scene import Scene
+from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.half_space import half_space_field
+from geometries.arrays import Array
+
+TRUE, HALF_SPACE, HALF_SPACE_OF_A = "true body", "half-space", "half-space, A"
+BODIES = "upper", "lower"
+
+
+@dataclass(frozen=True, eq=False)
+class BodyStresses:
+    """Stresses [MPa] in a body along x, s, n on its lattice, by source, shape (n_x, n_s, n_d, 3, 3) each.
+
+    Sources are the true body and a half-space, both under the tractions of the reference, and a half-space
+    under those of A. `estimate` [MPa], (n_x, n_s, n_d), is the estimated error in the true body. `fatigue`
+    are Dang Van's equivalent stresses over a passage by source, (n_s, n_d) each; empty of contacts that do
+    not travel.
+    """
+
+    lattice: Lattice
+    stresses: Mapping[str, Array]
+    estimate: Array
+    fatigue: Mapping[str, EquivalentStress]
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class StressResults:
+    """A contact of a scene, the stresses of its tractions by body, and wear and fatigue numbers by ICs."""
+
+    scene: Scene
+    contacts: Contacts
+    bodies: Mapping[str, BodyStresses]
+    damage: Mapping[str, Damage]
+    material: Material
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is computed beside the scene: constants of the material, fineness of the bodies' models."""
+
+    material: Material = field(default_factory=Material)
+    fineness: float = 1.0
+    fatigue: DangVan = field(default_factory=DangVan)
+
+
+def compute_stresses(
+    scene: Scene,
+    request: Request,
+    options: RunOptions = DEFAULT,
+    given: Mapping[str, GivenICs] = NONE_GIVEN,
+) -> StressResults:
+    """Solve one contact of a scene with each of its ICs, and compute the stresses below it.
+
+    `given` are ICs of the caller by name. Raises BadScene for what cannot be
+    solved, NotConverged and Failure as `femic contact` and the stress engine.
+    """
+    start = perf_counter()
+    require_stresses(scene)
+    contacts = solve_contacts(scene, options, given)
+    bodies = {}
+    for body in BODIES:
+        options.watch.on_stage(f"  stresses in the {body} body")
+        bodies[body] = _body_stresses(contacts, body, request, options)
+    damage = {name: damage_of(one, request.material) for name, one in contacts.rolling.items()}
+    return StressResults(scene, contacts, bodies, damage, request.material, perf_counter() - start)
+
+
+def _body_stresses(contacts: Contacts, name: str, request: Request, options: RunOptions) -> BodyStresses:
+    lattice, start = lattice_below(contacts, name), perf_counter()
+    part = _stored_field(contacts, name, request, options)
+    stresses = {source: np.asarray(part.stress.sel(source=source)) for source in part.source.values}
+    passes = contacts.problem.specification.motion != "compression"
+    fatigue = {source: _passage(one, request.fatigue) for source, one in stresses.items() if passes}
+    return BodyStresses(lattice, stresses, np.asarray(part.estimate), fatigue, perf_counter() - start)
+
+
+def _stored_field(contacts: Contacts, name: str, request: Request, options: RunOptions) -> xr.Dataset:
+    """Return the stresses in a body on its lattice, from the store if they are there."""
+    body, lattice, reference = (
+        contacts.problem.bodies[name],
+        lattice_below(contacts, name),
+        contacts.reference,
+    )
+    loads = {
+        ics: contacts.on_body(name, ics)
+        for ics in dict.fromkeys((reference, "A"))
+        if ics in contacts.tractions
+    }
+    inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], request.fineness
+    key = options.store.key("stresses", results_digest(__name__), *inputs)
+    if (part := options.store.get(key)) is not None:
+        return part
+    settings = StressSettings(request.fineness, workers=options.workers)
+    true = stress_field(body, loads[reference], lattice.points, settings)
+    assert true.half_space is not None
+    stresses = {TRUE: true.stress, HALF_SPACE: true.half_space}
+    if "A" in loads:
+        stresses[HALF_SPACE_OF_A] = half_space_field(body, loads["A"], lattice.points).stress
+    dims = ("x", "s", "depth")
+    part = xr.Dataset(
+        {
+            "stress": (("source", *dims, "i", "j"), np.stack(list(stresses.values()))),
+            "estimate": (dims, true.estimate),
+        },
+        coords={"source": list(stresses)},
+    )
+    options.store.put(key, part)
+    return part
+
+
+def _passage(stress: Array, criterion: DangVan) -> EquivalentStress:
+    """Dang Van's equivalent stress (n_s, n_d) as the contact passes: from no stress through all x."""
+    cycle = np.concatenate([np.zeros((1, *stress.shape[1:])), stress])
+    symmetric = (cycle + np.swapaxes(cycle, -1, -2)) / 2
+    return equivalent_stress(symmetric, criterion)

@@ -1,0 +1,167 @@
+"""One contact of a scene with each of its ICs: the one whose stresses are computed.
+
+Without friction it is that of the largest load, in rolling that at the prescribed force and one coefficient
+of friction, in compression that after the last load.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare.contact.compute import map_names, reference_name, require_solvable
+from femic.contact.frictional import FrictionalContact
+from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.pairs.given_ics import GivenICs
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.solved_compression import in_steps
+from femic.contact.rolling import RollingContact, RollingProblem
+from femic.contact.specification import ContactProblem, ContactSpecification
+from femic.reference.run_options import RunOptions
+from femic.scenes.errors import BadScene
+from femic.scenes.scene import Scene
+from femic.stresses.tractions import SurfaceTractions
+from geometries.arrays import Array
+from geometries.grids import Grid
+from geometries.patches import N
+
+MOTIONS = "none", "rolling", "compression"
+
+
+@dataclass(frozen=True, eq=False)
+class RollingSolution:
+    """A contact in steady rolling with some ICs, and its problem."""
+
+    problem: RollingProblem
+    rolling: RollingContact
+
+    @property
+    def contact(self) -> FrictionalContact:
+        """The contact."""
+        return self.rolling.contact
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Tractions [MPa] on the upper body of a contact with ICs by name, (n_x, n_s, 3) each, on one grid.
+
+    `rolling` has the contacts in steady rolling, by ICs; of other motions it is empty. `load` is in words.
+    """
+
+    problem: ContactProblem
+    on_grid: PairOnGrid
+    tractions: Mapping[str, Array]
+    rolling: Mapping[str, RollingSolution]
+    load: str
+
+    @property
+    def reference(self) -> str:
+        """The ICs whose tractions load the bodies."""
+        return reference_name(list(self.tractions))
+
+    @property
+    def grid(self) -> Grid:
+        """The grid on the lower contour."""
+        return self.on_grid.grid
+
+    @property
+    def friction(self) -> float:
+        """The coefficient of friction, 0 without."""
+        friction = self.problem.specification.friction
+        return friction.coefficients[0] if friction else 0.0
+
+    @property
+    def upper_offset(self) -> float:
+        """Arc lengths [mm] of the upper contour less those of the lower one opposite."""
+        return self.on_grid.undeformed.upper_offset
+
+    def offset(self, body: str) -> float:
+        """Arc lengths [mm] of the contour of a body less those of the lower one opposite."""
+        return self.upper_offset if body == "upper" else 0.0
+
+    def on_body(self, body: str, ics: str) -> SurfaceTractions:
+        """Return the tractions with some ICs on the strips of a body's own contour."""
+        own = replace(self.grid, s=self.grid.s + self.offset(body))
+        return SurfaceTractions(own, self.tractions[ics])
+
+    def p_max(self, ics: str) -> float:
+        """Return the largest pressure [MPa]."""
+        return float(np.max(self.tractions[ics][..., N]))
+
+
+def require_stresses(scene: Scene) -> None:
+    """Raise BadScene where a scene has no contact whose stresses are computed, before any work."""
+    motion = scene.contact.motion
+    if motion not in MOTIONS:
+        raise BadScene(
+            f"{scene.name}: contact.motion = {motion!r}: stresses are those of one contact; use one of "
+            f"{', '.join(MOTIONS)} (a transient ends as steady rolling)"
+        )
+    if maps := map_names(scene.contact.ics):
+        raise BadScene(
+            f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
+        )
+    require_solvable(scene)
+
+
+def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
+    """Solve one contact of a scene with each of its ICs.
+
+    `given` are ICs of the caller by name. Raises as `femic contact`.
+    """
+    problem = replace(scene.contact_problem, specification=_one_contact(scene.contact))
+    if problem.specification.friction is None:
+        return _frictionless(problem, options, given)
+
+    def solve(pair: PairWithFriction) -> Contacts:
+        if problem.specification.motion == "rolling":
+            return _rolling(pair)
+        return _compressed(pair)
+
+    return solve_with_friction(problem, solve, options, given)
+
+
+def _one_contact(specification: ContactSpecification) -> ContactSpecification:
+    """Return the specification of one contact: of the largest load, or coefficient of friction."""
+    if specification.friction is not None:
+        largest = max(specification.friction.coefficients)
+        return replace(specification, friction=replace(specification.friction, coefficients=(largest,)))
+    if specification.loads:
+        return replace(specification, loads=(max(specification.loads),), approaches=())
+    return replace(specification, approaches=(max(specification.approaches),))
+
+
+def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
+    solved = solve_frictionless(problem, options, given)
+    (loading,) = solved.loadings
+    contacts = {name: solved.contacts[loading, name] for name in solved.ics}
+    tractions = {name: one.normal.tractions for name, one in contacts.items()}
+    on_grid = contacts[reference_name(solved.ics)].on_grid
+    return Contacts(problem, on_grid, tractions, {}, str(loading))
+
+
+def _rolling(pair: PairWithFriction) -> Contacts:
+    solutions = {name: _rolls(pair, name) for name in pair.problem.specification.ics}
+    tractions = {name: one.contact.p for name, one in solutions.items()}
+    return Contacts(pair.problem, pair.on_grid, tractions, solutions, f"{pair.loads[0]:g} N")
+
+
+def _rolls(pair: PairWithFriction, name: str) -> RollingSolution:
+    """Return the contact at the prescribed longitudinal force."""
+    friction = pair.specification.coefficients[0]
+    problem = pair.frictional(pair.operator(name), friction)
+    along = Continuation.of(pair, problem, f"friction {friction:g}, {name}")
+    rolling = along.with_force(pair.specification.equal_force * along.largest, [along.first()])
+    pair.options.watch.on_stage(f"  {along.label}: xi = {rolling.creepages.longitudinal:.3g}")
+    return RollingSolution(along.problem, rolling)
+
+
+def _compressed(pair: PairWithFriction) -> Contacts:
+    friction, tractions = pair.specification.coefficients[0], {}
+    for name in pair.problem.specification.ics:
+        problem = pair.frictional(pair.operator(name), friction)
+        tractions[name] = in_steps(pair, problem, f"friction {friction:g}, {name}")[1].p
+        pair.options.watch.on_stage(f"  friction {friction:g}, {name}: {pair.loads[-1]:g} N")
+    return Contacts(pair.problem, pair.on_grid, tractions, {}, f"{pair.loads[-1]:g} N")

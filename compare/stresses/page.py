@@ -1,0 +1,71 @@
+"""`femic stresses` writes the file, figures and the page of stresses below a contact."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import xarray as xr
+
+from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
+from compare.stresses import figures
+from compare.stresses.answers import damage_table, reference_symbol, stress_table, summary
+from compare.stresses.compute import StressResults
+from compare.stresses.dataset import to_dataset
+
+SECTION = (
+    "Von Mises stresses over arc length s (of the lower contour) and depth below each surface, at the x of "
+    "the largest one. Beside the true body: the estimated error of the largest stress component; beside "
+    "half-spaces: their difference to the true body."
+)
+WEAR = (
+    "Per passage of the contact the rail, per revolution the wheel, loses these depths. Energy: Krause and "
+    "Poll; twin disc: the BRR function of T-gamma over area; Archard: the wear map of KTH. Coefficients are "
+    "those of dry steel in laboratories: ratios between ICs are surer than depths."
+)
+FATIGUE = (
+    "Dang Van's equivalent stress (c = 1/3) over the cycle from no stress through all x. Fatigue is to be "
+    "expected where it exceeds the fatigue limit in shear."
+)
+
+
+def write_stresses(results: StressResults, out: Path) -> tuple[xr.Dataset, Path]:
+    """Write `stresses.nc`, figures and `stresses.html`; return the arrays and the path of the page."""
+    dataset = to_dataset(results)
+    page = Page(
+        str(dataset.attrs["title"]), summary(dataset), list(_sections(dataset)), stress_table(dataset)
+    )
+    return dataset, write_results(page, out, "stresses", dataset)
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    yield Section("", [figures.section_maps(dataset), Note(SECTION)])
+    bands = Note("Bands: the estimated error of the largest stress component in the true body.")
+    yield Section("Into depth", [figures.depth_curves(dataset), bands])
+    yield Section("Along the rolling direction", [figures.plane_maps(dataset)])
+    cycle = Note("Stresses along x, s, n of the surface above, at the place of the largest von Mises stress.")
+    yield Section("The load cycle", [figures.load_cycle(dataset), cycle])
+    if "dang_van" in dataset:
+        yield Section("Fatigue below the surface", [figures.fatigue_maps(dataset), Note(FATIGUE)])
+    if "ics" in dataset.dims:
+        yield Section("Wear and surface fatigue by ICs", list(_wear(dataset)))
+    yield Folded("How these numbers are computed", list(_method(dataset)))
+    yield Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))])
+
+
+def _wear(dataset: xr.Dataset) -> Iterator[Block]:
+    yield damage_table(dataset)
+    small = f"Small, below each number: its difference to that with {reference_symbol(dataset)}."
+    without = "" if "speed" in dataset.attrs else " Without --speed wear by energy is mild everywhere."
+    unknown = "" if "yield_stress" in dataset.attrs else " With --yield-stress: shakedown and surface index."
+    yield Note(small + without + unknown)
+    yield figures.wear_chart(dataset)
+    yield Note(WEAR)
+
+
+def _method(dataset: xr.Dataset) -> Iterator[Block]:
+    seconds = float(dataset.attrs["seconds"])
+    lattice = " × ".join(str(dataset.sizes[f"{name}_lower"]) for name in ("x", "s", "depth"))
+    yield (
+        f"Tractions of {reference_symbol(dataset)} load both true bodies (harmonic engine) and half-spaces "
+        f"that are unrolled by arc length, at {lattice} points; largest values are those on these points. "
+        f"All of it took {seconds:.0f} s."
+    )

@@ -1,0 +1,154 @@
+"""Local wear laws: how deep a surface is worn on an element, per rolled distance while the contact is there.
+
+Each law is a class of coefficients with one function, `rate`, of a `Sliding`: the depth [mm] over the rolled
+distance [mm], (n_x, n_s). It is that of one surface; the other one has coefficients of its own. Coefficients
+were measured dry, in laboratories, on few pairs of steels: on lubricated or wet track wear is several times
+less, and laws of different sources differ by ten where all are mild (docs/theory/wear-and-fatigue.md).
+"""
+
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
+
+import numpy as np
+
+from femic.contact.exact.hertz import require_positive
+from femic.damage.sliding import Sliding
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+
+STEEL_DENSITY = 7850.0  # kg/m^3, which is µg/mm^3
+PER_METRE = 1e-3  # mm per m
+
+
+class WearLaw(Protocol):
+    """A local wear law."""
+
+    def rate(self, sliding: Sliding) -> Array:
+        """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
+        ...
+
+
+@dataclass(frozen=True)
+class EnergyLaw:
+    """Worn mass proportional to the work of friction, mild or severe by the friction power density.
+
+    By Krause and Poll (1986), Wear 113, 103-122: worn volume is proportional to the work of friction, with a
+    factor that rises where friction power over contact area passes a transition, since surfaces become hot.
+    They state it for a contact as a whole; here it holds on each element, as in Zobory (1997), Vehicle System
+    Dynamics 28, 221-259. `mild` and `severe` [µg/J] are worn masses over work, `transition` [W/mm^2]
+    the power density from which on wear is severe, `density` [kg/m^3] that of the material.
+
+    The defaults, 7e-10 and 21e-10 kg/J, and 4 W/mm^2, are those of Zobory, from memory of secondary sources:
+    verify them. At the transition the depth jumps by their ratio. Limits: dry steel on steel; at power
+    densities far beyond those of rails a contact has temperatures that no factor of two covers.
+    """
+
+    mild: float = 0.7
+    severe: float = 2.1
+    transition: float = 4.0
+    density: float = STEEL_DENSITY
+
+    def __post_init__(self) -> None:
+        _require_positive(self)
+
+    def rate(self, sliding: Sliding) -> Array:
+        """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
+        coefficient = np.where(sliding.power_density < self.transition, self.mild, self.severe)
+        return coefficient * sliding.work / self.density * PER_METRE
+
+
+@dataclass(frozen=True)
+class TwinDiscLaw:
+    """Worn mass as a function of T-gamma over area, in three regimes: mild, severe, catastrophic.
+
+    By Lewis and Dwyer-Joyce (2004), Journal of Engineering Tribology 218, 467-478, and Braghin, Lewis,
+    Dwyer-Joyce and Bruni (2006), Wear 261, 1253-1264: twin discs of wheel steel R8T on rail steel 900A. With
+    T = T-gamma/A [N/mm^2] the worn mass per rolled distance and area [µg/m/mm^2] is `mild` T below the
+    first of `transitions`, `severe` up to the second, and rises by `catastrophic` times T from there on. The
+    British Rail function of T-gamma has the same three regimes (`section_loss`). `density` [kg/m^3].
+
+    At the first transition the source jumps, from 55.1 to 55.0. Beyond the second one published forms differ:
+    slope times T less a constant, which is printed so that it either goes on from 55 or falls to 0, or
+    without any, a jump to 4779. Here it is continuous. T is taken element by element, as by Braghin. Limits:
+    discs have 900 to 1500 MPa and slide by up to 20 %; rails hardly reach the catastrophic regime.
+    """
+
+    mild: float = 5.3
+    severe: float = 55.0
+    catastrophic: float = 61.9
+    transitions: tuple[float, float] = (10.4, 77.2)
+    density: float = STEEL_DENSITY
+
+    def __post_init__(self) -> None:
+        _require_positive(self)
+        _require_growing("transitions", self.transitions)
+
+    def mass(self, t_gamma_per_area: Array) -> Array:
+        """Return the worn mass [µg/m/mm^2] at T-gamma over area [N/mm^2], shape of these."""
+        t = np.asarray(t_gamma_per_area, dtype=float)
+        beyond = self.severe + self.catastrophic * (t - self.transitions[1])
+        return np.where(
+            t < self.transitions[0], self.mild * t, np.where(t <= self.transitions[1], self.severe, beyond)
+        )
+
+    def rate(self, sliding: Sliding) -> Array:
+        """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
+        return self.mass(sliding.work) / self.density * PER_METRE
+
+
+@dataclass(frozen=True)
+class ArchardMap:
+    """Archard's law with coefficients by sliding velocity and pressure: the wear map of KTH.
+
+    Worn volume = k times load times sliding distance over hardness (Archard 1953, Journal of Applied Physics
+    24, 981-988). By Jendel (2002), Wear 253, 89-99, k is `seizure` where the pressure exceeds the share
+    `pressure_share` of `hardness` [MPa], else `slow`, `middle` or `fast` below, between and above the two
+    `velocities` [m/s]. His ranges, from memory, so verify them: slow and fast 1e-4 ... 10e-4, middle 30e-4
+    ... 40e-4, seizure 300e-4 ... 400e-4; the defaults are about their middles. The map jumps at each border.
+
+    Limits: pins on discs, dry; for track that weather or lubricators lubricate Jendel takes a share of these
+    k. Hardness is that of the softer surface.
+    """
+
+    slow: float = 5e-4
+    middle: float = 35e-4
+    fast: float = 5e-4
+    seizure: float = 350e-4
+    hardness: float = 3000.0
+    velocities: tuple[float, float] = (0.2, 0.7)
+    pressure_share: float = 0.8
+
+    def __post_init__(self) -> None:
+        _require_positive(self)
+        _require_growing("velocities", self.velocities)
+
+    def coefficient(self, velocity: Array, pressure: Array) -> Array:
+        """Return Archard's k [-] at sliding velocities [m/s] and pressures [MPa], of their joint shape."""
+        by_velocity = np.select(
+            [velocity < self.velocities[0], velocity <= self.velocities[1]],
+            [self.slow, self.middle],
+            self.fast,
+        )
+        return np.where(pressure > self.pressure_share * self.hardness, self.seizure, by_velocity)
+
+    def rate(self, sliding: Sliding) -> Array:
+        """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
+        k = self.coefficient(sliding.velocity, sliding.pressure)
+        return np.asarray(k * sliding.pressure * np.linalg.norm(sliding.slip, axis=-1) / self.hardness)
+
+
+def _require_positive(law: Any) -> None:
+    """Raise WrongInput for a coefficient of a law that is not positive."""
+    for field in fields(law):
+        value = getattr(law, field.name)
+        if isinstance(value, tuple):
+            for one in value:
+                require_positive(field.name, one)
+        else:
+            require_positive(field.name, value)
+
+
+def _require_growing(name: str, limits: tuple[float, float]) -> None:
+    """Raise WrongInput for two limits of which the first is not the smaller one."""
+    if not limits[0] < limits[1]:
+        raise WrongInput(f"{name} = {limits!r}: two limits, the smaller one first")

@@ -1,0 +1,153 @@
+"""Points inside a body: below a point of the contact surface, by their depth along its normal."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from geometries.arrays import Array, Mask
+from geometries.bodies import Body
+from geometries.errors import WrongInput
+
+ROUNDING = 1e-9  # of the far radius, by which points may lie beyond a boundary
+
+
+@dataclass(frozen=True, eq=False)
+class InnerPoints:
+    """Points below the contact surface; x, s, depth [mm] have one shape (...).
+
+    x is the arc length along the rolling circle of the surface at the arc length s of the body's contour,
+    `depth` the distance from there along the inward normal.
+    """
+
+    x: Array
+    s: Array
+    depth: Array
+
+    def __post_init__(self) -> None:
+        x, s, depth = np.broadcast_arrays(
+            *(np.asarray(values, dtype=float) for values in (self.x, self.s, self.depth))
+        )
+        for name, values in (("x", x), ("s", s), ("depth", depth)):
+            object.__setattr__(self, name, values)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the arrays."""
+        return self.x.shape
+
+    @property
+    def flat(self) -> "InnerPoints":
+        """The points in one row, shape (n,)."""
+        return InnerPoints(self.x.ravel(), self.s.ravel(), self.depth.ravel())
+
+    def in_section(self, body: Body) -> Array:
+        """Coordinates y, z in the section of a body [mm], shape (2, ...)."""
+        return body.contour.position(self.s) + body.side * self.depth * body.contour.normal(self.s)
+
+    def in_chart(self, body: Body) -> Array:
+        """Coordinate xi along the body [mm], shape (...)."""
+        return body.surface.chart_x(self.x, self.s, self.s)
+
+
+def line_into_depth(x: float, s: float, depth: ArrayLike) -> InnerPoints:
+    """Return the points below one point of the surface at some depths [mm], shape (n,)."""
+    return InnerPoints(np.asarray(x), np.asarray(s), np.asarray(depth))
+
+
+def section_points(s: ArrayLike, depth: ArrayLike, x: float = 0.0) -> InnerPoints:
+    """Return points of the section at x, shape (len(s), len(depth))."""
+    return InnerPoints(np.asarray(x), np.asarray(s)[:, None], np.asarray(depth)[None])
+
+
+def lengthwise_points(x: ArrayLike, depth: ArrayLike, s: float = 0.0) -> InnerPoints:
+    """Return points below the line along x at one arc length s, shape (len(x), len(depth))."""
+    return InnerPoints(np.asarray(x)[:, None], np.asarray(s), np.asarray(depth)[None])
+
+
+def points_at(body: Body, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> InnerPoints:
+    """Return points by global coordinates x, y, z [mm], which broadcast: below the nearest surface point.
+
+    Raises WrongInput for points that are not inside the modelled body.
+    """
+    coordinates = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (x, y, z)))
+    xi, section_y, section_z = body.surface.to_chart(np.stack([values.ravel() for values in coordinates]))
+    in_section = np.stack([section_y, section_z])
+    s, depth = _foot(body, in_section)
+    depth = np.where(np.abs(depth) <= ROUNDING * body.domain.far_radius, np.maximum(depth, 0.0), depth)
+    x_along = xi / body.surface.chart_x(np.ones_like(s), s, s)
+    shape = coordinates[0].shape
+    points = InnerPoints(*(values.reshape(shape) for values in (x_along, s, depth)))
+    missed = np.hypot(*(points.in_section(body).reshape(2, -1) - in_section))
+    _require(
+        missed <= ROUNDING * body.domain.far_radius,
+        points,
+        "the nearest point of the contour is its end: below no point of the surface",
+    )
+    require_inside(body, points)
+    return points
+
+
+def require_inside(body: Body, points: InnerPoints) -> None:
+    """Raise WrongInput, with the first such point, for points that are not inside the modelled body."""
+    flat, low, high = points.flat, *body.s_range
+    rounding = ROUNDING * body.domain.far_radius
+    finite = np.isfinite(flat.x) & np.isfinite(flat.s) & np.isfinite(flat.depth)
+    _require(finite, flat, "coordinates must be finite numbers [mm]")
+    _require(flat.depth >= 0, flat, "above the surface; depth must be 0 or positive [mm]")
+    on_contour = (flat.s >= low - rounding) & (flat.s <= high + rounding)
+    _require(on_contour, flat, f"beyond the section's contour; s must lie in {low:.4g} ... {high:.4g} mm")
+    length = np.pi * body.rolling_radius
+    _require(
+        np.abs(flat.in_chart(body)) <= length, flat, "more than half way round the body; give a smaller x"
+    )
+    in_section = flat.in_section(body)
+    _require(_in_domain(body, in_section, rounding), flat, _beyond(body))
+    inside = _foot(body, in_section)[1] >= -rounding
+    _require(inside, flat, "the normal has left the body again at this depth; give a smaller depth")
+
+
+def _foot(body: Body, in_section: Array) -> tuple[Array, Array]:
+    """Arc lengths and depths [mm] of points (2, n) below the nearest point of the contour, (n,) each."""
+    s = body.contour.nearest(in_section, body.s_range)
+    apart = in_section - body.contour.position(s)
+    return s, body.side * np.sum(apart * body.contour.normal(s), axis=0)
+
+
+def _in_domain(body: Body, in_section: Array, rounding: float) -> Mask:
+    """Whether points (2, n) lie within far arc and hub, or within the outline, shape (n,)."""
+    y, z = in_section
+    if body.outline is None:
+        within_arc = np.hypot(y, z) <= body.domain.far_radius + rounding
+        return np.asarray(within_arc & (body.side * z <= body.depth + rounding))
+    return _in_polygon(body.outline.closed(body.contour), in_section) | (
+        _foot(body, in_section)[1] < rounding
+    )
+
+
+def _in_polygon(boundary: Array, points: Array) -> Mask:
+    """Whether points (2, n) lie in a closed polygon (2, m): a ray along y crosses it oddly often."""
+    (y, z), (next_y, next_z) = boundary[..., None], np.roll(boundary, -1, axis=1)[..., None]
+    straddles = (z <= points[1]) != (next_z <= points[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = y + (points[1] - z) / (next_z - z) * (next_y - y)
+    return np.asarray(np.sum(straddles & (points[0] < crossing), axis=0) % 2 == 1)
+
+
+def _beyond(body: Body) -> str:
+    """What a point beyond the modelled section of a body is told."""
+    if body.outline is not None:
+        return "outside the outline of the section; give a point inside it"
+    hub = f" and {body.rolling_radius - body.depth:g} mm from the axis (hub)" if body.depth < np.inf else ""
+    return (
+        f"beyond the modelled section, which ends {body.domain.far_radius:g} mm from the contact centre"
+        f"{hub}; give a smaller depth or a larger far_radius"
+    )
+
+
+def _require(valid: Mask, points: InnerPoints, reason: str) -> None:
+    """Raise WrongInput with the first point that is not valid (n,)."""
+    if np.all(valid):
+        return
+    x, s, depth = (values.ravel()[int(np.argmin(valid))] for values in (points.x, points.s, points.depth))
+    raise WrongInput(f"point x = {x:g}, s = {s:g}, depth = {depth:g} mm: {reason}")

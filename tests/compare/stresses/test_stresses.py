@@ -1,0 +1,166 @@
+"""Stresses below contacts: numbers of the dataset beside the engines, Hertz's field, the page, messages."""
+
+import numpy as np
+import pytest
+
+from compare.stresses import lattice
+from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Request, compute_stresses
+from compare.stresses.contacts import require_stresses
+from compare.stresses.damage import Material
+from compare.stresses.page import write_stresses
+from femic.cli.main import WRONG_INPUT, exit_code
+from femic.damage.dang_van import DangVan, equivalent_stress
+from femic.damage.laws import EnergyLaw
+from femic.damage.sliding import sliding_of, utilised_friction
+from femic.damage.wear import depth
+from femic.reference.run_options import RunOptions
+from femic.scenes.errors import BadScene
+from femic.scenes.load import scene_from_table
+from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.half_space import half_space_field
+from femic.stresses.measures import tresca, von_mises
+from geometries.patches import N
+from tests.compare.friction.scenes import scene
+
+COARSE, ONE = 0.25, RunOptions(workers=1)
+MATERIAL = Material(yield_stress=500.0, hardness=3000.0, speed=20.0)
+ROLLING = {"motion": "rolling", "loads": [5e3], "friction": [0.2, 0.4], "longitudinal": [-0.01, 0.0, 0.01]}
+ROUNDING = 1e-9
+
+
+def of_lattice(n_x, n_s, n_d):
+    """A context in which lattices have these numbers of points."""
+    changed = pytest.MonkeyPatch()
+    for name, n in (("ALONG_X", n_x), ("ALONG_S", n_s), ("INTO_DEPTH", n_d)):
+        changed.setattr(lattice, name, n)
+    return changed
+
+
+@pytest.fixture(scope="module")
+def rolling(tmp_path_factory):
+    """A wheel that rolls, its stresses, the arrays and the page."""
+    changed = of_lattice(5, 4, 3)
+    results = compute_stresses(scene(**ROLLING), Request(MATERIAL, COARSE), ONE)
+    changed.undo()
+    dataset, page = write_stresses(results, tmp_path_factory.mktemp("stresses"))
+    return results, dataset, page.read_text(encoding="utf-8")
+
+
+def test_stresses_are_those_of_the_engines(rolling):
+    results, dataset, _ = rolling
+    contacts = results.contacts
+    for name, body in results.bodies.items():
+        points, of = body.lattice.points, contacts.problem.bodies[name]
+        loads = {ics: contacts.on_body(name, ics) for ics in ("A", "Bhat")}
+        expected = {
+            TRUE: stress_field(of, loads["Bhat"], points, StressSettings(COARSE, estimated=False)).stress,
+            HALF_SPACE: half_space_field(of, loads["Bhat"], points).stress,
+            HALF_SPACE_OF_A: half_space_field(of, loads["A"], points).stress,
+        }
+        true = von_mises(expected[TRUE])
+        at = np.unravel_index(np.argmax(true), true.shape)
+        for source, stress in expected.items():
+            numbers, largest = dataset.sel(body=name, source=source), von_mises(stress)
+            assert numbers.von_mises == pytest.approx(largest.max(), rel=ROUNDING)
+            assert numbers.tresca == pytest.approx(tresca(stress).max(), rel=ROUNDING)
+            assert numbers.principal == pytest.approx(np.linalg.eigvalsh(stress).max(), rel=ROUNDING)
+            assert numbers.difference_von_mises == pytest.approx(largest.max() / true.max() - 1, abs=1e-9)
+            away = abs(largest - true)[at[0]].max() / true.max()
+            assert numbers.section_difference == pytest.approx(away, abs=1e-9)
+            cycle = np.concatenate([np.zeros_like(stress[:1]), stress])
+            fatigue = equivalent_stress((cycle + np.swapaxes(cycle, -1, -2)) / 2, DangVan())
+            assert numbers.dang_van == pytest.approx(fatigue.value.max(), rel=ROUNDING)
+        numbers = dataset.sel(body=name, source=TRUE)
+        places = [float(numbers[f"{place}_von_mises"]) for place in ("x", "s", "depth")]
+        axes = body.lattice.x, body.lattice.s, body.lattice.depth
+        assert places == [axis[number] for axis, number in zip(axes, at, strict=True)]
+
+
+def test_wear_numbers_are_those_of_the_contact(rolling):
+    results, dataset, _ = rolling
+    for name, solution in results.contacts.rolling.items():
+        numbers, sliding = dataset.sel(ics=name), sliding_of(solution.contact, 20.0)
+        assert numbers.work == pytest.approx(sliding.total_work)
+        assert numbers.utilised_friction == pytest.approx(utilised_friction(solution.contact))
+        worn = depth(sliding, EnergyLaw())
+        assert numbers.largest_depth_energy == pytest.approx(1e6 * worn.max())  # nm
+        p_max, k = solution.contact.p[..., N].max(), 500 / np.sqrt(3)
+        assert numbers.surface_index == pytest.approx(float(numbers.utilised_friction) - k / p_max)
+        assert numbers.regime_share.sum() == pytest.approx(1.0)
+
+
+def test_rolls_at_largest_friction_and_prescribed_force(rolling):
+    results, _, _ = rolling
+    for solution in results.contacts.rolling.values():
+        assert solution.contact.force[0] == pytest.approx(0.5 * 0.4 * 5e3, rel=1e-3)  # equal_force is 0.5
+
+
+def test_page_has_sentences_tables_and_figures(rolling):
+    _, _, page = rolling
+    for text in ("von Mises stresses are largest so", "In half-spaces", "the work of friction with A by"):
+        assert text in page
+    for text in (
+        "half-space, tractions of A",
+        "T-gamma",
+        "FI_surf",
+        "worn by a passage: Archard",
+        "depth [mm]",
+    ):
+        assert text in page
+
+
+def hertz_scene():
+    """A wheel with a straight contour on a rail, both of radius 400 mm: a circular patch."""
+    material = {"E": 210e3, "nu": 0.3}
+    return scene_from_table(
+        {
+            "lower": {**material, "contour": {"kind": "arc", "radius": 400.0, "flank_inclination_deg": 10.0}},
+            "upper": {**material, "contour": {"kind": "plane"}, "rolling_radius": 400.0},
+            "patch": {"a": 0.1, "b": 0.1},
+            "contact": {"loads": [2e3, 20e3], "ics": ["A"], "elements": 16},
+        },
+        "hertz",
+    )
+
+
+def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
+    changed = of_lattice(3, 5, 33)
+    results = compute_stresses(hertz_scene(), Request(fineness=COARSE), ONE)
+    changed.undo()
+    contact_modulus = 210e3 / (2 * (1 - 0.3**2))
+    a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
+    p_0 = 3 * 20e3 / (2 * np.pi * a**2)
+    for body in results.bodies.values():
+        shear = tresca(body.stresses[TRUE]) / 2
+        *_, at = np.unravel_index(np.argmax(shear), shear.shape)
+        # Johnson (1985), section 3.4, nu = 0.3; 16 elements over the patch, curvature of a / R = 0.6 %
+        assert shear.max() == pytest.approx(0.310 * p_0, rel=0.02)
+        assert body.lattice.depth[at] == pytest.approx(0.481 * a, abs=np.diff(body.lattice.depth)[at])
+
+
+def test_refuses_before_any_work(capsys):
+    for command, reason in (
+        ("tall --friction 0.3", "has no friction"),
+        ("tall --force 0.3", "does not roll"),
+        ("tall --speed 3", "does not roll"),
+        ("rolling --friction -0.3", "greater than 0"),
+        ("rolling --yield-stress -3", "--yield-stress = -3: must be positive"),
+        ("rolling --hardness 3000", "give --speed"),
+        ("rolling --speed 0", "--speed = 0: must be positive"),
+        ("flat", "give loads"),
+    ):
+        assert exit_code(["stresses", *command.split()]) == WRONG_INPUT
+        assert reason in capsys.readouterr().err
+    with pytest.raises(BadScene, match="stresses are those of one contact"):
+        require_stresses(scene(motion="transient", loads=[5e3], friction=[0.3]))
+
+
+def test_compression_has_no_passage():
+    changed = of_lattice(3, 3, 2)
+    keys = {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["Bhat"]}
+    results = compute_stresses(scene(**keys), Request(fineness=COARSE), ONE)
+    changed.undo()
+    assert not results.damage
+    assert not any(body.fatigue for body in results.bodies.values())
+    assert list(results.bodies["lower"].stresses) == [TRUE, HALF_SPACE]
+    assert results.contacts.load == "5000 N"

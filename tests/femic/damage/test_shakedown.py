@@ -1,0 +1,123 @@
+"""Shakedown limits: Melan's theorem in line contact, published numbers, the surface at large friction."""
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from femic.damage import shakedown as module
+from femic.damage.fatigue import surface_index
+from femic.damage.shakedown import ellipse_shears, line_shears, shakedown, shakedown_limit
+from geometries.errors import WrongInput
+
+FRICTIONS = np.array([0.0, 0.1, 0.25, 0.33, 0.5, 1.0])
+
+
+def line_stresses(x, z, friction):
+    """(sigma_x, sigma_z, tau_xz) / p_0 of a sliding line contact by Flamant's radial stress, 2D, (3, ...).
+
+    Gauss-Chebyshev sums, of the second kind, over sqrt(1 - t^2).
+    """
+    n = 200
+    angle = np.pi * np.arange(1, n + 1) / (n + 1)
+    t, weight = np.cos(angle), np.pi / (n + 1) * np.sin(angle) ** 2
+    lag, z = x[..., None] - t, z[..., None]
+    radial = -2 / np.pi * (z + friction * lag) / (lag**2 + z**2) ** 2 * weight
+    return np.array([np.sum(radial * part, axis=-1) for part in (lag**2, z**2, lag * z)])
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_line_shears_are_sums_of_flamants_stresses(friction):
+    x, z = np.linspace(-1.3, 1.4, 11)[:, None], np.linspace(0.15, 1.5, 7)
+    normal, tangential = line_shears(x, z)
+    expected = line_stresses(*np.broadcast_arrays(x, z), friction)[2]
+    np.testing.assert_allclose(normal + friction * tangential, expected, atol=2e-6)
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_below_the_limit_of_line_contact_residual_stresses_prevent_yield_and_above_none_do(friction):
+    """Melan: at each depth one residual r for all x, with ((sigma_x - sigma_z + r)/2)^2 + tau^2 <= k^2."""
+    limit = float(shakedown_limit(friction, 0.0))
+    x, z = np.linspace(-3, 3, 241)[:, None], np.linspace(0.05, 1.6, 32)
+    sigma_x, sigma_z, tau = line_stresses(*np.broadcast_arrays(x, z), friction)
+
+    def room(p_0):
+        """Of the residual stress at each depth over k, negative: none; nan: not even at one x."""
+        rest = 1 - (p_0 * tau) ** 2
+        half = 2 * np.sqrt(np.where(rest < 0, np.nan, rest))
+        middle = -p_0 * (sigma_x - sigma_z)
+        return np.min(middle + half, axis=0) - np.max(middle - half, axis=0)
+
+    assert np.all(room(0.99 * limit) >= 0)
+    if friction < 0.36:  # else the surface yields first
+        assert not np.all(room(1.01 * limit) >= 0)
+
+
+def test_limits_without_friction_are_the_published_ones():
+    assert shakedown_limit(0.0, 0.0) == pytest.approx(4.00, abs=0.005)
+    assert shakedown_limit(0.0, 1.0) == pytest.approx(4.68, abs=0.01)
+
+
+@pytest.mark.parametrize("aspect", [0.0, 0.5, 1.0, 2.0])
+def test_large_friction_yields_the_surface(aspect):
+    mu = np.array([0.4, 0.6, 1.2])
+    np.testing.assert_allclose(shakedown_limit(mu, aspect), 1 / mu)
+    np.testing.assert_allclose(surface_index(shakedown_limit(mu, aspect) * 300.0, mu, 300.0), 0, atol=1e-15)
+
+
+def test_limits_fall_with_friction_and_rise_with_the_aspect():
+    mu = np.linspace(0, 1, 21)
+    limits = np.array([shakedown_limit(mu, aspect) for aspect in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0)])
+    assert np.all(np.diff(limits, axis=1) < 0)
+    assert np.all(np.diff(limits, axis=0) > -1e-3)
+    np.testing.assert_allclose(limits[1], limits[0], rtol=0.011)  # five times as broad as long: a line
+
+
+@pytest.mark.parametrize("aspect", [0.2, 5.0])
+def test_limits_of_ellipses_do_not_depend_on_nodes_and_depths(aspect, monkeypatch):
+    mu = np.array([0.0, 0.1, 0.2])
+    before = shakedown_limit(mu, aspect)
+    monkeypatch.setattr(module, "NODES", (40, 90))
+    monkeypatch.setattr(module, "SHALLOWEST", 0.12)
+    monkeypatch.setattr(module, "DEEPEST", 2.0)
+    module._shears.cache_clear()
+    np.testing.assert_allclose(shakedown_limit(mu, aspect), before, rtol=2e-3)  # splines over depths
+    module._shears.cache_clear()
+
+
+def test_ellipse_shears_are_integrals_of_point_loads():
+    at, depth, b = 0.55, 0.4, 1.7
+
+    def shear(power_x, power_z):
+        def integrand(s, x):
+            p = np.sqrt(max(1 - x**2 - (s / b) ** 2, 0.0))
+            lag = at - x
+            return -1.5 / np.pi * p * lag**power_x * depth**power_z / (lag**2 + s**2 + depth**2) ** 2.5
+
+        return dblquad(
+            integrand, -1, 1, lambda x: -b * np.sqrt(1 - x**2), lambda x: b * np.sqrt(1 - x**2), epsabs=1e-6
+        )[0]
+
+    fields = ellipse_shears(np.array([[at]]), np.array([[depth]]), b)
+    np.testing.assert_allclose(np.ravel(fields), [shear(1, 2), shear(2, 1)], rtol=2e-4)
+
+
+def test_load_factor():
+    point = shakedown(900.0, 300.0, 0.4, aspect=0.8)
+    assert point.pressure_ratio == 3.0
+    assert point.load_factor == pytest.approx(2.5 / 3)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: shakedown(900.0, -1.0, 0.1), "yield_shear = -1.0: must be positive and finite"),
+        (lambda: shakedown(0.0, 300.0, 0.1), "p_max = 0.0: must be positive and finite"),
+        (lambda: shakedown_limit(-0.1), "utilised = -0.1: friction must be zero or positive"),
+        (lambda: shakedown_limit(np.nan), "utilised = nan: friction must be zero or positive"),
+        (lambda: shakedown_limit(0.1, 9.0), "aspect = 9.0: a/b from 0.2 to 5.0, or 0 for line contact"),
+        (lambda: shakedown_limit(0.1, -1.0), "aspect = -1.0: a/b from 0.2"),
+    ],
+)
+def test_wrong_numbers_are_refused(call, message):
+    with pytest.raises(WrongInput, match=message):
+        call()

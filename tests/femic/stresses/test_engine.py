@@ -1,0 +1,145 @@
+"""Stresses in true bodies: the half-space, free surfaces, equilibrium, symmetry, estimates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.field import in_section_axes
+from femic.stresses.points import InnerPoints, points_at, section_points
+from femic.stresses.tractions import SurfaceTractions, merged
+from geometries.errors import WrongInput
+from tests.femic.stresses.samples import SIDES, curved, flat, grid_of, tractions_of, unsymmetric
+
+QUICK = StressSettings(0.4, estimated=False)
+
+
+@pytest.mark.parametrize("side", [-1, pytest.param(+1, marks=pytest.mark.slow)])
+def test_a_flat_body_is_a_half_space_within_the_estimate(side):
+    """All components, under the contact and beside it, at the surface and below."""
+    grid = grid_of(11, 14, 1.5, 2.0, s=0.3)
+    tractions = unsymmetric(grid, 1.4, 1.8)
+    points = section_points([-3.0, -1.71, -0.9, 0.35, 1.2, 2.2], [0.0, 0.1, 0.4, 1.0, 3.0], x=0.25)
+    field = stress_field(flat(side), tractions, points, StressSettings(0.4))
+    error = np.max(np.abs(field.stress - field.half_space), axis=(-2, -1))
+    assert np.all(error <= field.estimate)
+    assert np.max(error) < 2e-2
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_tractions_of_the_surface_are_those_given_and_0_beside_the_contact(side):
+    grid = grid_of(9, 12, 1.5, 4.0)
+    tractions = unsymmetric(grid, 1.4, 3.9)
+    x = np.append(np.repeat(tractions.x[3:5], grid.n_s), [0.0, 3.0, -2.2])
+    s = np.concatenate([grid.strips, grid.strips, [6.0, 1.0, -5.0]])
+    field = stress_field(curved(side), tractions, InnerPoints(x, s, 0 * x), QUICK)
+    expected = np.concatenate([tractions.p[3], tractions.p[4], np.zeros((3, 3))])
+    np.testing.assert_allclose(field.stress[..., 2], -expected, atol=1e-12)
+
+
+def test_a_plane_through_the_body_carries_the_force():
+    """Below the contact z = const. cuts the crown off: forces along x, y, z, by Gauss and trapezoids."""
+    body, grid = curved(-1), grid_of(10, 13, 1.5, 4.0, s=-0.5)
+    tractions = unsymmetric(grid, 1.4, 3.5)
+    depth, y_end = 4.0, 8.0  # on the circle of radius 10
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    t = np.linspace(-5.5, 5.5, 81)
+    x, w_x = np.sinh(t), np.cosh(t) * (t[1] - t[0])
+    points = points_at(body, x[:, None], y_end * nodes, -depth)
+    field = stress_field(body, tractions, points, StressSettings(0.7, estimated=False))
+    stress = in_section_axes(field)
+    below = -np.einsum("xyc,x,y->c", stress[..., 2], w_x, y_end * weights)  # on what lies above the plane
+    delta = body.contour.inclination(grid.strips)
+    p_x, p_s, p_n = (grid.area * np.sum(tractions.p[..., d], axis=0) for d in range(3))
+    applied = -np.array(
+        [
+            np.sum(p_x),
+            np.sum(p_s * np.cos(delta) + p_n * np.sin(delta)),
+            np.sum(p_n * np.cos(delta) - p_s * np.sin(delta)),
+        ]
+    )
+    np.testing.assert_allclose(below, -applied, atol=5e-3 * np.max(np.abs(applied)))
+
+
+@pytest.mark.parametrize("rolling_radius", [np.inf, pytest.param(80.0, marks=pytest.mark.slow)])
+def test_what_is_symmetric_stays_so(rolling_radius):
+    """Mirrored in x and in s: components with one index of the mirrored direction change their sign."""
+    body = replace(curved(+1, rolling_radius=rolling_radius), contour=curved(+1).contour)
+    grid = grid_of(9, 12, 1.5, 4.0)
+    tractions = tractions_of(grid, lambda x, s: (0, 0, (1 - (x / 1.5) ** 2) * (1 - (s / 4.0) ** 2)))
+    x = np.array([0.4, -0.4, 2.0, -2.0])
+    field = stress_field(
+        body, tractions, InnerPoints(x[:, None], np.array([1.0, 2.0]), np.array([0.2, 1.5])), QUICK
+    )
+    mirror = np.outer([-1, 1, 1], [-1, 1, 1])
+    np.testing.assert_allclose(field.stress[1::2], mirror * field.stress[::2], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_mirrored_bodies_have_mirrored_stresses():
+    """Of an unsymmetric section and its mirror image: meshes differ, so within the errors of the mesh."""
+    from_left, from_right = (
+        replace(curved(-1), contour=replace(curved(-1).contour, limits=limits))
+        for limits in ((-12.0, 10.0), (-10.0, 12.0))
+    )
+    grid, other = grid_of(9, 12, 1.5, 4.0, s=0.5), grid_of(9, 12, 1.5, 4.0, s=-0.5)
+    tractions = unsymmetric(grid, 1.4, 3.5)
+    mirrored = SurfaceTractions(other, tractions.p[:, ::-1] * [1, -1, 1])
+    s, depth = np.array([-2.0, 1.0, 4.5]), np.array([0.0, 0.6, 2.0])
+    fields = [
+        stress_field(body, loads, section_points(sign * s, depth, x=0.3), QUICK).stress
+        for body, loads, sign in ((from_left, tractions, 1), (from_right, mirrored, -1))
+    ]
+    mirror = np.outer([1, -1, 1], [1, -1, 1])
+    np.testing.assert_allclose(fields[1], mirror * fields[0], atol=1e-2)
+
+
+@pytest.mark.slow
+def test_a_large_wheel_is_prismatic():
+    """With a difference in proportion to 1 / R: halves with twice the radius, within a tenth."""
+    grid = grid_of(9, 12, 1.5, 4.0)
+    tractions = unsymmetric(grid, 1.4, 3.9)
+    points = section_points([-2.0, 1.0], [0.0, 0.5, 2.0], x=0.3)
+    fields = [
+        stress_field(curved(+1, far_radius=100.0, rolling_radius=R), tractions, points, QUICK).stress
+        for R in (1000.0, 2000.0, np.inf)
+    ]
+    first, second = (np.max(np.abs(stress - fields[2])) for stress in fields[:2])
+    assert 0.5 * first == pytest.approx(second, rel=0.15)
+    assert first < 0.02
+
+
+@pytest.mark.slow
+def test_depth_does_not_make_a_step_where_samples_begin():
+    """The field is continuous: between depths 1e-6 apart stresses change by less than 1e-4."""
+    grid = grid_of(9, 12, 1.5, 4.0)
+    depth = np.array([0.5, 1.0]) * 2 * grid.ds / 2
+    around = np.sort(np.concatenate([depth - 1e-6, depth + 1e-6]))
+    field = stress_field(
+        curved(+1),
+        unsymmetric(grid, 1.4, 3.9),
+        section_points([1.0], around),
+        StressSettings(1.0, estimated=False),
+    )
+    assert np.max(np.abs(np.diff(field.stress[0], axis=0)[::2])) < 2e-3
+
+
+def test_merged_elements_carry_the_same_force():
+    for n_x, n_s in ((9, 12), (8, 7), (5, 3)):
+        grid = grid_of(n_x, n_s, 1.5, 4.0, s=0.7)
+        tractions = unsymmetric(grid, 1.4, 3.5)
+        coarse = merged(tractions)
+        assert coarse.grid.dx == 2 * grid.dx
+        assert coarse.grid.ds == 2 * grid.ds
+        force = coarse.grid.area * np.sum(coarse.p, axis=(0, 1))
+        np.testing.assert_allclose(force, grid.area * np.sum(tractions.p, axis=(0, 1)), rtol=1e-12)
+        assert coarse.grid.extent[0] == pytest.approx(grid.extent[0])
+
+
+def test_tractions_of_another_shape_or_that_are_no_numbers_are_refused():
+    grid = grid_of(4, 3, 1.0, 1.0)
+    with pytest.raises(WrongInput, match=r"\(4, 3, 3\)"):
+        SurfaceTractions(grid, np.zeros((3, 4, 3)))
+    with pytest.raises(WrongInput, match="finite"):
+        SurfaceTractions(grid, np.full((4, 3, 3), np.nan))

@@ -1,0 +1,81 @@
+"""Points of bodies: by depth and by coordinates, and those that are not inside."""
+
+import numpy as np
+import pytest
+
+from femic.stresses.engine import stress_field
+from femic.stresses.points import InnerPoints, line_into_depth, points_at, require_inside, section_points
+from geometries.bodies import Body, Domain
+from geometries.contours import arc
+from geometries.errors import WrongInput
+from geometries.outlines import SectionOutline
+from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, unsymmetric
+
+BLOCK = Body(
+    -1,
+    arc(10.0, 0.5, 0.5),
+    STEEL,
+    Domain(100.0, np.inf),
+    outline=SectionOutline(((20.0, -10.0), (20.0, -40.0), (-20.0, -40.0), (-20.0, -10.0)), (2, 3)),
+)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("rolling_radius", [np.inf, 60.0])
+def test_coordinates_of_points_by_depth_give_them_back(side, rolling_radius):
+    body = curved(side, rolling_radius=rolling_radius)
+    points = InnerPoints(np.array([[-3.0], [5.0]]), np.array([-4.0, 0.0, 2.5]), np.array([0.0, 1.5, 4.0]))
+    section = points.in_section(body).reshape(2, -1)
+    xyz = body.surface.to_global(np.stack([points.in_chart(body).ravel(), *section]))
+    again = points_at(body, *(values.reshape(points.shape) for values in xyz))
+    for name in ("x", "s", "depth"):
+        np.testing.assert_allclose(getattr(again, name), getattr(points, name), atol=1e-9)
+
+
+def test_a_point_below_the_crown_of_a_revolved_body_has_the_angle_of_its_own_circle():
+    body = curved(+1, rolling_radius=60.0)
+    theta, depth = 0.2, 7.0
+    radius = 60.0 - depth
+    point = points_at(body, [radius * np.sin(theta)], [0.0], [60.0 - radius * np.cos(theta)])
+    np.testing.assert_allclose([point.x[0], point.s[0], point.depth[0]], [60.0 * theta, 0, depth], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("body", "points", "reason"),
+    [
+        (
+            curved(-1),
+            line_into_depth(1.0, 2.0, [0.5, -0.1]),
+            "x = 1, s = 2, depth = -0.1 mm: above the surface",
+        ),
+        (curved(-1), line_into_depth(0.0, 0.0, [1.0, np.nan]), "finite"),
+        (curved(-1), line_into_depth(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
+        (curved(-1), section_points([0.0, 5000.0], [1.0]), "s = 5000"),
+        (curved(-1), line_into_depth(0.0, 9.0, [30.0]), "left the body again"),
+        (curved(+1, rolling_radius=60.0), line_into_depth(0.0, 0.0, [49.0]), "from the axis"),
+        (curved(+1, rolling_radius=60.0), line_into_depth(190.0, 0.0, [1.0]), "half way round"),
+        (BLOCK, line_into_depth(0.0, 0.0, [40.5]), "outside the outline"),
+    ],
+)
+def test_points_that_are_not_inside_are_refused_with_their_place_and_a_remedy(body, points, reason):
+    with pytest.raises(WrongInput, match=reason):
+        require_inside(body, points)
+
+
+def test_points_at_the_boundaries_are_inside():
+    require_inside(BLOCK, section_points([-5.0, 0.0, 5.0], [0.0]))
+    require_inside(BLOCK, line_into_depth(0.0, 0.0, [39.9]))
+    require_inside(curved(-1), line_into_depth(0.0, 0.0, [0.0, 80.0]))
+
+
+def test_a_point_in_the_air_is_refused_by_coordinates_too():
+    with pytest.raises(WrongInput, match="above the surface"):
+        points_at(curved(-1), 0.0, 1.0, 3.0)
+    with pytest.raises(WrongInput, match="end"):
+        points_at(BLOCK, 0.0, 30.0, -30.0)
+
+
+def test_fields_refuse_points_before_anything_is_computed():
+    grid = grid_of(4, 3, 1.0, 1.0)
+    with pytest.raises(WrongInput, match="above the surface"):
+        stress_field(flat(-1), unsymmetric(grid, 1.0, 1.0), line_into_depth(0.0, 0.0, [-1.0]))
