@@ -10,7 +10,8 @@ were computed. The parts, lowest first:
 - `field`: `StressField`: displacements (..., 3) and stresses (..., 3, 3) in local axes x, s, n;
 - `measures`: von Mises, Tresca, principal values of stresses (..., 3, 3); the largest value and its place;
 - `half_space`: closed forms for rectangles of uniform traction, `half_space_field(body, tractions, points)`;
-- `engine`: `stress_field(body, tractions, points, settings)`, in the true body, with an estimate.
+- `engine`: `stress_field(body, tractions, points, settings)`, in the true body, with an estimate, the
+  half-space's stresses beside it (`StressField.half_space`); `StressSettings(fineness, estimated, workers)`.
 
 Theory: docs/theory/stresses.md.
 """

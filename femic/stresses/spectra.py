@@ -79,9 +79,9 @@ class Spectra:
     def wavenumbers(self, spacing: float) -> Array:
         """Wavenumbers to be solved [1/mm], in growing order from 0 to the largest one, shape (n,).
 
-        Their spacing is a share of k where k is small, and of the inverse half-length of the loaded part where
-        it is large: the responses to it swing that fast. `spacing` is a factor on the latter, its root on the
-        former. Orders of a ring are integers.
+        Their spacing is a share of k where k is small, times the root of `spacing`. Where k is large it is a
+        share of the inverse half-length of the loaded part, times `spacing`: the responses swing that fast.
+        Orders of a ring are integers.
         """
         low, step = self.axis.scale, spacing * SPACING / self.half_length
         k = np.linspace(0.0, self.largest, 20001)

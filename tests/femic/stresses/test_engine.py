@@ -62,7 +62,8 @@ def test_a_plane_through_the_body_carries_the_force():
     np.testing.assert_allclose(below, -applied, atol=5e-3 * np.max(np.abs(applied)))
 
 
-@pytest.mark.parametrize("rolling_radius", [np.inf, pytest.param(80.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("rolling_radius", [np.inf, 80.0])
 def test_what_is_symmetric_stays_so(rolling_radius):
     """Mirrored in x and in s: components with one index of the mirrored direction change their sign."""
     body = replace(curved(+1, rolling_radius=rolling_radius), contour=curved(+1).contour)

@@ -20,7 +20,7 @@ SHALLOWEST, FURTHEST = 1.0, 4.0  # mm; nearer the patch the tetrahedra are too l
 @pytest.mark.parametrize("direction", range(3))
 @pytest.mark.parametrize("side", [-1, +1])
 def test_both_engines_have_the_same_von_mises_stress(side, direction):
-    """Means over tetrahedra of 0.2 to 1 mm, at their nodes: 5 % of the largest value compared."""
+    """Within the errors of the tetrahedra, of 0.2 to 1 mm, whose means at nodes are compared."""
     request = request_for(UNSYMMETRIC, side=side, patch=PATCH, directions=(direction,))
     _, field = next(nodal_fields(request))
     nodes = field.grid.nodes
@@ -28,13 +28,15 @@ def test_both_engines_have_the_same_von_mises_stress(side, direction):
     distance = np.sqrt(x**2 + y**2 + z**2)
     depth = side * np.einsum("cn,cn->n", np.stack([y, z]), request.body.contour.normal(PATCH.s)[:, None])
     chosen = np.flatnonzero((depth > SHALLOWEST) & (distance < FURTHEST))[::7]
-    p = np.zeros((1, 1, 3))
+    p = np.zeros((5, 8, 3))
     p[..., direction] = side / PATCH.area  # a unit force on this body, along the direction
-    grid = Grid(1, 1, 2 * PATCH.a, 2 * PATCH.b, PATCH.s)
+    grid = Grid(5, 8, 2 * PATCH.a / 5, 2 * PATCH.b / 8, PATCH.s)
     points = points_at(request.body, *nodes[:, chosen])
     result = stress_field(
         request.body, SurfaceTractions(grid, p), points, StressSettings(0.7, estimated=False)
     )
     expected = field.von_mises[chosen]
     assert len(chosen) > 20
-    np.testing.assert_allclose(von_mises(result.stress), expected, atol=0.05 * np.max(expected))
+    error = np.abs(von_mises(result.stress) - expected) / np.max(expected)
+    assert np.sqrt(np.mean(error**2)) < 0.025
+    assert np.mean(error < 0.05) > 0.95
