@@ -53,9 +53,10 @@ class Subsurface:
 def subsurface_index(p_max: ArrayLike, utilised: ArrayLike, material: Subsurface) -> Array:
     """Return FI_sub [MPa] at largest pressures [MPa] and utilised friction, of their joint shape.
 
-    It stands for the largest equivalent stress of Dang Van below a Hertz contact, fitted for ellipses of
-    railways (depths of some mm). Fatigue is to be expected where it exceeds the fatigue limit in shear of the
-    steel with its defects. Where stresses are known, `femic.damage.dang_van` gives the equivalent stress.
+    By its authors an approximation of the largest equivalent stress of Dang Van below a Hertz contact; how
+    good it is has not been checked here. Fatigue is to be expected where it exceeds the fatigue limit in
+    shear of the steel with its defects. Where stresses are known, `femic.damage.dang_van` gives the
+    equivalent stress.
     """
     p, mu = _pressures(p_max), _frictions(utilised)
     return np.asarray(p / 6 * (1 + mu**2) + material.hydrostatic * material.residual)

@@ -61,7 +61,7 @@ def shakedown(p_max: float, yield_shear: float, utilised: float, aspect: float =
     """
     require_positive("p_max", p_max)
     require_positive("yield_shear", yield_shear)
-    return Shakedown(p_max / yield_shear, utilised, float(shakedown_limit(utilised, aspect)))
+    return Shakedown(float(p_max / yield_shear), utilised, float(shakedown_limit(utilised, aspect)))
 
 
 def shakedown_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:

@@ -263,5 +263,5 @@ def _require_stable(factor: float, steps: WearSteps) -> None:
         most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in passages)
         raise WrongInput(
             f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures oscillate "
-            f"from strip to strip; take {most} at most, and more steps"
+            f"from strip to strip; take {most} at most and more steps, or a larger spread"
         )
