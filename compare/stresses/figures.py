@@ -1,6 +1,6 @@
 """Charts of stresses below a contact: maps of sections, curves into depth, the load cycle, wear."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -118,7 +118,7 @@ def _into_depth(dataset: xr.Dataset, body: str) -> list[Panel]:
     place = worst(dataset, body)
     line = of_body(dataset, body).sel(x=place["x"], s=place["s"], method="nearest")
     where = f"x = {place['x']:.2g}, s = {place['s']:.2g} mm"
-    measures = {
+    measures: dict[str, Callable[[Array], Array]] = {
         "σ_Mises": von_mises,
         "σ_Tresca": tresca,
         "σ_1": lambda stress: np.asarray(principal_values(stress)[..., 2]),
