@@ -155,6 +155,7 @@ def test_refuses_before_any_work(capsys):
         require_stresses(scene(motion="transient", loads=[5e3], friction=[0.3]))
 
 
+@pytest.mark.slow
 def test_compression_has_no_passage():
     changed = of_lattice(3, 3, 2)
     keys = {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["Bhat"]}
