@@ -12,7 +12,6 @@ from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE
 from compare.stresses.dataset import OF_DAMAGE, OF_STRESS, Number
 
 SURFACE = 1e-9  # mm: depths below are the surface
-SHOWN = "work", "largest_depth_energy", "surface_index"
 
 
 def reference_symbol(dataset: xr.Dataset) -> str:
@@ -49,7 +48,9 @@ def _most_loaded(dataset: xr.Dataset) -> str:
     for body in bodies(dataset):
         true = dataset.sel(body=body, source=TRUE)
         number = with_estimate(true.von_mises, true.estimate_von_mises)
-        texts.append(f"the {body} body has {number} MPa {place_text(true, 'von_mises')}")
+        deepest = float(dataset[f"depth_{body}"][-1])
+        edge = ", as deep as was computed" if float(true.depth_von_mises) >= deepest else ""
+        texts.append(f"the {body} body has {number} MPa {place_text(true, 'von_mises')}{edge}")
     motion = f", friction {dataset.attrs['friction']:g}" if dataset.attrs["friction"] else ""
     p_max = f"p_max {dataset.attrs['p_max_of_reference']:.0f} MPa"
     begun = f"At {dataset.attrs['load']}{motion} (tractions of {reference_symbol(dataset)}, {p_max})"
@@ -88,7 +89,12 @@ def _damage(dataset: xr.Dataset) -> Iterator[str]:
         texts.append(f"Dang Van's stress is off by {off:+.0%} ({source_label(dataset, last)})")
     if "ics" in dataset.dims and dataset.attrs["reference"] != "A" and "A" in dataset.ics.values:
         by_a, reference = dataset.sel(ics="A"), dataset.sel(ics=dataset.attrs["reference"])
-        for name, words in (("work", "the work of friction"), ("largest_depth_energy", "the worn depth")):
+        named = {
+            "work": "the work of friction",
+            "t_gamma": "T-gamma",
+            "largest_depth_energy": "the worn depth",
+        }
+        for name, words in named.items():
             off = float(by_a[name] / reference[name] - 1)
             texts.append(f"{words} with A by {off:+.1%}")
     if texts:
