@@ -14,7 +14,8 @@ from geometries.patches import N
 ALONG_X, ALONG_S, INTO_DEPTH = 17, 25, 13  # points
 WIDER, LONGER, DEEPER = 1.5, 1.3, 2.0  # over the width, the length and the half-width of the patch
 GRADING = 1.5  # power of depths: closer together near the surface
-SHRINKING, MOST_SHRINKINGS = 0.9, 40  # of the depth, until all normals stay inside the body
+SHRINKING, MOST_SHRINKINGS = 0.9, 40  # of the depth, until all normals stay inside the body and apart
+LEAST_SPREAD = 0.25  # of the distance between normals at the surface: deeper they cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ def lattice_below(contacts: Contacts, body: str) -> Lattice:
     """Return the lattice below the contacts with all ICs in a body.
 
     s goes over 1.5 widths of the patch, as far as both contours go; x over 1.3 lengths, and has 0; depths go
-    to two half-widths, or where that is less as far as the normals stay inside the body.
+    to two half-widths, or where that is less as far as normals stay inside the body and apart.
     """
     half_length, (low, high) = _patch(contacts)
     half_width, middle = (high - low) / 2, (low + high) / 2
@@ -62,12 +63,26 @@ def _patch(contacts: Contacts) -> tuple[float, tuple[float, float]]:
 
 
 def _deepest(body: Body, s: Array, depth: float) -> float:
-    """The largest depth [mm] up to `depth` at which all points below s are inside the body."""
+    """The largest depth [mm] up to `depth` at which points below s are inside the body, and in their order.
+
+    Below a convex contour normals meet in the centre of curvature, and cross beyond it.
+    """
     for _ in range(MOST_SHRINKINGS):
         try:
-            require_inside(body, InnerPoints(np.zeros_like(s), s, np.full_like(s, depth)))
+            points = InnerPoints(np.zeros_like(s), s, np.full_like(s, depth))
+            require_inside(body, points)
         except WrongInput:
             depth *= SHRINKING
-        else:
+            continue
+        if np.all(_spread(body, points) >= LEAST_SPREAD):
             return depth
+        depth *= SHRINKING
     raise Failure("the body is too thin below the contact for stresses inside it")
+
+
+def _spread(body: Body, points: InnerPoints) -> Array:
+    """Distances of neighbours along s over those at the surface, (n - 1,); negative where normals cross."""
+    middle = (points.s[1:] + points.s[:-1]) / 2
+    n_y, n_z = body.contour.normal(middle)
+    along = np.diff(points.in_section(body), axis=1)  # (2, n - 1)
+    return np.asarray((along[0] * n_z - along[1] * n_y) / np.diff(points.s))
