@@ -54,10 +54,11 @@ class StressResults:
 
 @dataclass(frozen=True)
 class Request:
-    """What is computed beside the scene: constants of the material, fineness of the bodies' models."""
+    """What is computed beside the scene: constants of the material, fineness of models, estimates."""
 
     material: Material = field(default_factory=Material)
     fineness: float = 1.0
+    estimated: bool = True
     fatigue: DangVan = field(default_factory=DangVan)
 
 
@@ -104,11 +105,11 @@ def _stored_field(contacts: Contacts, name: str, request: Request, options: RunO
         for ics in dict.fromkeys((reference, "A"))
         if ics in contacts.tractions
     }
-    inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], request.fineness
+    inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], request.fineness, request.estimated
     key = options.store.key("stresses", results_digest(__name__), *inputs)
     if (part := options.store.get(key)) is not None:
         return part
-    settings = StressSettings(request.fineness, workers=options.workers)
+    settings = StressSettings(request.fineness, request.estimated, options.workers)
     true = stress_field(body, loads[reference], lattice.points, settings)
     assert true.half_space is not None
     stresses = {TRUE: true.stress, HALF_SPACE: true.half_space}

@@ -25,6 +25,7 @@ COMPONENT_LOOKS = [
     Look("#cc79a7", "dash"),
 ]
 SLIDER = "body"
+SHORT = {TRUE: "true", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
 
 
 def of_body(dataset: xr.Dataset, body: str) -> xr.Dataset:
@@ -49,9 +50,9 @@ def section_maps(dataset: xr.Dataset) -> Chart:
         values = {source: _mises(section, source) for source in sources(dataset)}
         limits = (0.0, max(float(np.max(one)) for one in values.values()))
         for source, mises in values.items():
-            title = f"{body} body, {source_label(dataset, source)}"
+            title = f"{body}, {SHORT[source]}"
             steps[title] = [
-                _map(section, f"σ_Mises at x = {float(section.x):.2g} mm: {title}", mises, limits),
+                _map(section, f"x = {float(section.x):.2g} mm", mises, limits),
                 *_difference(section, mises - values[TRUE], source),
             ]
     alt = "von Mises stresses on the section below the contact, and differences to the true body"
@@ -77,7 +78,8 @@ def _difference(section: xr.Dataset, difference: Array, source: str) -> list[Cel
     """Return the map of a difference to the true body, or of the estimate there."""
     if source == TRUE:
         estimate = np.asarray(section.estimate, dtype=float)
-        return [_map(section, "estimated error", estimate, (0.0, float(np.max(estimate))))]
+        largest = float(np.max(estimate)) if np.all(np.isfinite(estimate)) else 1.0  # without estimates
+        return [_map(section, "estimated error", estimate, (0.0, largest))]
     shown = _map(section, "minus the true body", difference, (0.0, 1.0))
     return [replace(shown, scale="diverging", limits=None)]
 
@@ -91,7 +93,7 @@ def plane_maps(dataset: xr.Dataset) -> Chart:
         limits = (0.0, max(float(np.max(one)) for one in values.values()))
         steps[f"{body} body"] = [
             Map(
-                f"{source_label(dataset, source)}, s = {float(plane.s):.2g} mm",
+                f"{SHORT[source]}, s = {float(plane.s):.2g} mm",
                 "x [mm]",
                 "depth [mm]",
                 plane.x.values,
@@ -145,19 +147,19 @@ def load_cycle(dataset: xr.Dataset) -> Chart:
     for body in bodies(dataset):
         place = worst(dataset, body)
         line = of_body(dataset, body).sel(s=place["s"], depth=place["depth"], method="nearest")
-        steps[f"{body} body"] = [_cycle(dataset, line, source) for source in sources(dataset)]
+        steps[f"{body} body"] = [_cycle(line, source) for source in sources(dataset)]
     alt = "stress components along x: the load cycle of a particle as the contact passes"
     return Chart("cycle", steps, 3, SLIDER, 1.0, next(iter(steps)), alt=alt)
 
 
-def _cycle(dataset: xr.Dataset, line: xr.Dataset, source: str) -> Panel:
+def _cycle(line: xr.Dataset, source: str) -> Panel:
     stress = line.stress.sel(source=source).values
     curves = [
         Curve(name, line.x.values, stress[:, i, j], look, line.estimate.values if source == TRUE else None)
         for (name, (i, j)), look in zip(COMPONENTS.items(), COMPONENT_LOOKS, strict=True)
     ]
-    where = f"s = {float(line.s):.2g} mm, {float(line.depth):.2g} mm deep"
-    return Panel(f"{source_label(dataset, source)}: {where}", "x [mm]", "stress [MPa]", curves)
+    where = f"s, depth = {float(line.s):.2g}, {float(line.depth):.2g} mm"
+    return Panel(f"{SHORT[source]}, {where}", "x [mm]", "stress [MPa]", curves)
 
 
 def wear_chart(dataset: xr.Dataset) -> Chart:
@@ -198,7 +200,5 @@ def fatigue_maps(dataset: xr.Dataset) -> Chart:
         values = {source: np.asarray(fields.dang_van.sel(source=source)) for source in sources(dataset)}
         low = min(0.0, *(float(np.min(one)) for one in values.values()))
         limits = (low, max(float(np.max(one)) for one in values.values()))
-        steps[f"{body} body"] = [
-            _map(fields, source_label(dataset, source), one, limits) for source, one in values.items()
-        ]
+        steps[f"{body} body"] = [_map(fields, SHORT[source], one, limits) for source, one in values.items()]
     return Chart("fatigue", steps, 3, SLIDER, 0.8, next(iter(steps)), alt="Dang Van's equivalent stress")

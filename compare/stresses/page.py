@@ -12,6 +12,7 @@ from compare.stresses.compute import StressResults
 from compare.stresses.dataset import to_dataset
 
 SECTION = (
+    "“true” and “half-space” have the tractions of the reference, “half-space of A” those of A. "
     "Von Mises stresses over arc length s (of the lower contour) and depth below each surface, at the x of "
     "the largest one. Beside the true body: the estimated error of the largest stress component; beside "
     "half-spaces: their difference to the true body."

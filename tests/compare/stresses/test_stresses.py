@@ -1,5 +1,7 @@
 """Stresses below contacts: numbers of the dataset beside the engines, Hertz's field, the page, messages."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from compare.stresses import lattice
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Request, compute_stresses
 from compare.stresses.contacts import require_stresses
 from compare.stresses.damage import Material
+from compare.stresses.dataset import to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.damage.dang_van import DangVan, equivalent_stress
@@ -19,10 +22,11 @@ from femic.scenes.load import scene_from_table
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.half_space import half_space_field
 from femic.stresses.measures import tresca, von_mises
+from geometries.grids import Grid
 from geometries.patches import N
-from tests.compare.friction.scenes import scene
+from tests.compare.friction.scenes import RADIUS, scene
 
-COARSE, ONE = 0.25, RunOptions(workers=1)
+COARSE, FINER, ONE = 0.1, 0.25, RunOptions(workers=1)
 MATERIAL = Material(yield_stress=500.0, hardness=3000.0, speed=20.0)
 ROLLING = {"motion": "rolling", "loads": [5e3], "friction": [0.2, 0.4], "longitudinal": [-0.01, 0.0, 0.01]}
 ROUNDING = 1e-9
@@ -40,9 +44,10 @@ def of_lattice(n_x, n_s, n_d):
 def rolling(tmp_path_factory):
     """A wheel that rolls, its stresses, the arrays and the page."""
     changed = of_lattice(5, 4, 3)
-    results = compute_stresses(scene(**ROLLING), Request(MATERIAL, COARSE), ONE)
-    changed.undo()
+    results = compute_stresses(scene(**ROLLING), Request(MATERIAL, COARSE, estimated=False), ONE)
+    changed.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
     dataset, page = write_stresses(results, tmp_path_factory.mktemp("stresses"))
+    changed.undo()
     return results, dataset, page.read_text(encoding="utf-8")
 
 
@@ -125,7 +130,7 @@ def hertz_scene():
 
 def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     changed = of_lattice(3, 5, 33)
-    results = compute_stresses(hertz_scene(), Request(fineness=COARSE), ONE)
+    results = compute_stresses(hertz_scene(), Request(fineness=FINER, estimated=False), ONE)
     changed.undo()
     contact_modulus = 210e3 / (2 * (1 - 0.3**2))
     a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
@@ -162,6 +167,24 @@ def test_compression_has_no_passage():
     results = compute_stresses(scene(**keys), Request(fineness=COARSE), ONE)
     changed.undo()
     assert not results.damage
+    estimates = to_dataset(results).sel(source=TRUE).estimate_von_mises
+    assert np.all(estimates > 0)
+    assert np.all(np.isfinite(estimates))
     assert not any(body.fatigue for body in results.bodies.values())
     assert list(results.bodies["lower"].stresses) == [TRUE, HALF_SPACE]
     assert results.contacts.load == "5000 N"
+
+
+def test_lattices_end_before_normals_cross():
+    changed = of_lattice(3, 9, 4)
+    contacts = SimpleNamespace(
+        problem=(problem := scene(**ROLLING).contact_problem),
+        on_grid=SimpleNamespace(x=np.linspace(-20, 20, 41)),
+        grid=Grid(41, 21, 1.0, 0.8),
+        tractions={"A": np.ones((41, 21, 3))},
+        offset=lambda _: 0.0,
+    )
+    depths = {name: lattice.lattice_below(contacts, name).depth[-1] for name in problem.bodies}
+    changed.undo()
+    assert 0.6 * RADIUS < depths["lower"] <= (1 - lattice.LEAST_SPREAD) * RADIUS  # in steps of 10 %
+    assert depths["upper"] == pytest.approx(2 * 21 * 0.8 / 2)  # normals spread apart in the wheel
