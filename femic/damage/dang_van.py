@@ -133,7 +133,7 @@ def _checked(stresses: Array) -> Array:
     if stresses.ndim < 3 or stresses.shape[-2:] != (3, 3) or len(stresses) == 0:
         raise WrongInput(
             f"stresses of shape {stresses.shape}: (n_steps, ..., 3, 3); six components become tensors by "
-            "`tensors`"
+            "femic.damage.dang_van.tensors"
         )
     if not np.all(np.isfinite(stresses)):
         raise WrongInput("stresses with values that are not finite: leave out points outside of the bodies")

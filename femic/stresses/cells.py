@@ -60,7 +60,7 @@ def locate(section: SectionMesh, points: Array) -> Located:
     order = np.lexsort((inside, of_point))  # the best candidate of each point comes last
     last = order[np.append(np.diff(of_point[order]) > 0, True)] if len(order) else order
     if len(last) < points.shape[1] or np.min(inside[last], initial=0.0) < OUTSIDE:
-        raise Failure("points in no cell of the section: give a smaller mesh (`fineness`)")
+        raise Failure("points in no cell of the section: its mesh does not reach them; move them a little")
     return Located(cell[last], coordinates[:, last])
 
 

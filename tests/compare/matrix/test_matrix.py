@@ -256,6 +256,7 @@ def test_grid_beyond_measured_contour_is_refused_only_by_matrix():
         scene_from_table(table | {"grid": {"n_s": 40}}, "short")
 
 
+@pytest.mark.slow
 def test_interrupted_matrix_continues_where_it_stopped(write_scene, tmp_path, monkeypatch):
     engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
     path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"

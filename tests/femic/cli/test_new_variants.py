@@ -53,7 +53,10 @@ def test_run_compares_new_variants_with_c(scene, tmp_path, monkeypatch):
     assert "symbol of Btilde" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("motion", ["none", "compression", pytest.param("transient", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "motion",
+    ["none", *(pytest.param(motion, marks=pytest.mark.slow) for motion in ("compression", "transient"))],
+)
 def test_contact_is_solved_with_new_variants(motion, scene, tmp_path, monkeypatch):
     """Without friction nn alone counts."""
     register(monkeypatch)

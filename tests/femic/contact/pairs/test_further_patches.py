@@ -20,7 +20,7 @@ from femic.contact.pairs.contact_size import COUNTS, FEWEST, contact_size
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.further_patches import touching_beyond
 from femic.scenes.load import load_scene
-from femic.validation.extremes.contacts import BUMP_RADIUS, bumps
+from femic.validation.extremes.bodies import BUMP_RADIUS, bumps
 from geometries.errors import Failure
 from geometries.grids import Grid
 from tests.femic.contact.pairs.problems import RADIUS, SMALL, problem
