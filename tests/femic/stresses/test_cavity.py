@@ -26,7 +26,7 @@ from geometries.grids import Grid
 from tests.femic.stresses.samples import STEEL
 from tests.truths.hollow_cylinder import amplitudes, solutions
 
-INNER, OUTER, LENGTH, STRIPS = 10.0, 20.0, 240.0, 40
+INNER, OUTER, LENGTH, STRIPS = 10.0, 20.0, 240.0, 64
 KAPPA = 3 - 4 * STEEL.nu
 DELTA = np.array([0.9, 1.3, 1.8, 2.2])
 DEPTH = np.array([0.0, 0.1, 0.5, 1.5, 3.0, 7.0])
@@ -157,10 +157,7 @@ def test_pressure_and_shear_that_vary_round_the_cavity(section, p_n, p_s):
 
 @pytest.mark.slow
 def test_a_pin_in_the_hole(section):
-    """Persson's pressures over 2 x 70 degrees at the bottom, as a sum of orders.
-
-    Near the edge of the contact, where they rise like a root, strips of 4.5 degrees leave 1.2e-2 of p_max.
-    """
+    """Persson's pressures over 2 x 70 degrees at the bottom, as a sum of orders."""
     pin = PinInHole(STEEL, STEEL, INNER, 0.05)
     load = pin.load(np.radians(70.0))
     p_max = pin.pressure(load, 0.0)
@@ -172,4 +169,4 @@ def test_a_pin_in_the_hole(section):
     orders = [np.mean(pressure(fine) * np.cos(m * fine)) * (2 if m else 1) for m in range(60)]
     delta, depth = np.array([1.6, 2.1, 2.4]), np.array([0.0, 0.2, 0.6, 1.5, 5.0])
     stress = computed(section, pressure, lambda d: 0 * d, delta, depth)
-    assert_same(stress, exact(orders, np.zeros(60), delta, depth), 1.5e-2)
+    assert_same(stress, exact(orders, np.zeros(60), delta, depth), 1e-2)
