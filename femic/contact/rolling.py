@@ -125,6 +125,14 @@ class RollingProblem:
         )
         return -float(np.sum(rolling.contact.p[..., N] * (moves - turns))) * self.problem.grid.area
 
+    def missed_work(self, rolling: RollingContact) -> float:
+        """By how much the work of friction on the slip differs from that on the rigid motion [N].
+
+        Both are the same in the limit of small elements, but for what `power` says.
+        """
+        on_slip = float(np.sum(rolling.contact.dissipation)) * self.problem.grid.area
+        return abs(self.power(rolling) - self.climbing(rolling) - on_slip)
+
     @cached_property
     def weights(self) -> Mapping[str, Array]:
         """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""

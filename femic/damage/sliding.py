@@ -122,7 +122,7 @@ def work_error(
     """
     contact = rolling.contact
     own = sliding_of(contact, 1.0).total_work
-    missed = abs(problem.power(rolling) - problem.climbing(rolling) - own)
+    missed = problem.missed_work(rolling)
     if own == 0:
         return 0.0 if missed <= ROUNDING * contact.largest_work else np.nan
     return float(np.fmax(abs(number(contact)) * missed / own, grid_error(contact, number)))

@@ -12,7 +12,7 @@ from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_ROLLING, measured
+from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.errors import Failure
 
@@ -155,4 +155,4 @@ class Continuation:
 
     def measured(self, rolling: RollingContact) -> Measured:
         """Return the numbers of a contact, with what estimates need."""
-        return measured(self.pair.on_grid, rolling.contact, OF_ROLLING)
+        return measured_rolling(self.pair.on_grid, self.problem, rolling)

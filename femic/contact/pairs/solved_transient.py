@@ -20,6 +20,7 @@ from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import SIZING
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
+from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.contact.pairs.variations import if_possible, on_larger_elements, with_perturbed_ics
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
@@ -117,7 +118,7 @@ def path_of(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> T
 def _steady(pair: PairWithFriction, rolling: RollingProblem, last: RollingContact) -> Measured:
     """Return the numbers in steady rolling at the creepages of the last contact; raises Failure."""
     steady = rolling.contact(last.creepages, Loading(pair.loads[0]), start=last.contact)
-    return measured(pair.on_grid, steady.contact, OF_ROLLING)
+    return measured_rolling(pair.on_grid, rolling, steady)
 
 
 def _errors(

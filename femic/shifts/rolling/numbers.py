@@ -12,6 +12,7 @@ import numpy as np
 from femic.contact import estimates
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
 from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured
+from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.shifts.rolling.wheel import RollingWheel, WheelContact
 from femic.shifts.rolling.wheelset import Rolled
 from geometries.patches import N
@@ -146,8 +147,10 @@ def _measured(wheel: RollingWheel, contact: WheelContact, ics: str) -> Measured:
     It is that of the tractions on the rigid motion, which converges faster than that of friction on the
     slip; with C it is the latter, because the tractions there act on a raised surface.
     """
-    own = measured(wheel.on_grid, contact.rolling.contact, OF_ROLLING)
-    work = own.numbers["dissipation"]
-    if ics != "C":
+    if ics == "C":
+        own = measured_rolling(wheel.on_grid, wheel.problem, contact.rolling)
+        work = own.numbers["dissipation"]
+    else:
+        own = measured(wheel.on_grid, contact.rolling.contact, OF_ROLLING)
         work = wheel.problem.power(contact.rolling) - wheel.problem.climbing(contact.rolling)
     return replace(own, numbers={**own.numbers, WORK: work})

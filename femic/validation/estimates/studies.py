@@ -8,7 +8,8 @@ from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairContact
-from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, numbers
+from femic.contact.pairs.quantities import OF_ROLLING, kinds, numbers
+from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.validation.estimates.contacts import RandomContact
 from geometries.errors import Failure
 
@@ -46,10 +47,9 @@ def rolling(case: RandomContact) -> GridComparison:
     forces = {"longitudinal": 0.0} if case.free else {}
 
     def solved(case: RandomContact, problem: FrictionalProblem) -> Measured:
-        rolled = case.rolling(problem).contact(
-            case.creepages, Loading(case.load), forces=forces, tolerance=TOLERANCE
-        )
-        return measured(case.on_grid, rolled.contact, OF_ROLLING)
+        rolling = case.rolling(problem)
+        rolled = rolling.contact(case.creepages, Loading(case.load), forces=forces, tolerance=TOLERANCE)
+        return measured_rolling(case.on_grid, rolling, rolled)
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers

@@ -9,7 +9,8 @@ from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds, measured
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds
+from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.contact.pairs.solved_compression import in_halves, in_steps, solve_compression
 from femic.contact.pairs.solved_transient import solve_transient
 from femic.contact.pairs.variations import on_larger_elements
@@ -41,8 +42,8 @@ def _rolled(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
     """Return the numbers of steady rolling; raises Failure."""
     asked = pair.specification
     creepages = Creepages(asked.longitudinal[-1], asked.lateral, asked.spin)
-    contact = pair.rolling(problem).contact(creepages, Loading(pair.loads[0])).contact
-    return measured(pair.on_grid, contact, OF_ROLLING)
+    rolling = pair.rolling(problem)
+    return measured_rolling(pair.on_grid, rolling, rolling.contact(creepages, Loading(pair.loads[0])))
 
 
 def transient(problem: ContactProblem, options: RunOptions) -> Solved:

@@ -1,0 +1,22 @@
+"""The numbers of steady rolling, with what the work of friction is known to."""
+
+from dataclasses import replace
+
+from femic.contact.estimates import Measured
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.quantities import OF_ROLLING, measured
+from femic.contact.rolling import RollingContact, RollingProblem
+
+
+def measured_rolling(on_grid: PairOnGrid, problem: RollingProblem, rolling: RollingContact) -> Measured:
+    """Return the numbers of `OF_ROLLING`; the estimate of work is at least the work that the slip misses.
+
+    Where little of a contact slides, grids miss much of the slip, and changes from grid to grid do not show
+    that.
+    """
+    known = measured(on_grid, rolling.contact, OF_ROLLING)
+    largest = known.scales["work"].changes
+    if largest == 0.0:
+        return known
+    missed = problem.missed_work(rolling) / largest
+    return replace(known, floors={**known.floors, "work": max(known.floors["work"], missed)})
