@@ -17,14 +17,14 @@ QUICK = StressSettings(0.4, estimated=False)
 
 @pytest.mark.parametrize("side", [-1, pytest.param(+1, marks=pytest.mark.slow)])
 def test_a_flat_body_is_a_half_space_within_the_estimate(side):
-    """All components, under the contact and beside it, at the surface and below."""
+    """All components, under the contact and beside it, at the surface and below: to 1e-2 of the largest."""
     grid = grid_of(11, 14, 1.5, 2.0, s=0.3)
     tractions = unsymmetric(grid, 1.4, 1.8)
     points = section_points([-3.0, -1.71, -0.9, 0.35, 1.2, 2.2], [0.0, 0.1, 0.4, 1.0, 3.0], x=0.25)
-    field = stress_field(flat(side), tractions, points, StressSettings(0.5))
+    field = stress_field(flat(side), tractions, points, StressSettings(0.7))
     error = np.max(np.abs(field.stress - field.half_space), axis=(-2, -1))
     assert np.all(error <= field.estimate)
-    assert np.max(error) < 1e-2
+    assert np.max(error) < 1e-2 * np.max(np.abs(field.half_space))
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -113,7 +113,7 @@ def test_a_large_wheel_is_prismatic():
 
 @pytest.mark.slow
 def test_depth_does_not_make_a_step_where_samples_begin():
-    """The field is continuous: between depths 1e-6 apart stresses change by less than 1e-4."""
+    """Between depths 2e-6 apart stresses change by less than 2e-3 of p_max, a fifth of what is aimed at."""
     grid = grid_of(9, 12, 1.5, 4.0)
     depth = np.array([0.5, 1.0]) * 2 * grid.ds / 2
     around = np.sort(np.concatenate([depth - 1e-6, depth + 1e-6]))
