@@ -48,9 +48,7 @@ def _most_loaded(dataset: xr.Dataset) -> str:
     for body in bodies(dataset):
         true = dataset.sel(body=body, source=TRUE)
         number = with_estimate(true.von_mises, true.estimate_von_mises)
-        deepest = float(dataset[f"depth_{body}"][-1])
-        edge = ", as deep as was computed" if float(true.depth_von_mises) >= deepest else ""
-        texts.append(f"the {body} body has {number} MPa {place_text(true, 'von_mises')}{edge}")
+        texts.append(f"the {body} body has {number} MPa {place_text(true, 'von_mises')}")
     motion = f", friction {dataset.attrs['friction']:g}" if dataset.attrs["friction"] else ""
     p_max = f"p_max {dataset.attrs['p_max_of_reference']:.0f} MPa"
     begun = f"At {dataset.attrs['load']}{motion} (tractions of {reference_symbol(dataset)}, {p_max})"
@@ -61,7 +59,8 @@ def place_text(numbers: xr.Dataset, name: str) -> str:
     """Return where a number is largest."""
     s, depth = float(numbers[f"s_{name}"]), float(numbers[f"depth_{name}"])
     x = f"x = {float(numbers[f'x_{name}']):.2g}, " if f"x_{name}" in numbers else ""
-    where = "on the surface" if depth < SURFACE else f"{depth:.2g} mm deep"
+    edge = " (as deep as was computed)" if bool(numbers[f"deepest_{name}"]) else ""
+    where = "on the surface" if depth < SURFACE else f"{depth:.2g} mm deep{edge}"
     return f"{where} at {x}s = {s:.2g} mm"
 
 

@@ -24,19 +24,26 @@ BODIES = "upper", "lower"
 
 
 @dataclass(frozen=True, eq=False)
-class BodyStresses:
-    """Stresses [MPa] in a body along x, s, n on its lattice, by source, shape (n_x, n_s, n_d, 3, 3) each.
+class Stresses:
+    """Stresses [MPa] along x, s, n by source, shape (n_x, ..., 3, 3) each.
 
     Sources are the true body and a half-space, both under the tractions of the reference, and a half-space
-    under those of A. `estimate` [MPa], (n_x, n_s, n_d), is the estimated error in the true body. `fatigue`
-    are Dang Van's equivalent stresses over a passage by source, (n_s, n_d) each; empty of contacts that do
-    not travel.
+    under those of A. `estimate` [MPa], (n_x, ...), is the estimated error in the true body. `fatigue` are
+    Dang Van's equivalent stresses over a passage by source, (...) each; empty of contacts that do not travel.
     """
 
-    lattice: Lattice
     stresses: Mapping[str, Array]
     estimate: Array
     fatigue: Mapping[str, EquivalentStress]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyStresses:
+    """Stresses in a body on its lattice, (n_x, n_s, n_d), and on its column, (n_x, n_d + n_c)."""
+
+    lattice: Lattice
+    on_lattice: Stresses
+    on_column: Stresses
     seconds: float
 
 
@@ -87,14 +94,25 @@ def compute_stresses(
 def _body_stresses(contacts: Contacts, name: str, request: Request, options: RunOptions) -> BodyStresses:
     lattice, start = lattice_below(contacts, name), perf_counter()
     part = _stored_field(contacts, name, request, options)
-    stresses = {source: np.asarray(part.stress.sel(source=source)) for source in part.source.values}
     passes = contacts.problem.specification.motion != "compression"
+    stresses = {
+        source: lattice.of_points(np.asarray(part.stress.sel(source=source))) for source in part.source.values
+    }
+    estimates = lattice.of_points(np.asarray(part.estimate))
+    on_lattice, on_column = (
+        _with_fatigue({source: both[k] for source, both in stresses.items()}, estimates[k], request, passes)
+        for k in range(2)
+    )
+    return BodyStresses(lattice, on_lattice, on_column, perf_counter() - start)
+
+
+def _with_fatigue(stresses: Mapping[str, Array], estimate: Array, request: Request, passes: bool) -> Stresses:
     fatigue = {source: _passage(one, request.fatigue) for source, one in stresses.items() if passes}
-    return BodyStresses(lattice, stresses, np.asarray(part.estimate), fatigue, perf_counter() - start)
+    return Stresses(stresses, estimate, fatigue)
 
 
 def _stored_field(contacts: Contacts, name: str, request: Request, options: RunOptions) -> xr.Dataset:
-    """Return the stresses in a body on its lattice, from the store if they are there."""
+    """Return the stresses in a body at all points of its lattice, from the store if they are there."""
     body, lattice, reference = (
         contacts.problem.bodies[name],
         lattice_below(contacts, name),
@@ -115,11 +133,10 @@ def _stored_field(contacts: Contacts, name: str, request: Request, options: RunO
     stresses = {TRUE: true.stress, HALF_SPACE: true.half_space}
     if "A" in loads:
         stresses[HALF_SPACE_OF_A] = half_space_field(body, loads["A"], lattice.points).stress
-    dims = ("x", "s", "depth")
     part = xr.Dataset(
         {
-            "stress": (("source", *dims, "i", "j"), np.stack(list(stresses.values()))),
-            "estimate": (dims, true.estimate),
+            "stress": (("source", "point", "i", "j"), np.stack(list(stresses.values()))),
+            "estimate": ("point", true.estimate),
         },
         coords={"source": list(stresses)},
     )
@@ -128,7 +145,7 @@ def _stored_field(contacts: Contacts, name: str, request: Request, options: RunO
 
 
 def _passage(stress: Array, criterion: DangVan) -> EquivalentStress:
-    """Dang Van's equivalent stress (n_s, n_d) as the contact passes: from no stress through all x."""
+    """Dang Van's equivalent stress (...) as the contact passes: from no stress through all x, (n_x, ...)."""
     cycle = np.concatenate([np.zeros((1, *stress.shape[1:])), stress])
     symmetric = (cycle + np.swapaxes(cycle, -1, -2)) / 2
     return equivalent_stress(symmetric, criterion)

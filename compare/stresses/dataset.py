@@ -1,16 +1,17 @@
 """The labelled arrays of stresses below a contact, `stresses.nc`: numbers, fields, wear and fatigue."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from compare.contact.dataset import provenance
-from compare.stresses.compute import TRUE, BodyStresses, StressResults
+from compare.stresses.compute import TRUE, BodyStresses, Stresses, StressResults
 from compare.stresses.contacts import Contacts
-from femic.stresses.measures import largest, principal_values, tresca, von_mises
-from femic.stresses.points import InnerPoints
+from compare.stresses.lattice import Lattice
+from femic.stresses.measures import principal_values, rise_between, tresca, von_mises
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
 
@@ -62,11 +63,14 @@ NANO = 1e6  # nm per mm
 def to_dataset(results: StressResults) -> xr.Dataset:
     """Return numbers by body and source, fields by body, and wear and fatigue numbers by ICs.
 
-    `stress_BODY` [MPa] lie on the lattice `x_BODY`, `s_BODY` (arc length of the lower contour), `depth_BODY`.
-    NUMBER is the largest value on the lattice, `x_NUMBER`, `s_NUMBER`, `depth_NUMBER` its place,
-    `estimate_NUMBER` the estimated error of a stress there, in the true body alone; `difference_NUMBER` the
-    share by which a source is off the true body. `section_difference` is the largest difference of von Mises
-    stresses anywhere on the section at `x_section`, over the largest in the true body.
+    `stress_BODY` [MPa] lie on the lattice `x_BODY`, `s_BODY` (arc length of the lower contour), `depth_BODY`,
+    `column_stress_BODY` at depths `column_BODY` below the middle of the patch, `middle` [mm].
+    NUMBER is the largest value at these points, `x_NUMBER`, `s_NUMBER`, `depth_NUMBER` its place,
+    `deepest_NUMBER` whether that is the deepest point there; `estimate_NUMBER` is the estimated error of the
+    largest value, in the true body alone: that of the stress, and what may lie between the points;
+    `difference_NUMBER` the share by which a source is off the true body. `section_difference` is the largest
+    difference of von Mises stresses anywhere on the section at `x_section`, over the largest in the true
+    body.
     """
     names = list(results.bodies)
     numbers = xr.concat([_numbers(one, results.contacts) for one in results.bodies.values()], "body")
@@ -76,11 +80,46 @@ def to_dataset(results: StressResults) -> xr.Dataset:
     return xr.merge(parts, compat="no_conflicts").assign_attrs(_attributes(results))
 
 
-def at_place(points: InnerPoints, values: Array, estimate: Array) -> dict[str, float]:
-    """Return the largest of values (...) at points, its place, and the estimate there."""
-    found, where = largest(values, points), int(np.argmax(values))
-    estimated = float(estimate.ravel()[where])
-    return {"": found.value, "estimate_": estimated, "x_": found.x, "s_": found.s, "depth_": found.depth}
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """Values on the lattice or on the column of a body, whichever has the largest one, and where that is."""
+
+    values: Array
+    at: tuple[int, ...]
+    s: float
+    depths: Array
+
+    @classmethod
+    def of(cls, lattice: Lattice, on_lattice: Array, on_column: Array) -> "Peak":
+        """Return the peak of values (..., n_s, n_d) on the lattice and (..., n_d + n_c) on the column."""
+        if np.max(on_column) > np.max(on_lattice):
+            at = _place_of_largest(on_column)
+            return cls(on_column, at, float(lattice.s[lattice.middle]), lattice.column)
+        at = _place_of_largest(on_lattice)
+        return cls(on_lattice, at, float(lattice.s[at[-2]]), lattice.depth)
+
+    def numbers(self, name: str) -> dict[str, float]:
+        """Return the value and its place by the names of variables."""
+        depth = float(self.depths[self.at[-1]])
+        place = {f"s_{name}": self.s, f"depth_{name}": depth, f"deepest_{name}": depth >= self.depths[-1]}
+        return {name: float(self.values[self.at]), **place}
+
+
+def _place_of_largest(values: Array) -> tuple[int, ...]:
+    return tuple(map(int, np.unravel_index(int(np.argmax(values)), values.shape)))
+
+
+def largest_below(body: BodyStresses, source: str, name: str) -> dict[str, float]:
+    """Return the largest of a measure of stresses below a contact, its place and its estimated error."""
+    lattice, measure = body.lattice, MEASURES[name]
+    parts = body.on_lattice, body.on_column
+    peak = Peak.of(lattice, *(measure(part.stresses[source]) for part in parts))
+    numbers = peak.numbers(name) | {f"x_{name}": float(lattice.x[peak.at[0]]), f"estimate_{name}": np.nan}
+    if source == TRUE:
+        axes = [lattice.x, peak.depths] if peak.values.ndim == 2 else [lattice.x, lattice.s, peak.depths]
+        estimate = parts[peak.values.ndim == 2].estimate[peak.at]
+        numbers[f"estimate_{name}"] = float(estimate) + rise_between(peak.values, axes)
+    return numbers
 
 
 def section_of(vm: Array) -> int:
@@ -90,37 +129,29 @@ def section_of(vm: Array) -> int:
 
 def _numbers(body: BodyStresses, contacts: Contacts) -> xr.Dataset:
     """Return the numbers of a body by source."""
-    lattice = body.lattice
-    points = InnerPoints(lattice.x[:, None, None], lattice.s[:, None], lattice.depth)
-    unknown, rows = np.full(points.shape, np.nan), list[dict[str, float]]()
-    true = von_mises(body.stresses[TRUE])
+    lattice, rows = body.lattice, list[dict[str, float]]()
+    true = von_mises(body.on_lattice.stresses[TRUE])
     section = section_of(true)
-    for source, stress in body.stresses.items():
-        estimate = body.estimate if source == TRUE else unknown
+    for source, stress in body.on_lattice.stresses.items():
         row = dict[str, float]()
-        for name, measure in MEASURES.items():
-            found = at_place(points, measure(stress), estimate)
-            row |= {prefix + name: value for prefix, value in found.items()}
-        if body.fatigue:
+        for name in MEASURES:
+            row |= largest_below(body, source, name)
+        if body.on_lattice.fatigue:
             row |= _fatigue(body, source)
         away = np.abs(von_mises(stress[section]) - true[section])
         row["section_difference"] = float(np.max(away) / np.max(true))
         rows.append(row)
     numbers = xr.Dataset({name: ("source", [row[name] for row in rows]) for name in rows[0]})
-    numbers = numbers.assign_coords(source=list(body.stresses))
+    numbers = numbers.assign_coords(source=list(body.on_lattice.stresses))
     numbers["x_section"] = float(lattice.x[section])
+    numbers["middle"] = (), float(lattice.s[lattice.middle]), {"units": "mm"}
     return _labelled(numbers, contacts)
 
 
 def _fatigue(body: BodyStresses, source: str) -> dict[str, float]:
     """Return the largest equivalent stress of Dang Van [MPa] of a source and its place."""
-    value, lattice = body.fatigue[source].value, body.lattice
-    at_s, at_depth = np.unravel_index(int(np.argmax(value)), value.shape)
-    return {
-        "dang_van": float(value[at_s, at_depth]),
-        "s_dang_van": float(lattice.s[at_s]),
-        "depth_dang_van": float(lattice.depth[at_depth]),
-    }
+    values = (part.fatigue[source].value for part in (body.on_lattice, body.on_column))
+    return Peak.of(body.lattice, *values).numbers("dang_van")
 
 
 def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
@@ -145,32 +176,37 @@ def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
 
 def _fields(name: str, body: BodyStresses) -> xr.Dataset:
     """Return the stresses of a body on its lattice by source, estimates, and Dang Van's stresses."""
-    dims = tuple(f"{place}_{name}" for place in PLACES)
-    fields = xr.Dataset(
-        {
-            f"stress_{name}": (
-                ("source", *dims, "i", "j"),
-                np.stack(list(body.stresses.values())).astype("f4"),
-            ),
-            f"estimate_{name}": (dims, body.estimate.astype("f4")),
-        },
+    lattice = body.lattice
+    axes = {"x": lattice.x, "s": lattice.s, "depth": lattice.depth, "column": lattice.column}
+    variables = {
+        f"{prefix}{variable}": values
+        for prefix, part, dims in (
+            ("", body.on_lattice, PLACES),
+            ("column_", body.on_column, ("x", "column")),
+        )
+        for variable, values in _variables(part, [f"{dim}_{name}" for dim in dims], name).items()
+    }
+    return xr.Dataset(
+        variables,
         coords={
-            "source": list(body.stresses),
+            "source": list(body.on_lattice.stresses),
             "i": list(DIRECTIONS),
             "j": list(DIRECTIONS),
-            **{dim: (dim, at, {"units": "mm"}) for dim, at in zip(dims, _axes(body), strict=True)},
+            **{f"{dim}_{name}": (f"{dim}_{name}", at, {"units": "mm"}) for dim, at in axes.items()},
         },
     )
-    if body.fatigue:
-        values = np.stack([one.value for one in body.fatigue.values()])
-        fields[f"dang_van_{name}"] = ("source", *dims[1:]), values
-    for variable in fields.data_vars.values():
-        variable.attrs["units"] = "MPa"
-    return fields
 
 
-def _axes(body: BodyStresses) -> tuple[Array, Array, Array]:
-    return body.lattice.x, body.lattice.s, body.lattice.depth
+def _variables(part: Stresses, dims: Sequence[str], body: str) -> dict[str, Any]:
+    """Return stresses, estimates and Dang Van's stresses over dimensions, the first of them x."""
+    units, variables = {"units": "MPa"}, dict[str, Any]()
+    stresses = np.stack(list(part.stresses.values())).astype("f4")
+    variables[f"stress_{body}"] = ("source", *dims, "i", "j"), stresses, units
+    variables[f"estimate_{body}"] = tuple(dims), part.estimate.astype("f4"), units
+    if part.fatigue:
+        values = np.stack([one.value for one in part.fatigue.values()])
+        variables[f"dang_van_{body}"] = ("source", *dims[1:]), values, units
+    return variables
 
 
 def _damage(results: StressResults) -> xr.Dataset:

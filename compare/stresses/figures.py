@@ -25,6 +25,7 @@ COMPONENT_LOOKS = [
     Look("#cc79a7", "dash"),
 ]
 SLIDER = "body"
+SAME = 1e-9  # mm
 SHORT = {TRUE: "true", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
 
 
@@ -34,6 +35,20 @@ def of_body(dataset: xr.Dataset, body: str) -> xr.Dataset:
     present = {name: short for name, short in names.items() if name in dataset.variables}
     fields = dataset[[name for name in present if name in dataset.data_vars]]
     return fields.rename({name: present[name] for name in present if name in fields.variables})
+
+
+def column_of(dataset: xr.Dataset, body: str) -> xr.Dataset:
+    """Return the fields of a body below the middle of the patch, over x and depth, to the deepest point."""
+    names = {f"column_{name}_{body}": name for name in ("stress", "estimate")}
+    fields = dataset[list(names)].rename({**names, f"column_{body}": "depth", f"x_{body}": "x"})
+    return fields.assign_coords(s=float(dataset.middle.sel(body=body)))
+
+
+def below(dataset: xr.Dataset, body: str, place: dict[str, float]) -> xr.Dataset:
+    """Return the fields of a body over x and depth, at the s of a place."""
+    if abs(place["s"] - float(dataset.middle.sel(body=body))) < SAME:
+        return column_of(dataset, body)
+    return of_body(dataset, body).sel(s=place["s"], method="nearest")
 
 
 def worst(dataset: xr.Dataset, body: str) -> dict[str, float]:
@@ -88,7 +103,7 @@ def plane_maps(dataset: xr.Dataset) -> Chart:
     """Return maps of von Mises stresses on the plane along x through the largest one, a step per body."""
     steps = {}
     for body in bodies(dataset):
-        plane = of_body(dataset, body).sel(s=worst(dataset, body)["s"], method="nearest")
+        plane = below(dataset, body, worst(dataset, body))
         values = {source: _mises(plane, source) for source in sources(dataset)}
         limits = (0.0, max(float(np.max(one)) for one in values.values()))
         steps[f"{body} body"] = [
@@ -118,7 +133,7 @@ def depth_curves(dataset: xr.Dataset) -> Chart:
 
 def _into_depth(dataset: xr.Dataset, body: str) -> list[Panel]:
     place = worst(dataset, body)
-    line = of_body(dataset, body).sel(x=place["x"], s=place["s"], method="nearest")
+    line = below(dataset, body, place).sel(x=place["x"], method="nearest")
     where = f"x = {place['x']:.2g}, s = {place['s']:.2g} mm"
     measures: dict[str, Callable[[Array], Array]] = {
         "σ_Mises": von_mises,
@@ -146,7 +161,7 @@ def load_cycle(dataset: xr.Dataset) -> Chart:
     steps = {}
     for body in bodies(dataset):
         place = worst(dataset, body)
-        line = of_body(dataset, body).sel(s=place["s"], depth=place["depth"], method="nearest")
+        line = below(dataset, body, place).sel(depth=place["depth"], method="nearest")
         steps[f"{body} body"] = [_cycle(line, source) for source in sources(dataset)]
     alt = "stress components along x: the load cycle of a particle as the contact passes"
     return Chart("cycle", steps, 3, SLIDER, 1.0, next(iter(steps)), alt=alt)

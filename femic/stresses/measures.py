@@ -1,15 +1,13 @@
-"""Numbers of a stress: von Mises, Tresca, principal values; the largest of values and its place.
+"""Numbers of a stress: von Mises, Tresca, principal values; what the largest one on a lattice may miss.
 
 Stresses are symmetric matrices, shape (..., 3, 3) [MPa]; tension is positive.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from femic.stresses.points import InnerPoints
 from geometries.arrays import Array
-from geometries.errors import WrongInput
 
 
 def von_mises(stress: Array) -> Array:
@@ -39,19 +37,22 @@ def largest_shear(stress: Array) -> Array:
     return tresca(stress) / 2
 
 
-@dataclass(frozen=True)
-class Largest:
-    """The largest of some values, and where it lies: x, s, depth [mm]."""
+def rise_between(values: Array, axes: Sequence[Array]) -> float:
+    """Return how far parabolas through the largest of values (n, m, ...) and its neighbours rise above it.
 
-    value: float
-    x: float
-    s: float
-    depth: float
+    `axes` are the growing coordinates along each dimension. The sum over these; at the ends of an axis there
+    is no parabola. That is what a smooth function may exceed its values on a lattice by.
+    """
+    at, rise = list(map(int, np.unravel_index(int(np.argmax(values)), values.shape))), 0.0
+    for axis, coordinates in enumerate(axes):
+        line = np.moveaxis(values, axis, -1)[tuple(at[:axis] + at[axis + 1 :])]
+        if 0 < (middle := at[axis]) < len(coordinates) - 1:
+            near = slice(middle - 1, middle + 2)
+            rise += _vertex(coordinates[near] - coordinates[middle], line[near]) - float(line[middle])
+    return rise
 
 
-def largest(values: Array, points: InnerPoints) -> Largest:
-    """Return the largest of values at points, both of one shape; raises WrongInput where shapes differ."""
-    if values.shape != points.shape:
-        raise WrongInput(f"values of shape {values.shape} at points of shape {points.shape}: must be alike")
-    place = np.unravel_index(int(np.argmax(values)), values.shape)
-    return Largest(*(float(array[place]) for array in (values, points.x, points.s, points.depth)))
+def _vertex(x: Array, y: Array) -> float:
+    """Return the largest value of the parabola through three points; the middle one, at x = 0, is highest."""
+    curvature, slope, height = np.polyfit(x, y, 2)
+    return float(height - slope**2 / (4 * curvature)) if curvature < 0 else float(y[1])

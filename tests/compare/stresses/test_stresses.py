@@ -9,7 +9,7 @@ from compare.stresses import lattice
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Request, compute_stresses
 from compare.stresses.contacts import require_stresses
 from compare.stresses.damage import Material
-from compare.stresses.dataset import to_dataset
+from compare.stresses.dataset import Peak, to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.damage.dang_van import DangVan, equivalent_stress
@@ -35,7 +35,7 @@ ROUNDING = 1e-9
 def of_lattice(n_x, n_s, n_d):
     """A context in which lattices have these numbers of points."""
     changed = pytest.MonkeyPatch()
-    for name, n in (("ALONG_X", n_x), ("ALONG_S", n_s), ("INTO_DEPTH", n_d)):
+    for name, n in (("ALONG_X", n_x), ("ALONG_S", n_s), ("INTO_DEPTH", n_d), ("DEEPER_STILL", 3)):
         changed.setattr(lattice, name, n)
     return changed
 
@@ -63,22 +63,31 @@ def test_stresses_are_those_of_the_engines(rolling):
             HALF_SPACE_OF_A: half_space_field(of, loads["A"], points).stress,
         }
         true = von_mises(expected[TRUE])
-        at = np.unravel_index(np.argmax(true), true.shape)
         for source, stress in expected.items():
             numbers, largest = dataset.sel(body=name, source=source), von_mises(stress)
             assert numbers.von_mises == pytest.approx(largest.max(), rel=ROUNDING)
             assert numbers.tresca == pytest.approx(tresca(stress).max(), rel=ROUNDING)
             assert numbers.principal == pytest.approx(np.linalg.eigvalsh(stress).max(), rel=ROUNDING)
             assert numbers.difference_von_mises == pytest.approx(largest.max() / true.max() - 1, abs=1e-9)
-            away = abs(largest - true)[at[0]].max() / true.max()
-            assert numbers.section_difference == pytest.approx(away, abs=1e-9)
-            cycle = np.concatenate([np.zeros_like(stress[:1]), stress])
-            fatigue = equivalent_stress((cycle + np.swapaxes(cycle, -1, -2)) / 2, DangVan())
-            assert numbers.dang_van == pytest.approx(fatigue.value.max(), rel=ROUNDING)
-        numbers = dataset.sel(body=name, source=TRUE)
-        places = [float(numbers[f"{place}_von_mises"]) for place in ("x", "s", "depth")]
-        axes = body.lattice.x, body.lattice.s, body.lattice.depth
-        assert places == [axis[number] for axis, number in zip(axes, at, strict=True)]
+            at = np.argmax(largest)
+            places = [float(numbers[f"{place}_von_mises"]) for place in ("x", "s", "depth")]
+            assert places == [points.x[at], points.s[at] - body.lattice.offset, points.depth[at]]
+            fatigue = []
+            for part in body.lattice.of_points(stress):
+                cycle = np.concatenate([np.zeros_like(part[:1]), part])
+                equivalent = equivalent_stress((cycle + np.swapaxes(cycle, -1, -2)) / 2, DangVan())
+                fatigue.append(equivalent.value.max())
+            assert numbers.dang_van == pytest.approx(max(fatigue), rel=ROUNDING)
+
+
+def test_sections_differ_by_what_the_lattice_shows(rolling):
+    results, dataset, _ = rolling
+    for name, body in results.bodies.items():
+        stresses = {source: von_mises(stress) for source, stress in body.on_lattice.stresses.items()}
+        at_x, *_ = np.unravel_index(np.argmax(stresses[TRUE]), stresses[TRUE].shape)
+        for source, largest in stresses.items():
+            away = abs(largest - stresses[TRUE])[at_x].max() / stresses[TRUE].max()
+            assert dataset.section_difference.sel(body=name, source=source) == pytest.approx(away, abs=1e-9)
 
 
 def test_wear_numbers_are_those_of_the_contact(rolling):
@@ -137,7 +146,7 @@ def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
     p_0 = 3 * 20e3 / (2 * np.pi * a**2)
     for body in results.bodies.values():
-        shear = tresca(body.stresses[TRUE]) / 2
+        shear = tresca(body.on_lattice.stresses[TRUE]) / 2
         *_, at = np.unravel_index(np.argmax(shear), shear.shape)
         # Johnson (1985), section 3.4, nu = 0.3; 16 elements over the patch, curvature of a / R = 0.6 %
         assert shear.max() == pytest.approx(0.310 * p_0, rel=0.02)
@@ -170,9 +179,9 @@ def test_compression_has_no_passage():
     assert not results.damage
     estimates = to_dataset(results).sel(source=TRUE).estimate_von_mises
     for name, body in results.bodies.items():
-        at = np.argmax(von_mises(body.stresses[TRUE]))
-        assert estimates.sel(body=name) == body.estimate.ravel()[at] > 0
-    assert not any(body.fatigue for body in results.bodies.values())
+        here = np.concatenate([part.estimate.ravel() for part in (body.on_lattice, body.on_column)])
+        assert np.min(here) < estimates.sel(body=name) < 2 * np.max(here)
+    assert not any(body.on_lattice.fatigue for body in results.bodies.values())
     assert list(results.bodies["lower"].stresses) == [TRUE, HALF_SPACE]
     assert results.contacts.load == "5000 N"
 
@@ -186,7 +195,32 @@ def test_lattices_end_before_normals_cross():
         tractions={"A": np.ones((41, 21, 3))},
         offset=lambda _: 0.0,
     )
-    depths = {name: lattice.lattice_below(contacts, name).depth[-1] for name in problem.bodies}
+    below = {name: lattice.lattice_below(contacts, name) for name in problem.bodies}
     changed.undo()
-    assert 0.6 * RADIUS < depths["lower"] <= (1 - lattice.LEAST_SPREAD) * RADIUS  # in steps of 10 %
-    assert depths["upper"] == pytest.approx(2 * 21 * 0.8 / 2)  # normals spread apart in the wheel
+    wanted = 2 * 21 * 0.8 / 2
+    assert 0.6 * RADIUS < below["lower"].depth[-1] <= (1 - lattice.LEAST_SPREAD) * RADIUS  # in steps of 10 %
+    assert below["lower"].column[-1] == pytest.approx(wanted)  # beyond the centre of curvature
+    assert np.all(np.diff(below["lower"].column) > 0)
+    assert below["upper"].depth[-1] == pytest.approx(wanted)  # normals spread apart in the wheel
+    assert len(below["upper"].deeper) == 0
+
+
+def test_points_return_to_the_lattice_and_its_column():
+    of = lattice.Lattice(np.arange(2.0), np.arange(3.0), np.arange(4.0), np.array([5.0, 7.0]), 1, 10.0)
+    points = of.points
+    on_lattice, on_column = of.of_points(np.stack([points.x, points.s, points.depth], axis=-1))
+    assert on_lattice.shape == (2, 3, 4, 3)
+    assert on_lattice[1, 2, 3].tolist() == [1.0, 12.0, 3.0]
+    np.testing.assert_array_equal(on_column[1, :, 1], 11.0)
+    np.testing.assert_array_equal(on_column[1, :, 2], [0, 1, 2, 3, 5, 7])
+
+
+def test_the_deepest_largest_stress_is_called_so():
+    """Values grow into depth: on the column beyond the lattice; then they have a top inside."""
+    of = lattice.Lattice(np.arange(3.0), np.arange(3.0), np.arange(3.0), np.array([3.0, 4.0]), 1, 0.0)
+    values = of.points.depth - of.points.x
+    peak = Peak.of(of, *of.of_points(values)).numbers("v")
+    assert peak == {"v": 4.0, "s_v": 1.0, "depth_v": 4.0, "deepest_v": True}
+    values = -((of.points.depth - 1.2) ** 2) - (of.points.s - 2) ** 2
+    peak = Peak.of(of, *of.of_points(values)).numbers("v")
+    assert peak == {"v": pytest.approx(-0.04), "s_v": 2.0, "depth_v": 1.0, "deepest_v": False}

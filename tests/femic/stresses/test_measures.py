@@ -1,11 +1,16 @@
-"""Measures of stress: closed forms of simple states, invariance, the largest value."""
+"""Measures of stress: closed forms of simple states, invariance, what lies between points."""
 
 import numpy as np
 import pytest
 
-from femic.stresses.measures import largest, largest_shear, mean_stress, principal_values, tresca, von_mises
-from femic.stresses.points import section_points
-from geometries.errors import WrongInput
+from femic.stresses.measures import (
+    largest_shear,
+    mean_stress,
+    principal_values,
+    rise_between,
+    tresca,
+    von_mises,
+)
 
 
 def rotation(seed):
@@ -34,10 +39,16 @@ def test_pressure_does_not_change_von_mises_and_tresca():
         assert measure(stress + 40 * PRESSURE) == pytest.approx(float(measure(stress)), rel=1e-12)
 
 
-def test_the_largest_value_has_its_place():
-    points = section_points([-1.0, 0.5, 2.0], [0.0, 0.3], x=0.7)
-    values = np.zeros(points.shape)
-    values[1, 1], values[2, 0] = 4.0, 3.0
-    assert largest(values, points) == type(largest(values, points))(4.0, 0.7, 0.5, 0.3)
-    with pytest.raises(WrongInput, match="shape"):
-        largest(values[:2], points)
+def test_between_points_a_paraboloid_rises_to_its_top():
+    axes = np.array([-1.0, 0.0, 0.4, 2.0]), np.array([0.0, 0.7, 1.5]), np.linspace(-1, 1, 6)
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    values = 9.0 - 2 * (x - 0.1) ** 2 - 3 * (y - 0.8) ** 2 - (z + 0.1) ** 2
+    assert np.max(values) + rise_between(values, axes) == pytest.approx(9.0, rel=1e-12)
+
+
+def test_at_the_end_of_an_axis_nothing_rises():
+    axes = np.linspace(0, 1, 5), np.linspace(-1, 1, 4)
+    x, y = np.meshgrid(*axes, indexing="ij")
+    assert rise_between(4 - x - y, axes) == 0.0
+    assert rise_between(4 - x - (y - 0.3) ** 2, axes) == pytest.approx((1 / 3 - 0.3) ** 2, rel=1e-9)
+    assert rise_between(np.zeros((5, 4)), axes) == 0.0
