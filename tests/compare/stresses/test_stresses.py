@@ -182,7 +182,7 @@ def test_compression_has_no_passage():
         here = np.concatenate([part.estimate.ravel() for part in (body.on_lattice, body.on_column)])
         assert np.min(here) < estimates.sel(body=name) < 2 * np.max(here)
     assert not any(body.on_lattice.fatigue for body in results.bodies.values())
-    assert list(results.bodies["lower"].stresses) == [TRUE, HALF_SPACE]
+    assert list(results.bodies["lower"].on_lattice.stresses) == [TRUE, HALF_SPACE]
     assert results.contacts.load == "5000 N"
 
 
