@@ -1,4 +1,4 @@
-"""The numbers of docs/decide/stresses.md: how wrong half-spaces are inside the bodies, by the angle of the patch.
+"""The numbers of docs/decide/stresses.md: how wrong half-spaces are inside the bodies, by the patch's angle.
 
 The two academic pairs without friction, at loads that give patches of 20 to 110 degrees. Called by
 tools/write_docs.py; results are stored in out/stresses/.

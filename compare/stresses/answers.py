@@ -85,7 +85,8 @@ def _damage(dataset: xr.Dataset) -> Iterator[str]:
     if "dang_van" in dataset:
         last = sources(dataset)[-1]
         off = extreme(dataset.difference_dang_van.sel(source=last))
-        texts.append(f"Dang Van's stress is off by {off:+.0%} ({source_label(dataset, last)})")
+        known = f"off by {off:+.0%}" if np.isfinite(off) else "none"
+        texts.append(f"Dang Van's stress is {known} ({source_label(dataset, last)})")
     if "ics" in dataset.dims and dataset.attrs["reference"] != "A" and "A" in dataset.ics.values:
         by_a, reference = dataset.sel(ics="A"), dataset.sel(ics=dataset.attrs["reference"])
         named = {
@@ -94,8 +95,10 @@ def _damage(dataset: xr.Dataset) -> Iterator[str]:
             "largest_depth_energy": "the worn depth",
         }
         for name, words in named.items():
-            off = float(by_a[name] / reference[name] - 1)
-            texts.append(f"{words} with A by {off:+.1%}")
+            if of_reference := float(reference[name]):
+                texts.append(f"{words} with A by {float(by_a[name]) / of_reference - 1:+.1%}")
+            else:
+                texts.append(f"{words} with {reference_symbol(dataset)} is none")
     if texts:
         yield f"So {join_words(texts)}."
 

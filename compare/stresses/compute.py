@@ -1,20 +1,20 @@
 """Stresses below a contact in both bodies, and what half-spaces make of the same tractions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 import xarray as xr
 
 from compare.stresses.contacts import Contacts, require_stresses, solve_contacts
-from compare.stresses.damage import Damage, Material, damage_of
+from compare.stresses.damage import Damage, damage_of
 from compare.stresses.lattice import Lattice, lattice_below
 from femic.cache.digests import results_digest
 from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
 from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.scenes.scene import Scene
+from femic.scenes.scene import Scene, StressSpecification
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.half_space import half_space_field
 from geometries.arrays import Array
@@ -55,23 +55,11 @@ class StressResults:
     contacts: Contacts
     bodies: Mapping[str, BodyStresses]
     damage: Mapping[str, Damage]
-    material: Material
     seconds: float
-
-
-@dataclass(frozen=True)
-class Request:
-    """What is computed beside the scene: constants of the material, fineness of models, estimates."""
-
-    material: Material = field(default_factory=Material)
-    fineness: float = 1.0
-    estimated: bool = True
-    fatigue: DangVan = field(default_factory=DangVan)
 
 
 def compute_stresses(
     scene: Scene,
-    request: Request,
     options: RunOptions = DEFAULT,
     given: Mapping[str, GivenICs] = NONE_GIVEN,
 ) -> StressResults:
@@ -86,32 +74,35 @@ def compute_stresses(
     bodies = {}
     for body in BODIES:
         options.watch.on_stage(f"  stresses in the {body} body")
-        bodies[body] = _body_stresses(contacts, body, request, options)
-    damage = {name: damage_of(one, request.material) for name, one in contacts.rolling.items()}
-    return StressResults(scene, contacts, bodies, damage, request.material, perf_counter() - start)
+        bodies[body] = _body_stresses(contacts, body, scene, options)
+    damage = {name: damage_of(one, scene.damage) for name, one in contacts.rolling.items()}
+    return StressResults(scene, contacts, bodies, damage, perf_counter() - start)
 
 
-def _body_stresses(contacts: Contacts, name: str, request: Request, options: RunOptions) -> BodyStresses:
+def _body_stresses(contacts: Contacts, name: str, scene: Scene, options: RunOptions) -> BodyStresses:
     lattice, start = lattice_below(contacts, name), perf_counter()
-    part = _stored_field(contacts, name, request, options)
-    passes = contacts.problem.specification.motion != "compression"
+    part = _stored_field(contacts, name, scene.stresses, options)
     stresses = {
         source: lattice.of_points(np.asarray(part.stress.sel(source=source))) for source in part.source.values
     }
     estimates = lattice.of_points(np.asarray(part.estimate))
+    criterion = scene.damage.dang_van if contacts.problem.specification.motion != "compression" else None
     on_lattice, on_column = (
-        _with_fatigue({source: both[k] for source, both in stresses.items()}, estimates[k], request, passes)
+        _with_fatigue({source: both[k] for source, both in stresses.items()}, estimates[k], criterion)
         for k in range(2)
     )
     return BodyStresses(lattice, on_lattice, on_column, perf_counter() - start)
 
 
-def _with_fatigue(stresses: Mapping[str, Array], estimate: Array, request: Request, passes: bool) -> Stresses:
-    fatigue = {source: _passage(one, request.fatigue) for source, one in stresses.items() if passes}
+def _with_fatigue(stresses: Mapping[str, Array], estimate: Array, criterion: DangVan | None) -> Stresses:
+    """Return stresses, with Dang Van's where the contact travels: where there is a criterion."""
+    fatigue = {source: _passage(one, criterion) for source, one in stresses.items()} if criterion else {}
     return Stresses(stresses, estimate, fatigue)
 
 
-def _stored_field(contacts: Contacts, name: str, request: Request, options: RunOptions) -> xr.Dataset:
+def _stored_field(
+    contacts: Contacts, name: str, wanted: StressSpecification, options: RunOptions
+) -> xr.Dataset:
     """Return the stresses in a body at all points of its lattice, from the store if they are there."""
     body, lattice, reference = (
         contacts.problem.bodies[name],
@@ -123,11 +114,11 @@ def _stored_field(contacts: Contacts, name: str, request: Request, options: RunO
         for ics in dict.fromkeys((reference, "A"))
         if ics in contacts.tractions
     }
-    inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], request.fineness, request.estimated
+    inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], wanted.fineness, wanted.estimated
     key = options.store.key("stresses", results_digest(__name__), *inputs)
     if (part := options.store.get(key)) is not None:
         return part
-    settings = StressSettings(request.fineness, request.estimated, options.workers)
+    settings = StressSettings(wanted.fineness, wanted.estimated, options.workers)
     true = stress_field(body, loads[reference], lattice.points, settings)
     assert true.half_space is not None
     stresses = {TRUE: true.stress, HALF_SPACE: true.half_space}

@@ -103,15 +103,20 @@ def require_stresses(scene: Scene) -> None:
         raise BadScene(
             f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
         )
-    require_solvable(scene)
+    require_solvable(with_one_contact(scene))
+
+
+def with_one_contact(scene: Scene) -> Scene:
+    """Return a scene whose contact is the one whose stresses are computed."""
+    return replace(scene, contact=_one_contact(scene))
 
 
 def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
-    """Solve one contact of a scene with each of its ICs.
+    """Solve the one contact of a scene, as of `with_one_contact`, with each of its ICs.
 
     `given` are ICs of the caller by name. Raises as `femic contact`.
     """
-    problem = replace(scene.contact_problem, specification=_one_contact(scene.contact))
+    problem = with_one_contact(scene).contact_problem
     if problem.specification.friction is None:
         return _frictionless(problem, options, given)
 
@@ -123,11 +128,19 @@ def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenI
     return solve_with_friction(problem, solve, options, given)
 
 
-def _one_contact(specification: ContactSpecification) -> ContactSpecification:
-    """Return the specification of one contact: of the largest load, or coefficient of friction."""
-    if specification.friction is not None:
-        largest = max(specification.friction.coefficients)
-        return replace(specification, friction=replace(specification.friction, coefficients=(largest,)))
+def _one_contact(scene: Scene) -> ContactSpecification:
+    """Return the specification of one contact: of the largest load; or of the friction and force of a scene.
+
+    Where [stresses] has none, these are the largest coefficient of friction, and `equal_force`.
+    """
+    specification, friction, force = scene.contact, scene.stresses.friction, scene.stresses.force
+    if (of_contact := specification.friction) is not None:
+        one = replace(
+            of_contact,
+            coefficients=(friction or max(of_contact.coefficients),),
+            equal_force=of_contact.equal_force if force is None else force,
+        )
+        return replace(specification, friction=one)
     if specification.loads:
         return replace(specification, loads=(max(specification.loads),), approaches=())
     return replace(specification, approaches=(max(specification.approaches),))

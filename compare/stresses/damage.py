@@ -8,57 +8,16 @@ import numpy as np
 from compare.stresses.contacts import RollingSolution
 from femic.contact.frictional import FrictionalContact
 from femic.damage.fatigue import surface_index
-from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw, WearLaw
+from femic.damage.laws import WearLaw
 from femic.damage.shakedown import LONGEST, SHORTEST, shakedown
 from femic.damage.sliding import Sliding, sliding_of, utilised_friction, work_error
+from femic.damage.specification import NO_SPEED, DamageSpecification
 from femic.damage.t_gamma import t_gamma
 from femic.damage.wear import depth, regimes
 from geometries.arrays import Array
-from geometries.errors import WrongInput
 from geometries.patches import N
 
-NO_SPEED = 1.0  # m/s, where no number depends on the speed
-ENERGY, TWIN_DISC, ARCHARD = "energy", "twin disc", "Archard"
 REGIMES = "mild", "severe", "catastrophic"
-
-
-@dataclass(frozen=True)
-class Material:
-    """Yield stress in tension and hardness [MPa] of the surfaces, rolling speed [m/s]; None: not given.
-
-    Raises WrongInput for values that are not positive, and for a hardness without speed.
-    """
-
-    yield_stress: float | None = None
-    hardness: float | None = None
-    speed: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, unit in (("yield_stress", "MPa"), ("hardness", "MPa"), ("speed", "m/s")):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < np.inf:
-                option = name.replace("_", "-")
-                raise WrongInput(f"--{option} = {value:g}: must be positive and finite [{unit}]")
-        if self.hardness is not None and self.speed is None:
-            raise WrongInput(
-                f"--hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity; "
-                "give --speed [m/s], too"
-            )
-
-    @property
-    def yield_shear(self) -> float | None:
-        """Yield stress in shear by Mises [MPa]."""
-        return None if self.yield_stress is None else self.yield_stress / np.sqrt(3)
-
-    @property
-    def laws(self) -> dict[str, WearLaw]:
-        """Wear laws by name; without a speed the law by energy is mild everywhere."""
-        mild = EnergyLaw()
-        energy = mild if self.speed else replace(mild, severe=mild.mild)
-        laws: dict[str, WearLaw] = {ENERGY: energy, TWIN_DISC: TwinDiscLaw()}
-        if self.hardness is not None:
-            laws[ARCHARD] = ArchardMap(hardness=self.hardness)
-        return laws
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +36,13 @@ class Damage:
     regimes: Mapping[str, float]
 
 
-def damage_of(solution: RollingSolution, material: Material) -> Damage:
+def damage_of(solution: RollingSolution, specification: DamageSpecification) -> Damage:
     """Return the wear and fatigue numbers of a contact in steady rolling."""
-    contact, speed = solution.contact, material.speed or NO_SPEED
-    sliding = sliding_of(contact, speed)
-    depths = {name: depth(sliding, law) for name, law in material.laws.items()}
-    shares, twin_disc = t_gamma(solution.problem, solution.rolling), TwinDiscLaw()
-    by_regime = regimes(replace(sliding, speed=NO_SPEED), twin_disc.transitions)
+    contact = solution.contact
+    sliding = _sliding(contact, specification)
+    depths = {name: depth(sliding, law) for name, law in specification.laws.items()}
+    shares = t_gamma(solution.problem, solution.rolling)
+    by_regime = regimes(replace(sliding, speed=NO_SPEED), specification.twin_disc.transitions)
     numbers = {
         "xi": float(solution.rolling.creepages.longitudinal),
         "p_max": float(np.max(contact.p[..., N])),
@@ -92,41 +51,41 @@ def damage_of(solution: RollingSolution, material: Material) -> Damage:
         "t_gamma_with_spin": shares.with_spin,
         "utilised_friction": utilised_friction(contact),
         **{f"depth_{name}": float(np.max(worn)) for name, worn in depths.items()},
-        **_limits(contact, material),
+        **_limits(contact, specification),
     }
     return Damage(
         numbers,
-        _errors(solution, material),
+        _errors(solution, specification),
         sliding.work,
         depths,
         dict(zip(REGIMES, map(float, by_regime), strict=True)),
     )
 
 
-def _errors(solution: RollingSolution, material: Material) -> dict[str, float]:
+def _errors(solution: RollingSolution, specification: DamageSpecification) -> dict[str, float]:
     """Estimated errors of the numbers that follow from the work of friction; of the others there are none."""
 
     def deepest(law: WearLaw) -> Callable[[FrictionalContact], float]:
-        return lambda contact: float(np.max(depth(_sliding(contact, material), law)))
+        return lambda contact: float(np.max(depth(_sliding(contact, specification), law)))
 
-    of_work = {"work": lambda contact: _sliding(contact, material).total_work}
-    of_laws = {f"depth_{name}": deepest(law) for name, law in material.laws.items()}
+    of_work = {"work": lambda contact: _sliding(contact, specification).total_work}
+    of_laws = {f"depth_{name}": deepest(law) for name, law in specification.laws.items()}
     return {
         name: work_error(solution.problem, solution.rolling, number)
         for name, number in {**of_work, **of_laws}.items()
     }
 
 
-def _sliding(contact: FrictionalContact, material: Material) -> Sliding:
-    return sliding_of(contact, material.speed or NO_SPEED)
+def _sliding(contact: FrictionalContact, specification: DamageSpecification) -> Sliding:
+    return sliding_of(contact, specification.rolling_speed)
 
 
-def _limits(contact: FrictionalContact, material: Material) -> dict[str, float]:
+def _limits(contact: FrictionalContact, specification: DamageSpecification) -> dict[str, float]:
     """Place in the shakedown map and index of surface fatigue; empty without a yield stress.
 
     Aspects of patches beyond those of the map are taken at its ends.
     """
-    k = material.yield_shear
+    k = specification.yield_shear
     if k is None:
         return {}
     pressed, grid = contact.p[..., N] > 0, contact.problem.grid

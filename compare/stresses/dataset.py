@@ -11,6 +11,7 @@ from compare.contact.dataset import provenance
 from compare.stresses.compute import TRUE, BodyStresses, Stresses, StressResults
 from compare.stresses.contacts import Contacts
 from compare.stresses.lattice import Lattice
+from femic.damage.specification import CONSTANTS
 from femic.stresses.measures import principal_values, rise_between, tresca, von_mises
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
@@ -250,12 +251,8 @@ def _damage(results: StressResults) -> xr.Dataset:
 
 
 def _attributes(results: StressResults) -> dict[str, str | float]:
-    contacts, material = results.contacts, results.material
-    given = {
-        name: getattr(material, name)
-        for name in ("yield_stress", "hardness", "speed")
-        if getattr(material, name) is not None
-    }
+    contacts, damage = results.contacts, results.scene.damage
+    constants = {name: getattr(damage, name) for name in CONSTANTS}
     return {
         "title": f"Stresses: {results.scene.title}",
         "meaning": "stresses along x, s, n of the surface above each point; tension is positive",
@@ -265,6 +262,8 @@ def _attributes(results: StressResults) -> dict[str, str | float]:
         "reference": contacts.reference,
         "p_max_of_reference": contacts.p_max(contacts.reference),
         "p_max_of_A": contacts.p_max("A") if "A" in contacts.tractions else np.nan,
-        **given,
+        **{name: value for name, value in constants.items() if value is not None},
+        "dang_van_hydrostatic": damage.dang_van.hydrostatic,
+        "dang_van_compression": damage.dang_van.compression,
         **provenance(results.scene, results.seconds, __name__),
     }

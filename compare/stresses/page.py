@@ -23,8 +23,8 @@ WEAR = (
     "those of dry steel in laboratories: ratios between ICs are surer than depths."
 )
 FATIGUE = (
-    "Dang Van's equivalent stress (c = 1/3) over the cycle from no stress through all x. Fatigue is to be "
-    "expected where it exceeds the fatigue limit in shear."
+    "Dang Van's equivalent stress (c = {:.3g} in tension, {:.3g} in compression) over the cycle from no "
+    "stress through all x. Fatigue is to be expected where it exceeds the fatigue limit in shear."
 )
 
 
@@ -45,18 +45,31 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     cycle = Note("Stresses along x, s, n of the surface above, at the place of the largest von Mises stress.")
     yield Section("The load cycle", [figures.load_cycle(dataset), cycle])
     if "dang_van" in dataset:
-        yield Section("Fatigue below the surface", [figures.fatigue_maps(dataset), Note(FATIGUE)])
+        yield Section("Fatigue below the surface", [figures.fatigue_maps(dataset), Note(_fatigue(dataset))])
     if "ics" in dataset.dims:
         yield Section("Wear and surface fatigue by ICs", list(_wear(dataset)))
     yield Folded("How these numbers are computed", list(_method(dataset)))
     yield Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))])
 
 
+def _fatigue(dataset: xr.Dataset) -> str:
+    c = float(dataset.attrs["dang_van_hydrostatic"])
+    return FATIGUE.format(c, c * float(dataset.attrs["dang_van_compression"]))
+
+
 def _wear(dataset: xr.Dataset) -> Iterator[Block]:
     yield damage_table(dataset)
     small = f"Small, below each number: its difference to that with {reference_symbol(dataset)}."
-    without = "" if "speed" in dataset.attrs else " Without --speed wear by energy is mild everywhere."
-    unknown = "" if "yield_stress" in dataset.attrs else " With --yield-stress: shakedown and surface index."
+    without = (
+        ""
+        if "speed" in dataset.attrs
+        else " Without damage.speed (--speed) wear by energy is mild everywhere."
+    )
+    unknown = (
+        ""
+        if "yield_stress" in dataset.attrs
+        else " With damage.yield_stress (--yield-stress): shakedown and surface index."
+    )
     yield Note(small + without + unknown)
     yield figures.wear_chart(dataset)
     yield Note(WEAR)

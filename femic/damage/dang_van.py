@@ -20,8 +20,10 @@ on how far it holds (Desimone, Bernasconi and Beretta 2006, Wear 260, 567-572, t
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from femic.damage.hypersphere import smallest_hypersphere
 from geometries.arrays import Array
@@ -32,10 +34,17 @@ SYMMETRY = 1e-9  # of stresses, as a share of the largest one
 
 @dataclass(frozen=True)
 class DangVan:
-    """Weights of hydrostatic stress, c of tension, and of compression the share `compression` of c."""
+    """Weights of hydrostatic stress, c of tension, and of compression the share `compression` of c.
 
-    hydrostatic: float = 1 / 3
-    compression: float = 1.0
+    They are keys of scene files, too.
+    """
+
+    hydrostatic: Annotated[
+        float, Field(ge=0, allow_inf_nan=False, description="weight c of tension; default: 1/3")
+    ] = 1 / 3
+    compression: Annotated[float, Field(ge=0, le=1, description="weight of compression, as a share of c")] = (
+        1.0
+    )
 
     def __post_init__(self) -> None:
         if not (self.hydrostatic >= 0 and np.isfinite(self.hydrostatic)):

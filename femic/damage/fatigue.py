@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from femic.contact.exact.hertz import require_positive
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 

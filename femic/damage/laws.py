@@ -4,18 +4,25 @@ Each law is a class of coefficients with one function, `rate`, of a `Sliding`: t
 distance [mm], (n_x, n_s). It is that of one surface; the other one has coefficients of its own. Coefficients
 were measured dry, in laboratories, on few pairs of steels: on lubricated or wet track wear is several times
 less, and laws of different sources differ by ten where all are mild (docs/theory/wear-and-fatigue.md).
+
+Coefficients are keys of scene files, too, in tables that are made from these declarations.
 """
 
 from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import numpy as np
+from pydantic import Field
 
-from femic.contact.exact.hertz import require_positive
-from femic.damage.sliding import Sliding
+from femic.contact.exact.positive import require_positive
+from femic.key_types import Amount, TwoOf
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
+if TYPE_CHECKING:  # scenes have coefficients: neither they nor their digests depend on contacts for that
+    from femic.damage.sliding import Sliding
+
+Density = Annotated[Amount, Field(description="density of the worn material [kg/m^3]")]
 STEEL_DENSITY = 7850.0  # kg/m^3, which is µg/mm^3
 PER_METRE = 1e-3  # mm per m
 
@@ -23,7 +30,7 @@ PER_METRE = 1e-3  # mm per m
 class WearLaw(Protocol):
     """A local wear law."""
 
-    def rate(self, sliding: Sliding) -> Array:
+    def rate(self, sliding: "Sliding") -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         ...
 
@@ -43,15 +50,20 @@ class EnergyLaw:
     densities far beyond those of rails a contact has temperatures that no factor of two covers.
     """
 
-    mild: float = 0.7
-    severe: float = 2.1
-    transition: float = 4.0
-    density: float = STEEL_DENSITY
+    mild: Annotated[Amount, Field(description="worn mass over work, below the transition [µg/J]")] = 0.7
+    severe: Annotated[
+        Amount, Field(description="worn mass over work, above the transition [µg/J]; needs damage.speed")
+    ] = 2.1
+    transition: Annotated[
+        Amount,
+        Field(description="friction power density at which wear becomes severe [W/mm^2]; needs damage.speed"),
+    ] = 4.0
+    density: Density = STEEL_DENSITY
 
     def __post_init__(self) -> None:
         _require_positive(self)
 
-    def rate(self, sliding: Sliding) -> Array:
+    def rate(self, sliding: "Sliding") -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         coefficient = np.where(sliding.power_density < self.transition, self.mild, self.severe)
         return coefficient * sliding.work / self.density * PER_METRE
@@ -73,11 +85,20 @@ class TwinDiscLaw:
     discs have 900 to 1500 MPa and slide by up to 20 %; rails hardly reach the catastrophic regime.
     """
 
-    mild: float = 5.3
-    severe: float = 55.0
-    catastrophic: float = 61.9
-    transitions: tuple[float, float] = (10.4, 77.2)
-    density: float = STEEL_DENSITY
+    mild: Annotated[
+        Amount, Field(description="worn mass per rolled distance and area over T-gamma/A, mild [µg/m/N]")
+    ] = 5.3
+    severe: Annotated[
+        Amount, Field(description="worn mass per rolled distance and area, severe [µg/m/mm^2]")
+    ] = 55.0
+    catastrophic: Annotated[Amount, Field(description="its slope over T-gamma/A, catastrophic [µg/m/N]")] = (
+        61.9
+    )
+    transitions: Annotated[
+        TwoOf[Amount],
+        Field(description="T-gamma/A at which wear becomes severe, and catastrophic [N/mm^2]"),
+    ] = (10.4, 77.2)
+    density: Density = STEEL_DENSITY
 
     def __post_init__(self) -> None:
         _require_positive(self)
@@ -91,7 +112,7 @@ class TwinDiscLaw:
             t < self.transitions[0], self.mild * t, np.where(t <= self.transitions[1], self.severe, beyond)
         )
 
-    def rate(self, sliding: Sliding) -> Array:
+    def rate(self, sliding: "Sliding") -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         return self.mass(sliding.work) / self.density * PER_METRE
 
@@ -110,13 +131,19 @@ class ArchardMap:
     k. Hardness is that of the softer surface.
     """
 
-    slow: float = 5e-4
-    middle: float = 35e-4
-    fast: float = 5e-4
-    seizure: float = 350e-4
-    hardness: float = 3000.0
-    velocities: tuple[float, float] = (0.2, 0.7)
-    pressure_share: float = 0.8
+    slow: Annotated[Amount, Field(description="Archard's k below the first sliding velocity")] = 5e-4
+    middle: Annotated[Amount, Field(description="Archard's k between both sliding velocities")] = 35e-4
+    fast: Annotated[Amount, Field(description="Archard's k above the second sliding velocity")] = 5e-4
+    seizure: Annotated[
+        Amount, Field(description="Archard's k where the pressure exceeds pressure_share x hardness")
+    ] = 350e-4
+    hardness: Annotated[Amount, Field(description="of the softer surface [MPa]")] = 3000.0
+    velocities: Annotated[
+        TwoOf[Amount], Field(description="sliding velocities at which Archard's k changes [m/s]")
+    ] = (0.2, 0.7)
+    pressure_share: Annotated[
+        Amount, Field(description="pressure over hardness from which surfaces seize")
+    ] = 0.8
 
     def __post_init__(self) -> None:
         _require_positive(self)
@@ -131,7 +158,7 @@ class ArchardMap:
         )
         return np.where(pressure > self.pressure_share * self.hardness, self.seizure, by_velocity)
 
-    def rate(self, sliding: Sliding) -> Array:
+    def rate(self, sliding: "Sliding") -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         k = self.coefficient(sliding.velocity, sliding.pressure)
         return np.asarray(k * sliding.pressure * np.linalg.norm(sliding.slip, axis=-1) / self.hardness)

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
 
-from femic.contact.exact.hertz import require_positive
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from femic.contact.error_floors import floors
 from femic.contact.estimates import LATERAL, LONGITUDINAL, ROUNDING, WORK, Measured, Scale, errors
-from femic.contact.exact.hertz import require_positive
+from femic.contact.exact.positive import require_positive
 from femic.contact.friction.motion import SteadyRolling
 from femic.contact.frictional import FrictionalContact
 from femic.contact.rolling import RollingContact, RollingProblem

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from femic.contact.exact.hertz import require_positive
+from femic.contact.exact.positive import require_positive
 from femic.damage.laws import WearLaw
 from femic.damage.sliding import Sliding
 from geometries.arrays import Array

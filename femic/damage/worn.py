@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy
 
-from femic.contact.exact.hertz import require_positive
+from femic.contact.exact.positive import require_positive
 from femic.contact.extra_gap import Profile
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalContact, FrictionalProblem

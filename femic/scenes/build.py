@@ -28,6 +28,7 @@ from femic.scenes.lines import (
 )
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import shared
+from femic.scenes.stresses import damage_misfits, damage_of, stress_misfits, stresses_of
 from femic.scenes.wants import want_misfits
 from geometries.bodies import Body, common_extent
 from geometries.contours import Contour
@@ -69,13 +70,15 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
         "grid": figure_grid(file.grid, patch),
         "checked_strips": file.grid.check,
         "contact": contact_of(file.contact),
+        "stresses": stresses_of(file.stresses),
+        "damage": damage_of(file.damage),
         "support_radius": file.engine.far_radius or FAR_RADIUS,
         "settings": settings,
         "reference_length": reference_length,
         "check": check_scene(name, text, file) if file.engine.needs_check else None,
     }
     scene = Scene(**shared(file, Scene) | resolved)
-    require_none(name, list(_table_misfits(scene, file.model_fields_set)))
+    require_none(name, list(_table_misfits(scene, file)))
     return scene
 
 
@@ -96,16 +99,18 @@ def misfits(scene: Scene) -> Iterator[str]:
         yield from body_misfits(name, body, scene.settings.engine.limits.inclination)
     yield from engine_misfits(scene)
     yield from contact_misfits(scene)
+    yield from stress_misfits(scene)
     yield from want_misfits(scene)
     yield from effective_misfits(scene)
 
 
-def _table_misfits(scene: Scene, given: set[str]) -> Iterator[str]:
+def _table_misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
     """Yield what does not fit between the tables of a scene; of some tables only where they are given."""
     yield from misfits(scene)
-    if "grid" in given:
+    yield from damage_misfits(scene, file.damage)
+    if "grid" in file.model_fields_set:
         yield from grid_misfits(scene)
-    if "calibration" in given:
+    if "calibration" in file.model_fields_set:
         yield from calibration_misfits(scene)
 
 

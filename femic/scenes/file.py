@@ -15,6 +15,7 @@ from femic.scenes.grid import GridTable
 from femic.scenes.ic_names import ICName, VariantName
 from femic.scenes.lines import Line, PatchTable
 from femic.scenes.scene_table import SceneTable
+from femic.scenes.stresses import AnyDamage, AnyStresses, DamageTable, StressTable
 
 
 class SceneFile(SceneTable):
@@ -93,6 +94,14 @@ class SceneFile(SceneTable):
     )
     contact: AnyContact = Field(
         ContactTable(), description="contact of both bodies, without or with friction (femic contact)"
+    )
+    stresses: AnyStresses = Field(
+        StressTable(), description="stresses under the contact in both bodies (femic stresses)"
+    )
+    damage: AnyDamage = Field(
+        DamageTable(),
+        description="wear and fatigue under the contact (femic stresses): constants of the surfaces, speed; "
+        "coefficients of laws have tables of their own",
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

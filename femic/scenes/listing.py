@@ -16,7 +16,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX, default_lines
 from femic.scenes.load import parse, read_scene, scene_path
 
-TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "engine")
+TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "stresses", "damage", "engine")
 
 
 def listing(name_or_path: str) -> str:
@@ -31,6 +31,7 @@ def listing(name_or_path: str) -> str:
         left_out = name not in table and field.default is None
         lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
         lines += _entries(table_in(field), table.get(name, {}))
+        lines += _inner_tables(name, table_in(field), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
@@ -42,12 +43,25 @@ def listing(name_or_path: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def inner_tables(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return the keys of a table whose values are tables with defaults of their own."""
+    fields = model.model_fields.items()
+    return {key: field for key, field in fields if isinstance(field.default, BaseModel)}
+
+
 def table_in(field: FieldInfo) -> type[BaseModel]:
     """Return the table that a key holds, or may hold."""
     if isinstance(field.default, BaseModel):
         return type(field.default)
     annotation: Any = field.annotation
     return next((part for part in get_args(annotation) if part is not types.NoneType), annotation)
+
+
+def _inner_tables(name: str, model: type[BaseModel], table: dict[str, Any]) -> Iterator[str]:
+    """Yield the tables in a table, as comments where they are not given."""
+    for key, field in inner_tables(model).items():
+        yield f"{'' if key in table else '# '}[{name}.{key}]  # {field.description}"
+        yield from _entries(table_in(field), table.get(key, {}))
 
 
 def _effective(table: dict[str, Any]) -> Iterator[str]:
@@ -74,7 +88,7 @@ def _contour_kinds() -> Iterator[str]:
 
 def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | None = None) -> Iterator[str]:
     for key, field in model.model_fields.items():
-        if only is not None and key not in only:
+        if key in inner_tables(model) or (only is not None and key not in only):
             continue
         if key in table:
             yield f"{key} = {as_toml(table[key])}  # {field.description}"

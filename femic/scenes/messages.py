@@ -10,6 +10,7 @@ from pydantic_core import ErrorDetails
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
 from femic.scenes.scene_table import SceneTable, tables
+from femic.scenes.stresses import StressTable
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
@@ -55,7 +56,11 @@ def in_keys(message: object) -> str:
 def _key_of(name: str) -> str:
     if name in OPTIONS:
         return f"--{name}"
-    tables: dict[str, type[SceneTable]] = {"engine": EngineTable, "contact": ContactTable}
+    tables: dict[str, type[SceneTable]] = {
+        "engine": EngineTable,
+        "contact": ContactTable,
+        "stresses": StressTable,
+    }
     return next((f"{key}.{name}" for key, table in tables.items() if name in table.model_fields), name)
 
 

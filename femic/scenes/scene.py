@@ -3,15 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
 from femic.contact.specification import ContactProblem, ContactSpecification
+from femic.damage.specification import DamageSpecification
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from femic.reference.meshing.cell_size import Cells
+from femic.stresses.resolution import COARSEST, FINEST
 from geometries.bodies import Body, common_extent
 from geometries.grids import Grid
 from geometries.patches import OffsetLine, Patch
@@ -29,6 +33,46 @@ class Calibration:
     x_max: float  # mm
     lines: tuple[OffsetLine, ...]
     logarithmic: bool  # whether each octave of the distance has the same weight; otherwise each point has
+
+
+@dataclass(frozen=True)
+class StressSpecification:
+    """Which contact of a scene loads the bodies, and how their stresses are computed.
+
+    Each key is declared here alone; the table [stresses] of a scene file is made from these declarations.
+    """
+
+    friction: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            le=1000,
+            description="coefficient of friction of this contact, one of contact.friction; default: the "
+            "largest",
+        ),
+    ] = None
+    force: Annotated[
+        float | None,
+        Field(
+            gt=-1,
+            lt=1,
+            description="of rolling: F_x / (friction load) of this contact, -1 ... 1; default: "
+            "contact.equal_force",
+        ),
+    ] = None
+    fineness: Annotated[
+        float,
+        Field(
+            ge=COARSEST,
+            le=FINEST,
+            description="how finely both bodies are modelled: cells and wavenumbers are half as coarse with "
+            "2, twice as coarse with 0.5",
+        ),
+    ] = 1.0
+    estimated: Annotated[
+        bool,
+        Field(description="whether errors of stresses are estimated, which takes half as long again"),
+    ] = True
 
 
 @dataclass(frozen=True)
@@ -51,6 +95,8 @@ class Scene:
     grid: Grid
     checked_strips: int  # number of columns of its IC matrix that the solid engine computes as a check
     contact: ContactSpecification
+    stresses: StressSpecification
+    damage: DamageSpecification
     discount: Discount  # of IC matrices and contact
     support_radius: float  # of the far arc of bodies for IC matrices and contact [mm]
     settings: Settings  # of C

@@ -6,6 +6,7 @@ from geometries.errors import WrongInput
 
 CELLS = 32.0
 GROWTH = 0.5
+COARSEST, FINEST = 0.1, 10.0  # fineness
 FEWER_WAVES = 1.5  # factor on the spacing of wavenumbers, and on the largest one, of coarser resolution
 
 
@@ -21,8 +22,10 @@ class Resolution:
     @classmethod
     def of(cls, fineness: float) -> "Resolution":
         """The default at a fineness of 1; raises WrongInput for a fineness out of range."""
-        if not 0.1 <= fineness <= 10:
-            raise WrongInput(f"fineness = {fineness!r}: must lie in 0.1 ... 10; 1 is the default")
+        if not COARSEST <= fineness <= FINEST:
+            raise WrongInput(
+                f"fineness = {fineness!r}: must lie in {COARSEST:g} ... {FINEST:g}; 1 is the default"
+            )
         return cls(CELLS * fineness, GROWTH / max(1.0, fineness) ** 0.5, 1 / fineness, min(1.0, fineness))
 
     @property

@@ -22,7 +22,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from femic.contact.exact.hertz import LineContact, require_positive
+from femic.contact.exact.hertz import LineContact
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 

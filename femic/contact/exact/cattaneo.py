@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from femic.contact.exact.hertz import LineContact, LoadedPoint, require_positive
+from femic.contact.exact.hertz import LineContact, LoadedPoint
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import S, X

@@ -35,7 +35,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad
 
-from femic.contact.exact.hertz import LineContact, require_positive
+from femic.contact.exact.hertz import LineContact
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
+from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
-from geometries.errors import WrongInput
 from geometries.materials import Material
 
 MOST_SLENDER = 1e8  # largest ratio of the semi-axes that is sought
@@ -129,9 +129,3 @@ class LineContact:
         ratio = np.maximum(np.abs(s) / half_width, 1)
         grown = ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio)
         return np.asarray(self.curvature * half_width**2 / 2 * grown)
-
-
-def require_positive(name: str, value: float) -> None:
-    """Raise WrongInput for what is not a positive number."""
-    if not 0 < value < np.inf:
-        raise WrongInput(f"{name} = {value!r}: must be positive and finite")
