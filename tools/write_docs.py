@@ -2,10 +2,11 @@
 
     python tools/write_docs.py [--compute | --check]
 
-With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (models in out/ are not
-solved again) and their numbers go to docs/numbers/. Pages are rendered from these, the keys and commands that
-the program declares, and docs/templates/; a test compares. Numbers carry the digest of the code that computed
-them: --check writes nothing, says which pages have numbers of other code, and ends with 1 if any does.
+With --compute, decisions, stresses, `femic validate`, `calibrate`, `frontier` and `extremes` are computed
+first (models in out/ are not solved again); the numbers of each go to docs/numbers/ as soon as they are
+there. Pages are rendered from these, the keys and commands that the program declares, and docs/templates/; a
+test compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which
+pages have numbers of other code, and ends with 1 if any does.
 """
 
 import json
@@ -19,6 +20,7 @@ from typing import Any
 import decision_page
 import decisions
 import numpy as np
+import stress_numbers
 import xarray as xr
 from command_line import command_line
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
@@ -34,6 +36,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 NUMBERS, TEMPLATES = DOCS / "numbers", DOCS / "templates"
 README = DOCS.parent / "README.md"
 TABLE_BEGINS, TABLE_ENDS = "<!-- table by tools/write_docs.py -->", "<!-- end of the table -->"
+OUT = Path("out")
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 BLANKS = re.compile(r"\n{3,}")
@@ -42,21 +45,26 @@ QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 def compute() -> None:
     """Run the commands that give the numbers, and save these."""
-    out = Path("out")
     save("decisions", decisions.compute())
     decision_page.draw(stored_numbers()["decisions"]).savefig(DOCS / "images" / "which_ics.png", dpi=130)
     run("validate")
-    run("extremes")
+    save_written("validation")
+    save("stresses", stress_numbers.compute())
     run("calibrate", *GEOMETRIES)
     frontiers = {}
     for name in GEOMETRIES:
-        calibrated = str(out / name / f"{name}_calibrated.toml")
-        run("frontier", calibrated, "--out", str(out / f"{name}_calibrated"))
-        with xr.open_dataset(out / f"{name}_calibrated" / "frontier.nc", engine="h5netcdf") as dataset:
+        calibrated = str(OUT / name / f"{name}_calibrated.toml")
+        run("frontier", calibrated, "--out", str(OUT / f"{name}_calibrated"))
+        with xr.open_dataset(OUT / f"{name}_calibrated" / "frontier.nc", engine="h5netcdf") as dataset:
             frontiers[name] = numbers_of(dataset.load())
     save("frontier", frontiers)
-    for name in ("validation", "extremes"):
-        save(name, json.loads((out / name / f"{name}.json").read_text(encoding="utf-8")))
+    run("extremes")
+    save_written("extremes")
+
+
+def save_written(name: str) -> None:
+    """Save the numbers that a command has written, as soon as it has."""
+    save(name, json.loads((OUT / name / f"{name}.json").read_text(encoding="utf-8")))
 
 
 def run(*arguments: str) -> None:
@@ -160,6 +168,7 @@ def environment() -> Environment:
         "decision_rows": decision_page.decision_rows,
     }
     made.filters["seconds"] = in_seconds
+    made.filters["signed"] = lambda share: f"{100 * share:+.0f} %".replace("-", "−")
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     made.filters["cell"] = lambda text: text.replace("|", "\\|")
     made.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}."
