@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 sys.path.append(str(Path(__file__).parent.parent / "tools"))
-import stress_numbers  # noqa: E402
+import stress_numbers
 
 
 def rows(*errors):
