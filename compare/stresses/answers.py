@@ -9,7 +9,7 @@ from compare.report.looks import symbol_of
 from compare.report.parts import extreme, join_words
 from compare.report.tables import Cell, Column, Row, Table, with_estimate
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE
-from compare.stresses.dataset import OF_DAMAGE, OF_STRESS, Number
+from compare.stresses.dataset import OF_DAMAGE, OF_STRESS, Number, variable_of
 
 SURFACE = 1e-9  # mm: depths below are the surface
 
@@ -144,11 +144,6 @@ def damage_numbers(dataset: xr.Dataset) -> dict[str, Number]:
     """Return the numbers of wear and fatigue in a dataset by the names of their variables."""
     renamed = {variable_of(name): number for name, number in OF_DAMAGE.items()}
     return {variable: number for variable, number in renamed.items() if variable in dataset}
-
-
-def variable_of(name: str) -> str:
-    """Return the name of the variable of a number of damage."""
-    return "largest_" + name.replace(" ", "_") if name.startswith("depth_") else name
 
 
 def _damage_cell(numbers: xr.Dataset, reference: xr.Dataset, name: str) -> Cell:

@@ -143,7 +143,7 @@ def _one_contact(scene: Scene) -> ContactSpecification:
         return replace(specification, friction=one)
     if specification.loads:
         return replace(specification, loads=(max(specification.loads),), approaches=())
-    return replace(specification, approaches=(max(specification.approaches),))
+    return replace(specification, approaches=tuple(sorted(specification.approaches)[-1:]))
 
 
 def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:

@@ -210,6 +210,11 @@ def _variables(part: Stresses, dims: Sequence[str], body: str) -> dict[str, Any]
     return variables
 
 
+def variable_of(name: str) -> str:
+    """Return the name of the variable of a number of damage."""
+    return "largest_" + name.replace(" ", "_") if name.startswith("depth_") else name
+
+
 def _damage(results: StressResults) -> xr.Dataset:
     """Return the wear and fatigue numbers of a rolling contact by ICs, the work, and depths along s."""
     ics, damage = list(results.damage), list(results.damage.values())
@@ -243,7 +248,7 @@ def _damage(results: StressResults) -> xr.Dataset:
     for name in damage[0].numbers:
         quantity, factor = OF_DAMAGE[name], NANO if name.startswith("depth_") else 1.0
         units = {"units": quantity.unit, "long_name": quantity.meaning}
-        variable = "largest_" + name.replace(" ", "_") if name.startswith("depth_") else name
+        variable = variable_of(name)
         arrays[variable] = "ics", [factor * one.numbers[name] for one in damage], units
         errors = [factor * one.errors.get(name, np.nan) for one in damage]
         arrays[f"estimate_{variable}"] = "ics", errors, {"units": quantity.unit}

@@ -82,7 +82,7 @@ class CampaignFile(SceneTable):
         ("errors",),
         min_length=1,
         description="kinds of results to keep of each scene (of `femic.campaigns.results.registry`): errors, "
-        "ics, contact, ...",
+        "ics, contact, stresses, ...",
     )
     set: dict[str, Any] = Field({}, description="keys that all scenes have, as in a scene file")
     sweep: dict[str, AxisTable] = Field(min_length=1, description="the axes")

@@ -10,6 +10,7 @@ from compare.contact.compute import reference_name
 from compare.report.errors import COMPONENTS
 from compare.report.looks import symbol_of
 from compare.report.parts import join_words
+from compare.stresses.dataset import OF_DAMAGE, variable_of
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -22,12 +23,18 @@ from femic.campaigns.report.fields import (
     swept_dims,
 )
 from femic.campaigns.results.contact import CURVES_LARGEST
+from femic.campaigns.results.stresses import HALF, OF_CONTACTS
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.ic_errors.error_measure import ROUNDING
 
-RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
+RATIOS = (  # numbers of contacts, compared as ratios
+    *("p_max", "a", "b", "approach", "angle", "slope"),
+    *("work", "t_gamma", "largest_depth_energy", "largest_depth_twin_disc"),
+)
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
-SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sliding"}
+SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sliding"} | {
+    variable_of(name): number.symbol for name, number in OF_DAMAGE.items() if name not in OF_CONTACTS
+}
 MEANINGS = {
     "slope": " dF_x/dξ: slope of the creep-force curve where it has no force.",
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
@@ -35,6 +42,11 @@ MEANINGS = {
 }
 DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
+STRESSES = {
+    f"{name}_{body}": symbol
+    for name, symbol in (("mises", "σ_Mises"), ("dang_van", "τ_DV"))
+    for body in ("upper", "lower")
+}
 ANY = "the worst component"
 VANISHING = (
     f" {VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
@@ -50,8 +62,10 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
         fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
         fields += _error_bounds(dataset)
-    if "contact" in json.loads(dataset.attrs["keep"]):
+    if {"contact", "stresses"} & {*json.loads(dataset.attrs["keep"])}:
         fields += _contact(dataset)
+    if "stresses" in json.loads(dataset.attrs["keep"]):
+        fields += _stresses(dataset)
     if "fit_value" in dataset:
         fields += _calibration(dataset)
     return [field for field in fields if field.values.size and np.any(np.isfinite(field.values))]
@@ -150,6 +164,36 @@ def _relative_deviations(dataset: xr.Dataset, name: str, reference: str) -> tupl
     for dim in _own_dims(dataset, name):
         deviations, estimates = furthest_along(deviations, dim), estimates.max(dim)
     return deviations, estimates
+
+
+def _stresses(dataset: xr.Dataset) -> Iterator[Field]:
+    """Yield how far half-spaces are off the largest stresses of both bodies, and these stresses."""
+    names = [name for name in STRESSES if name in dataset]
+    if not names:
+        return
+    labels = xr.Variable(COLUMN, [f"{STRESSES[name]}, {name.rpartition('_')[2]} body" for name in names])
+    true = xr.concat([dataset[name].drop_attrs() for name in names], labels)
+    flat = xr.concat([dataset[f"{HALF}{name}"].drop_attrs() for name in names], labels)
+    unknown = xr.full_like(dataset[names[0]], np.nan)
+    estimates = [dataset.get(f"estimate_{name}", unknown).drop_attrs() for name in names]
+    yield Field(
+        "half_space",
+        "deviation",
+        "deviations of half-spaces",
+        "Largest stresses in half-spaces under the same tractions over those in the true bodies, minus 1.",
+        (flat / true - 1).expand_dims({ROW: ["half-space"]}),
+        xr.concat(estimates, labels) / abs(true),
+        "the true body",
+    )
+    yield Field(
+        "stresses",
+        "value",
+        "largest stresses",
+        "Largest stresses in the true bodies [MPa].",
+        true.assign_coords({COLUMN: [f"{label} [MPa]" for label in labels.values]}).expand_dims(
+            {ROW: ["true body"]}
+        ),
+    )
 
 
 def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:

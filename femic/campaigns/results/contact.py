@@ -43,7 +43,7 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     return numbers.drop_vars([name for name in numbers.coords if name not in NAMES]).astype(float)
 
 
-def _jobs(scene: Scene) -> list[Jobs]:
+def jobs_of_contact(scene: Scene) -> list[Jobs]:
     """Return the jobs of C on each grid of the contact; none where C is not among the ICs.
 
     Approximations size the grids; C may make them longer.
@@ -54,4 +54,4 @@ def _jobs(scene: Scene) -> list[Jobs]:
     return [c_jobs(problem, pair_on_grid(problem, grid)) for grid, _ in grids_of(problem, maps)]
 
 
-CONTACT = ResultKind(contact, _jobs, require_solvable, NAMES)
+CONTACT = ResultKind(contact, jobs_of_contact, require_solvable, NAMES)

@@ -12,12 +12,14 @@ from femic.campaigns.results.contact import CONTACT
 from femic.campaigns.results.kind import ResultKind
 from femic.campaigns.results.matrix import MATRIX
 from femic.campaigns.results.on_lines import ERRORS, ICS
+from femic.campaigns.results.stresses import STRESSES
 
 KINDS: Mapping[str, ResultKind] = MappingProxyType(
     {
         "errors": ERRORS,
         "ics": ICS,
         "contact": CONTACT,
+        "stresses": STRESSES,
         "matrix": MATRIX,
         "advice": ADVICE,
         "calibration": CALIBRATION,

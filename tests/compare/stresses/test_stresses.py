@@ -1,14 +1,14 @@
 """Stresses below contacts: numbers of the dataset beside the engines, Hertz's field, the page, messages."""
 
+import tomllib
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from compare.stresses import lattice
-from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Request, compute_stresses
+from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
 from compare.stresses.contacts import require_stresses
-from compare.stresses.damage import Material
 from compare.stresses.dataset import Peak, to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
@@ -26,10 +26,16 @@ from geometries.grids import Grid
 from geometries.patches import N
 from tests.compare.friction.scenes import RADIUS, scene
 
-COARSE, FINER, ONE = 0.1, 0.25, RunOptions(workers=1)
-MATERIAL = Material(yield_stress=500.0, hardness=3000.0, speed=20.0)
+ONE = RunOptions(workers=1)
+COARSE, FINER = ({"stresses": {"fineness": fineness, "estimated": False}} for fineness in (0.1, 0.25))
+CONSTANTS = {"yield_stress": 500.0, "hardness": 3000.0, "speed": 20.0}
 ROLLING = {"motion": "rolling", "loads": [5e3], "friction": [0.2, 0.4], "longitudinal": [-0.01, 0.0, 0.01]}
 ROUNDING = 1e-9
+
+
+def with_tables(of, **tables):
+    """A scene with other tables."""
+    return scene_from_table(tomllib.loads(of.text) | tables, of.name)
 
 
 def of_lattice(n_x, n_s, n_d):
@@ -44,7 +50,7 @@ def of_lattice(n_x, n_s, n_d):
 def rolling(tmp_path_factory):
     """A wheel that rolls, its stresses, the arrays and the page."""
     changed = of_lattice(5, 4, 3)
-    results = compute_stresses(scene(**ROLLING), Request(MATERIAL, COARSE, estimated=False), ONE)
+    results = compute_stresses(with_tables(scene(**ROLLING), **COARSE, damage=CONSTANTS), ONE)
     changed.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
     dataset, page = write_stresses(results, tmp_path_factory.mktemp("stresses"))
     changed.undo()
@@ -58,7 +64,7 @@ def test_stresses_are_those_of_the_engines(rolling):
         points, of = body.lattice.points, contacts.problem.bodies[name]
         loads = {ics: contacts.on_body(name, ics) for ics in ("A", "Bhat")}
         expected = {
-            TRUE: stress_field(of, loads["Bhat"], points, StressSettings(COARSE, estimated=False)).stress,
+            TRUE: stress_field(of, loads["Bhat"], points, StressSettings(**COARSE["stresses"])).stress,
             HALF_SPACE: half_space_field(of, loads["Bhat"], points).stress,
             HALF_SPACE_OF_A: half_space_field(of, loads["A"], points).stress,
         }
@@ -140,7 +146,7 @@ def hertz_scene():
 
 def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     changed = of_lattice(3, 5, 33)
-    results = compute_stresses(hertz_scene(), Request(fineness=FINER, estimated=False), ONE)
+    results = compute_stresses(with_tables(hertz_scene(), **FINER), ONE)
     changed.undo()
     contact_modulus = 210e3 / (2 * (1 - 0.3**2))
     a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
@@ -155,13 +161,15 @@ def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
 
 def test_refuses_before_any_work(capsys):
     for command, reason in (
-        ("tall --friction 0.3", "has no friction"),
-        ("tall --force 0.3", "does not roll"),
-        ("tall --speed 3", "does not roll"),
-        ("rolling --friction -0.3", "greater than 0"),
-        ("rolling --yield-stress -3", "--yield-stress = -3: must be positive"),
-        ("rolling --hardness 3000", "give --speed"),
-        ("rolling --speed 0", "--speed = 0: must be positive"),
+        ("tall --friction 0.3", "friction is only of motion = 'rolling'"),
+        ("tall --force 0.3", "stresses.force = 0.3: only of contact.motion = 'rolling', not 'none'"),
+        ("tall --speed 3", "damage.speed = 3: only of contact.motion = 'rolling', not 'none'"),
+        ("rolling --friction -0.3", "contact.friction.0 = -0.3: Input should be greater than 0"),
+        ("rolling --force 1", "stresses.force = 1.0: Input should be less than 1"),
+        ("rolling --fineness 11", "stresses.fineness = 11.0: Input should be at most 10"),
+        ("rolling --yield-stress -3", "damage.yield_stress = -3.0: Input should be at least"),
+        ("rolling --hardness 3000", "damage.hardness = 3000: Archard's coefficients depend"),
+        ("rolling --speed 0", "damage.speed = 0.0: Input should be at least"),
         ("flat", "give loads"),
     ):
         assert exit_code(["stresses", *command.split()]) == WRONG_INPUT
@@ -174,7 +182,7 @@ def test_refuses_before_any_work(capsys):
 def test_compression_has_no_passage():
     changed = of_lattice(3, 3, 2)
     keys = {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["Bhat"]}
-    results = compute_stresses(scene(**keys), Request(fineness=COARSE), ONE)
+    results = compute_stresses(with_tables(scene(**keys), stresses={"fineness": 0.1}), ONE)
     changed.undo()
     assert not results.damage
     estimates = to_dataset(results).sel(source=TRUE).estimate_von_mises
