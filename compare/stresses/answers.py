@@ -12,6 +12,7 @@ from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE
 from compare.stresses.dataset import OF_DAMAGE, OF_STRESS, Number, variable_of
 
 SURFACE = 1e-9  # mm: depths below are the surface
+PASSES = {"lower": "passages", "upper": "revolutions"}  # attributes: what wears a body
 
 
 def reference_symbol(dataset: xr.Dataset) -> str:
@@ -138,6 +139,34 @@ def damage_table(dataset: xr.Dataset) -> Table:
         cells = [_damage_cell(dataset.sel(ics=name), reference, variable) for name in names]
         rows.append(Row(f"{number.title}: {number.meaning}", cells))
     return Table("number", [Column(symbol_of(name)) for name in names], rows)
+
+
+def worn_table(dataset: xr.Dataset) -> Table:
+    """Return what all passages wear off and make of the contact, a column per ICs."""
+    names = [str(name) for name in dataset.ics.values]
+    reference = dataset.sel(ics=dataset.attrs["reference"])
+    rows = []
+    for body in map(str, dataset.worn_body.values):
+        if dataset.attrs[PASSES[body]] > 0:
+            cells = [_worn_cell(dataset.sel(ics=name), reference, body) for name in names]
+            rows.append(Row(f"largest depth worn off the {body} body [µm]", cells))
+    for variable, symbol in (("worn_p_max", "p_max [MPa]"), ("worn_work", "W [J/m]")):
+        cells = [
+            Cell(" → ".join(f"{float(value):.4g}" for value in dataset[variable].sel(ics=name)))
+            for name in names
+        ]
+        rows.append(Row(f"{symbol}, new → worn", cells))
+    turned = [Cell(f"{float(dataset.turned.sel(ics=name)):.2g}") for name in names]
+    rows.append(Row("largest change of a surface's inclination [°]", turned))
+    return Table("worn contact", [Column(symbol_of(name)) for name in names], rows)
+
+
+def _worn_cell(numbers: xr.Dataset, reference: xr.Dataset, body: str) -> Cell:
+    value, estimate = numbers.worn.sel(worn_body=body).max(), numbers.estimate_worn.sel(worn_body=body)
+    of_reference = float(reference.worn.sel(worn_body=body).max())
+    same = str(numbers.ics.values) == str(reference.ics.values)
+    below = "" if same or not of_reference else f"{float(value) / of_reference - 1:+.1%}"
+    return Cell(with_estimate(value, estimate), below=below)
 
 
 def damage_numbers(dataset: xr.Dataset) -> dict[str, Number]:

@@ -10,6 +10,7 @@ import xarray as xr
 from compare.stresses.contacts import Contacts, require_stresses, solve_contacts
 from compare.stresses.damage import Damage, damage_of
 from compare.stresses.lattice import Lattice, lattice_below
+from compare.stresses.worn import Worn, worn_of
 from femic.cache.digests import results_digest
 from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
 from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
@@ -49,12 +50,16 @@ class BodyStresses:
 
 @dataclass(frozen=True, eq=False)
 class StressResults:
-    """A contact of a scene, the stresses of its tractions by body, and wear and fatigue numbers by ICs."""
+    """A contact of a scene, the stresses of its tractions by body, and wear and fatigue numbers by ICs.
+
+    `worn` are the worn contacts, by ICs; none where the scene asks for no passages.
+    """
 
     scene: Scene
     contacts: Contacts
     bodies: Mapping[str, BodyStresses]
     damage: Mapping[str, Damage]
+    worn: Mapping[str, Worn]
     seconds: float
 
 
@@ -76,7 +81,11 @@ def compute_stresses(
         options.watch.on_stage(f"  stresses in the {body} body")
         bodies[body] = _body_stresses(contacts, body, scene, options)
     damage = {name: damage_of(one, scene.damage) for name, one in contacts.rolling.items()}
-    return StressResults(scene, contacts, bodies, damage, perf_counter() - start)
+    worn = {}
+    for name, one in contacts.rolling.items() if scene.damage.wears else ():
+        options.watch.on_stage(f"  wear with {name}")
+        worn[name] = worn_of(one, scene.damage)
+    return StressResults(scene, contacts, bodies, damage, worn, perf_counter() - start)
 
 
 def _body_stresses(contacts: Contacts, name: str, scene: Scene, options: RunOptions) -> BodyStresses:

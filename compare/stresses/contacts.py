@@ -32,10 +32,11 @@ MOTIONS = "none", "rolling", "compression"
 
 @dataclass(frozen=True, eq=False)
 class RollingSolution:
-    """A contact in steady rolling with some ICs, and its problem."""
+    """A contact in steady rolling with some ICs under a load [N], and its problem."""
 
     problem: RollingProblem
     rolling: RollingContact
+    load: float
 
     @property
     def contact(self) -> FrictionalContact:
@@ -168,7 +169,7 @@ def _rolls(pair: PairWithFriction, name: str) -> RollingSolution:
     along = Continuation.of(pair, problem, f"friction {friction:g}, {name}")
     rolling = along.with_force(pair.specification.equal_force * along.largest, [along.first()])
     pair.options.watch.on_stage(f"  {along.label}: xi = {rolling.creepages.longitudinal:.3g}")
-    return RollingSolution(along.problem, rolling)
+    return RollingSolution(along.problem, rolling, pair.loads[0])
 
 
 def _compressed(pair: PairWithFriction) -> Contacts:

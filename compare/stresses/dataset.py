@@ -58,7 +58,7 @@ OF_DAMAGE = {
     "load_factor": Number("limit/(p_max/k)", "1", "below 1 the surface ratchets"),
     "surface_index": Number("FI_surf", "1", "index of surface fatigue; above 0 cracks start"),
 }
-NANO = 1e6  # nm per mm
+NANO, MICRO = 1e6, 1e3  # nm and µm per mm
 
 
 def to_dataset(results: StressResults) -> xr.Dataset:
@@ -78,6 +78,7 @@ def to_dataset(results: StressResults) -> xr.Dataset:
     parts = [numbers.assign_coords(body=names)]
     parts += [_fields(name, one) for name, one in results.bodies.items()]
     parts += [_damage(results)] if results.damage else []
+    parts += [_worn(results)] if results.worn else []
     return xr.merge(parts, compat="no_conflicts").assign_attrs(_attributes(results))
 
 
@@ -255,6 +256,28 @@ def _damage(results: StressResults) -> xr.Dataset:
     return arrays
 
 
+def _worn(results: StressResults) -> xr.Dataset:
+    """Return what is worn off both bodies after all passages, and the worn contact, by ICs."""
+    worn = list(results.worn.values())
+    microns = {"units": "µm", "long_name": "depth worn after all passages and revolutions"}
+    arrays = xr.Dataset(
+        {
+            "worn": (("ics", "worn_body", "s"), MICRO * np.stack([one.depths for one in worn]), microns),
+            "estimate_worn": (
+                ("ics", "worn_body"),
+                MICRO * np.stack([one.estimates for one in worn]),
+                microns,
+            ),
+            "wear_steps": ("ics", [one.steps for one in worn]),
+            "turned": ("ics", np.degrees([one.turned for one in worn]), {"units": "deg"}),
+        },
+        coords={"ics": list(results.worn), "worn_body": ["lower", "upper"]},
+    )
+    for name, unit in (("p_max", "MPa"), ("work", "J/m")):
+        arrays[f"worn_{name}"] = ("ics", "state"), [getattr(one, name) for one in worn], {"units": unit}
+    return arrays.assign_coords(state=["new", "worn"])
+
+
 def _attributes(results: StressResults) -> dict[str, str | float]:
     contacts, damage = results.contacts, results.scene.damage
     constants = {name: getattr(damage, name) for name in CONSTANTS}
@@ -268,6 +291,8 @@ def _attributes(results: StressResults) -> dict[str, str | float]:
         "p_max_of_reference": contacts.p_max(contacts.reference),
         "p_max_of_A": contacts.p_max("A") if "A" in contacts.tractions else np.nan,
         **{name: value for name, value in constants.items() if value is not None},
+        "passages": damage.passages,
+        "revolutions": damage.revolutions,
         "dang_van_hydrostatic": damage.dang_van.hydrostatic,
         "dang_van_compression": damage.dang_van.compression,
         **provenance(results.scene, results.seconds, __name__),

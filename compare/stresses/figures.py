@@ -203,6 +203,23 @@ def wear_chart(dataset: xr.Dataset) -> Chart:
     return Chart("wear", {"": panels}, 2, heights=0.9, alt="depths worn per passage along s by ICs")
 
 
+def worn_chart(dataset: xr.Dataset) -> Chart:
+    """Return the depths worn off both bodies along s after all passages, with all ICs."""
+    names, looks = ics_of(dataset), looks_of(ics_of(dataset))
+    s = dataset.s.values[(dataset.worn.max(["ics", "worn_body"]) > 0).values]
+    panels = [
+        Panel(
+            f"worn off the {body} body",
+            "s [mm]",
+            "depth [µm]",
+            _by_ics(names, s, dataset.worn.sel(worn_body=body, s=s), looks),
+        )
+        for body in map(str, dataset.worn_body.values)
+        if float(dataset.worn.sel(worn_body=body).max()) > 0
+    ]
+    return Chart("worn", {"": panels}, 2, heights=0.9, alt="depths worn along s after all passages by ICs")
+
+
 def _by_ics(names: Sequence[str], s: Array, values: xr.DataArray, looks: dict[str, Look]) -> list[Curve]:
     return [Curve(symbol_of(name), s, values.sel(ics=name).values, looks[name]) for name in names]
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
 from compare.stresses import figures
-from compare.stresses.answers import damage_table, reference_symbol, stress_table, summary
+from compare.stresses.answers import damage_table, reference_symbol, stress_table, summary, worn_table
 from compare.stresses.compute import StressResults
 from compare.stresses.dataset import to_dataset
 
@@ -21,6 +21,12 @@ WEAR = (
     "Per passage of the contact the rail, per revolution the wheel, loses these depths. Energy: Krause and "
     "Poll; twin disc: the BRR function of T-gamma over area; Archard: the wear map of KTH. Coefficients are "
     "those of dry steel in laboratories: ratios between ICs are surer than depths."
+)
+WORN = (
+    "{:g} passages of such wheels wear the rail, {:g} revolutions the wheel, in {} steps or less, by the law "
+    "of energy: after each the contact is solved again with the gap that both have lost. ± is the error by "
+    "the size of steps alone. ICs are those of the new surfaces: once a surface has turned by more than 1°, "
+    "components that vanish on new ones may be off by that angle times C_nn."
 )
 FATIGUE = (
     "Dang Van's equivalent stress (c = {:.3g} in tension, {:.3g} in compression) over the cycle from no "
@@ -48,6 +54,8 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Section("Fatigue below the surface", [figures.fatigue_maps(dataset), Note(_fatigue(dataset))])
     if "ics" in dataset.dims:
         yield Section("Wear and surface fatigue by ICs", list(_wear(dataset)))
+    if "worn" in dataset:
+        yield Section("After all passages", list(_worn(dataset)))
     yield Folded("How these numbers are computed", list(_method(dataset)))
     yield Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))])
 
@@ -73,6 +81,14 @@ def _wear(dataset: xr.Dataset) -> Iterator[Block]:
     yield Note(small + without + unknown)
     yield figures.wear_chart(dataset)
     yield Note(WEAR)
+
+
+def _worn(dataset: xr.Dataset) -> Iterator[Block]:
+    yield worn_table(dataset)
+    yield figures.worn_chart(dataset)
+    yield Note(
+        WORN.format(dataset.attrs["passages"], dataset.attrs["revolutions"], int(dataset.wear_steps.max()))
+    )
 
 
 def _method(dataset: xr.Dataset) -> Iterator[Block]:

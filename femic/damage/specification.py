@@ -8,12 +8,14 @@ from pydantic import Field
 
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw, WearLaw
-from femic.key_types import Amount
+from femic.key_types import LARGEST, LARGEST_LENGTH, Amount, Whole
 from geometries.errors import WrongInput
 
 NO_SPEED = 1.0  # m/s, where no number depends on the speed
 ENERGY, TWIN_DISC, ARCHARD = "energy", "twin disc", "Archard"
 CONSTANTS = "yield_stress", "hardness", "speed"
+MOST_STEPS = 1000
+Count = Annotated[float, Field(ge=0, le=LARGEST)]  # of passages
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,18 @@ class DamageSpecification:
     speed: Annotated[
         Amount | None, Field(description="of rolling [m/s], for wear laws that depend on it")
     ] = None
+    passages: Annotated[Count, Field(description="of such wheels over the rail, which wear it; 0: none")] = (
+        0.0
+    )
+    revolutions: Annotated[Count, Field(description="of the wheel, which wear it; 0: none")] = 0.0
+    steps: Annotated[
+        Whole,
+        Field(ge=1, le=MOST_STEPS, description="at least, in which the contact is solved again as it wears"),
+    ] = 10
+    spread: Annotated[
+        float,
+        Field(ge=0, le=LARGEST_LENGTH, description="standard deviation of the wheels' places along s [mm]"),
+    ] = 0.0
     energy: EnergyLaw = field(default_factory=EnergyLaw)
     twin_disc: TwinDiscLaw = field(default_factory=TwinDiscLaw)
     archard: ArchardMap = field(default_factory=ArchardMap)
@@ -49,6 +63,11 @@ class DamageSpecification:
                 f"hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity: give "
                 "speed [m/s], too"
             )
+
+    @property
+    def wears(self) -> bool:
+        """Whether the contact is solved again as it wears."""
+        return self.passages > 0 or self.revolutions > 0
 
     @property
     def yield_shear(self) -> float | None:

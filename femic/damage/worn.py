@@ -50,6 +50,10 @@ REACH = 4.0  # standard deviations of the average along s
 LARGEST_TURN = float(np.radians(1.0))
 
 
+class UnstableSteps(WrongInput):
+    """Steps of wear so large that ripples of the gap oscillate."""
+
+
 @dataclass(frozen=True, eq=False)
 class Operation:
     """How a wheel rolls: load, creepages, prescribed forces [N], rolling speed [m/s].
@@ -172,7 +176,7 @@ def worn_contacts(
     """Yield a contact for each step of wear, then one more, which wears no further: the worn contact.
 
     `problem` is that of new surfaces; `renew` returns the ICs of worn surfaces. Raises as
-    `RollingProblem.contact`, and WrongInput for passages per step that would not be stable.
+    `RollingProblem.contact`, and UnstableSteps for passages per step that would not be stable.
     """
     surfaces = WornSurfaces.new(problem.rolling.s)
     ics, start = _ICs(problem.problem.operator, surfaces), None
@@ -257,11 +261,11 @@ def _modulus(problem: FrictionalProblem) -> float:
 
 
 def _require_stable(factor: float, steps: WearSteps) -> None:
-    """Raise WrongInput where a step makes ripples from strip to strip oscillate."""
+    """Raise UnstableSteps where a step makes ripples from strip to strip oscillate."""
     if factor > LARGEST_FACTOR:
         passages = steps.lower.passages, steps.upper.passages
         most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in passages)
-        raise WrongInput(
+        raise UnstableSteps(
             f"passages = {passages[0]:g} (lower), {passages[1]:g} (upper) per step: pressures oscillate "
             f"from strip to strip; take {most} at most and more steps, or a larger spread"
         )
