@@ -1,10 +1,21 @@
-"""Maps of contacts with friction as labelled arrays."""
+"""Maps of contacts with friction as labelled arrays, and what the maps and numbers vary by.
 
+Beside a number `NAME` stand `larger_NAME`, the number on elements twice as large (in compression with steps
+of load twice as large, too), and `change_NAME`, by how much it changes with ICs plus their estimated errors:
+0 where no errors are known, as of approximations. `larger_p`, over `larger_x` and `larger_s`, and `change_p`
+are those of the tractions. `compare.friction.differences` makes estimates of differences from them.
+"""
+
+import numpy as np
 import xarray as xr
 
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.variations import Change
+from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
+
+LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
 
 
 def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:
@@ -24,3 +35,19 @@ def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:
             "tangential": list(DIRECTIONS[:2]),
         },
     )
+
+
+def varied_tractions(pair: PairWithFriction, larger: FrictionalContact | None, change: Change) -> xr.Dataset:
+    """Return tractions on elements twice as large, NaN without such a contact, and changes of tractions."""
+    x, s = _larger(pair.on_grid.x), _larger(pair.on_grid.grid.strips)
+    p = np.full((len(x), len(s), len(DIRECTIONS)), np.nan) if larger is None else larger.p
+    on_larger, units = (f"{LARGER}x", f"{LARGER}s", "direction"), {"units": "MPa"}
+    return xr.Dataset(
+        {f"{LARGER}p": (on_larger, p, units), f"{CHANGE}p": (("x", "s", "direction"), change.p, units)},
+        coords={name: (name, at, {"units": "mm"}) for name, at in zip(on_larger, (x, s), strict=False)},
+    )
+
+
+def _larger(places: Array) -> Array:
+    """Return the centres of elements twice as large, without the last element of an odd number."""
+    return places[: len(places) // 2 * 2].reshape(-1, 2).mean(axis=1)

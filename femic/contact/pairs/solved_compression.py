@@ -1,7 +1,8 @@
 """Compression with some ICs in steps of load, with the estimates of its numbers.
 
 The load grows in steps half as large as between the loads that are given: errors are of the first order in
-them, and estimated from steps that are twice as large.
+them, and estimated from steps that are twice as large. Where compressions are compared, elements and steps
+are made larger together: both errors are of the first order, and so is their sum.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,14 @@ from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
-from femic.contact.pairs.variations import on_larger_elements, with_perturbed_ics
+from femic.contact.pairs.variations import (
+    Change,
+    change_of_tractions,
+    differences,
+    if_possible,
+    on_larger_elements,
+    with_perturbed_ics,
+)
 from geometries.errors import Failure
 
 Steps = Sequence[Measured]  # after each load
@@ -23,11 +31,16 @@ Steps = Sequence[Measured]  # after each load
 
 @dataclass(frozen=True, eq=False)
 class SolvedCompression:
-    """Numbers after each load with their estimated errors, and the contact after the last one."""
+    """Numbers after each load with their estimated errors, and the contact after the last one.
+
+    `larger` are both with elements and steps of load twice as large, None where these have no solution.
+    """
 
     steps: Steps
     errors: Sequence[Numbers]
     last: FrictionalContact
+    larger: tuple[Steps, FrictionalContact] | None
+    change: Change
     seconds: float  # without C
 
 
@@ -38,13 +51,39 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
     steps, last = in_steps(pair, problem, label)
     seconds = perf_counter() - start
     pair.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
+    perturbed = with_perturbed_ics(pair, friction, name, label, in_steps)
     estimated = estimates_of(
         steps,
         on_larger_elements(pair, problem, label, _numbers),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
-        with_perturbed_ics(pair, friction, name, label, _numbers),
+        None if perturbed is None else perturbed[0],
     )
-    return SolvedCompression(steps, estimated, last, seconds)
+    larger = _with_larger_elements_and_steps(pair, problem, label)
+    return SolvedCompression(steps, estimated, last, larger, _change(steps, last, perturbed), seconds)
+
+
+def _with_larger_elements_and_steps(
+    pair: PairWithFriction, problem: FrictionalProblem, label: str
+) -> tuple[Steps, FrictionalContact] | None:
+    """Return numbers and last contact with elements and steps twice as large; None for no solution."""
+    if not problem.has_coarser:
+        return None
+    label = f"{label}, larger elements and steps"
+    return if_possible(
+        pair, "not in estimates", lambda: in_steps(pair, problem.coarsened, label, halves=False)
+    )
+
+
+def _change(
+    steps: Steps, last: FrictionalContact, perturbed: tuple[Steps, FrictionalContact] | None
+) -> Change:
+    """Return the change of numbers and tractions by the estimated errors of the ICs."""
+    changed_steps, changed_last = perturbed or (steps, last)
+    pairs = zip(steps, changed_steps, strict=True)
+    return Change(
+        [differences(step.numbers, changed.numbers) for step, changed in pairs],
+        change_of_tractions(last, changed_last),
+    )
 
 
 def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:

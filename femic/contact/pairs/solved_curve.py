@@ -13,17 +13,30 @@ from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
 from femic.contact.pairs.displaced import displaced_numbers
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING, kinds
-from femic.contact.pairs.variations import if_possible, on_larger_elements
+from femic.contact.pairs.variations import (
+    Change,
+    change_of_tractions,
+    differences,
+    if_possible,
+    on_larger_elements,
+)
+from femic.contact.rolling import RollingContact
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedCurve:
-    """A creep-force curve, the estimated errors of its numbers, and numbers with the displaced wheel."""
+    """A creep-force curve, the estimated errors of its numbers, and numbers with the displaced wheel.
+
+    `larger` is the curve on elements twice as large, None where there is none.
+    """
 
     curve: CreepForceCurve
     point_errors: Sequence[Numbers]  # of `OF_ROLLING`, by creepage
     curve_errors: Numbers  # of `OF_CURVE`
     displaced: Numbers  # of `OF_DISPLACED`
+    larger: CreepForceCurve | None
+    change: Change
+    free_change: Numbers  # of `OF_CURVE`, signed as `change`
     seconds: float  # without C
 
 
@@ -42,10 +55,16 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
         f"  {along.label}: {len(curve.points)} of {len(along.xi)} creepages, {seconds:.1f} s"
     )
     perturbed = pair.perturbed(name)
-    change = None if perturbed is None else _change(along, curve, perturbed)
+    changed = None if perturbed is None else _with_ics(along, curve, perturbed)
     larger = on_larger_elements(pair, problem, along.label, _curve)
-    point_errors, curve_errors = _errors(along.xi, curve, larger, change)
-    return SolvedCurve(curve, point_errors, curve_errors, displaced_numbers(along, curve), seconds)
+    return SolvedCurve(
+        curve,
+        *_errors(along.xi, curve, larger, changed),
+        displaced_numbers(along, curve),
+        larger[0] if larger else None,
+        *_change(along.xi, curve, changed),
+        seconds,
+    )
 
 
 def _curve(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> CreepForceCurve:
@@ -63,29 +82,48 @@ def nearest_to_no_creepage(
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
-    """By how much numbers of a curve change with the estimated error of C: its points, and the whole."""
+class ChangedCurve:
+    """What is known of a curve with other ICs: numbers at a few creepages, and at certain forces."""
 
-    points: Sequence[Numbers]
-    free: Numbers
+    points: Mapping[float, Numbers]  # of `OF_ROLLING` by creepage, growing
+    free: Numbers | None  # of `OF_CURVE`
+    equal: RollingContact | None  # with the force at which ICs are compared
 
 
-def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator) -> Change:
-    """Return the change with ICs plus their estimated errors: at a few creepages, and linear between these.
+def _with_ics(along: Continuation, curve: CreepForceCurve, operator: FullOperator) -> ChangedCurve:
+    """Return a curve with other ICs, from the contacts of the curve with the ICs of `along`.
 
-    They are the one nearest 0 and those with the largest forces; NaN where no such contact is found.
+    Its creepages are the one nearest 0 and those with the largest forces, without those of no contact.
     """
     pair = along.pair
     problem = pair.frictional(operator, along.problem.problem.friction)
-    perturbed = Continuation.of(pair, problem, f"{along.label} plus its estimate")
-    rows = {}
-    for xi in deciding(curve):
-        if contact := perturbed.at_if_possible(xi, curve.contacts[xi]):
-            numbers = perturbed.measured(contact).numbers
-            rows[xi] = changes(curve.points[xi], kinds(OF_ROLLING), numbers)
-    free = if_possible(pair, "no estimates", lambda: perturbed.free([*curve.contacts.values()])[0].numbers)
-    free_change = changes(curve.free, kinds(OF_CURVE), free or dict.fromkeys(OF_CURVE, np.nan))
-    return Change([between(rows, xi) for xi in along.xi], free_change)
+    changed = Continuation.of(pair, problem, f"{along.label} plus its estimate")
+    found = {xi: changed.at_if_possible(xi, curve.contacts[xi]) for xi in deciding(curve)}
+    points = {xi: changed.measured(contact).numbers for xi, contact in found.items() if contact}
+    free = if_possible(pair, "no estimates", lambda: changed.free([*curve.contacts.values()]))
+    return ChangedCurve(points, *((free[0].numbers, free[1]) if free else (None, None)))
+
+
+def _change(
+    xis: Sequence[float], curve: CreepForceCurve, changed: ChangedCurve | None
+) -> tuple[Change, dict[str, float]]:
+    """Return the change of numbers and tractions with changed ICs, by creepage linear; and of `OF_CURVE`."""
+    if changed is None:
+        changed = ChangedCurve(
+            {xi: curve.points[xi].numbers for xi in deciding(curve)}, curve.free.numbers, curve.equal
+        )
+    rows = {xi: differences(curve.points[xi].numbers, numbers) for xi, numbers in changed.points.items()}
+    p = change_of_tractions(curve.equal.contact, changed.equal.contact if changed.equal else None)
+    return Change([between(rows, xi) for xi in xis], p), differences(curve.free.numbers, changed.free)
+
+
+def _sizes_of_change(
+    xis: Sequence[float], curve: CreepForceCurve, changed: ChangedCurve
+) -> tuple[list[dict[str, float]], dict[str, float]]:
+    """Return what estimates get from changed ICs, at all creepages, and of the numbers of `OF_CURVE`."""
+    rows = {xi: changes(curve.points[xi], kinds(OF_ROLLING), row) for xi, row in changed.points.items()}
+    free = changed.free or dict.fromkeys(OF_CURVE, np.nan)
+    return [between(rows, xi) for xi in xis], changes(curve.free, kinds(OF_CURVE), free)
 
 
 def deciding(curve: CreepForceCurve) -> list[float]:
@@ -107,17 +145,18 @@ def _errors(
     xis: Sequence[float],
     curve: CreepForceCurve,
     larger: Sequence[CreepForceCurve | None],
-    change: Change | None,
+    changed: ChangedCurve | None,
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
     """Return estimated errors of the points at all creepages, and of the curve as a whole."""
+    of_points, of_free = _sizes_of_change(xis, curve, changed) if changed else (None, None)
     points = [
         errors(
             kinds(OF_ROLLING),
             curve.points.get(xi),
             [coarse.points.get(xi) if coarse else None for coarse in larger],
-            [change.points[number]] if change else [],
+            [of_points[number]] if of_points else [],
         )
         for number, xi in enumerate(xis)
     ]
     of_larger = [coarse.free if coarse else None for coarse in larger]
-    return points, errors(kinds(OF_CURVE), curve.free, of_larger, [change.free] if change else [])
+    return points, errors(kinds(OF_CURVE), curve.free, of_larger, [of_free] if of_free else [])

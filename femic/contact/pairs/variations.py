@@ -1,17 +1,33 @@
 """A motion solved again for its estimates: on larger elements, and with ICs plus their estimated errors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
-from femic.contact.frictional import FrictionalProblem
+import numpy as np
+
+from femic.contact.estimates import Numbers
+from femic.contact.frictional import FrictionalContact, FrictionalProblem
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction
+from geometries.arrays import Array
 from geometries.errors import Failure
 
 Solution = TypeVar("Solution")
 Solve = Callable[[PairWithFriction, FrictionalProblem, str], Solution]  # the last is a label for messages
 ELEMENTS = ("larger elements", "still larger elements")
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """By how much a solution changes when the estimated errors of its ICs are added to these.
+
+    0 where no errors of ICs are known, NaN where the changed ICs have no solution.
+    """
+
+    points: Sequence[Numbers]  # by creepage or load
+    p: Array  # of tractions in the contact that has maps [MPa], (n_x, n_s, 3)
 
 
 def if_possible(pair: PairWithFriction, consequence: str, solve: Callable[[], Solution]) -> Solution | None:
@@ -47,3 +63,13 @@ def with_perturbed_ics(
     if operator is None:
         return None
     return solve(pair, pair.frictional(operator, friction), f"{label} plus its estimate")
+
+
+def differences(numbers: Numbers, changed: Numbers | None) -> dict[str, float]:
+    """Return changed numbers less the numbers themselves; NaN where there are none."""
+    return {name: np.nan if changed is None else changed[name] - value for name, value in numbers.items()}
+
+
+def change_of_tractions(contact: FrictionalContact, changed: FrictionalContact | None) -> Array:
+    """Return changed tractions less those of a contact [MPa], (n_x, n_s, 3); NaN where there are none."""
+    return np.full_like(contact.p, np.nan) if changed is None else changed.p - contact.p

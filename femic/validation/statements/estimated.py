@@ -11,9 +11,9 @@ class Estimated(float):
     estimate: float
 
     def __new__(cls, value: float, estimate: float) -> Self:
-        """Return a number with its estimated error."""
+        """Return a number with its estimated error, which is infinite where it is not known (NaN)."""
         number = super().__new__(cls, value)
-        number.estimate = abs(estimate)
+        number.estimate = np.inf if np.isnan(estimate) else abs(estimate)
         return number
 
 

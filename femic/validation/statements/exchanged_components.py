@@ -14,7 +14,7 @@ from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.given_ics import GivenICs
 from femic.scenes.load import load_scene
 from femic.validation.statements.criteria import SATISFACTORY, Numbers, Statement
-from femic.validation.statements.estimated import ratio
+from femic.validation.statements.estimated import estimate_of, ratio
 from femic.validation.statements.friction_contacts import (
     FEW_CREEPAGES,
     FRICTIONS,
@@ -214,16 +214,13 @@ def _all_distances(runs: Runs) -> Mapping[str, float]:
 
 
 def _known_to(contacts: xr.Dataset) -> dict[str, float]:
-    """Return the estimates of distances of curves, and of p_max with these ICs and C together."""
-    details = {}
-    for friction in FRICTIONS:
-        at = contacts.sel(friction=friction)
-        for ics in ("Bhat_prime", "mix"):
-            details[f"estimate of curve: {case(friction, ics)}"] = float(at.estimate_rms.sel(ics=ics))
-            share = (at.estimate_p_max / at.p_max).sel(xi=0.0)
-            both = float(share.sel(ics=ics) + share.sel(ics="C"))
-            details[f"estimate of pressure: {case(friction, ics)}"] = both
-    return details
+    """Return the estimates of distances of curves and pressures from those with C."""
+    return {
+        f"estimate of {name}: {case(friction, ics)}": estimate_of(distance(contacts, friction, ics))
+        for friction in FRICTIONS
+        for ics in ("Bhat_prime", "mix")
+        for name, distance in (("curve", curve_distance), ("pressure", pressure_distance))
+    }
 
 
 def _mix_panels(runs: Runs) -> list[Panel]:

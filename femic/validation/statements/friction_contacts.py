@@ -5,13 +5,15 @@ Both are solved on the same grid, so that one C serves all motions and coefficie
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from compare.contact.dataset import reference_of
+from compare.friction.differences import estimate_of_difference
 from compare.friction.rolling import scaled_force
 from compare.report.looks import symbol_of
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, GivenICs
@@ -36,6 +38,7 @@ STEEL_E = 210e3  # MPa, of both bodies
 GRID = ("dx", "ds", "s_middle")  # attributes of labelled arrays that give their grid
 
 Distance = Callable[[xr.Dataset, float, str], float]  # of some ICs from C, at a coefficient of friction
+Of = ParamSpec("Of")  # what a difference is of: friction, ICs, and others
 
 
 def rolling(runs: Runs) -> xr.Dataset:
@@ -81,37 +84,45 @@ def pair_of(runs: Runs) -> PairWithFriction:
 
 def curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the root mean square distance of creep-force curves over friction times load."""
-    return _with_estimate(dataset, "rms", friction=friction, ics=ics)
+    return _labelled_distance(dataset, "rms", friction=friction, ics=ics)
 
 
 def largest_curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the largest distance of creep-force curves over friction times load."""
-    return _with_estimate(dataset, "largest", friction=friction, ics=ics)
+    return _labelled_distance(dataset, "largest", friction=friction, ics=ics)
 
 
-def _with_estimate(dataset: xr.Dataset, name: str, **at: float | str) -> Estimated:
-    """Return a number of labelled arrays with its estimated error."""
+def _labelled_distance(dataset: xr.Dataset, name: str, **at: float | str) -> Estimated:
+    """Return a distance that labelled arrays have, with its estimated error."""
     return Estimated(*(float(dataset[which].sel(at)) for which in (name, f"estimate_{name}")))
 
 
-def accuracy_of_pressures(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return what p_max with some ICs and with C is known to, as a share of it: the sum of both.
+def with_estimate(
+    difference: Callable[Concatenate[xr.Dataset, Of], float],
+) -> Callable[Concatenate[xr.Dataset, Of], float]:
+    """Make a difference of contacts to those with C a distance: its size, with its estimated error."""
 
-    In rolling at no creepage, in compression under the last load.
-    """
-    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)])
-    at = at.sel(xi=0.0) if "xi" in at.dims else at.isel(load=-1)
-    return float((at.estimate_p_max / at.p_max).sum())
+    @wraps(difference)
+    def distance(dataset: xr.Dataset, /, *of: Of.args, **others: Of.kwargs) -> float:
+        def measured(contacts: xr.Dataset) -> xr.DataArray:
+            return xr.DataArray(difference(contacts, *of, **others))
+
+        return Estimated(
+            abs(difference(dataset, *of, **others)), float(estimate_of_difference(dataset, measured))
+        )
+
+    return distance
 
 
+@with_estimate
 def shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the difference of the creepages without force, times the slope with C, over friction load."""
-    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)])
-    scale = at.slope.sel(ics=reference_of(dataset)) / (friction * dataset.attrs["load"])
-    difference = abs(at.zero_creepage.diff("ics").item())
-    return Estimated(float(difference * scale), float(at.estimate_zero_creepage.sum() * scale))
+    at, by_c = dataset.sel(friction=friction), reference_of(dataset)
+    scale = at.slope.sel(ics=by_c) / (friction * dataset.attrs["load"])
+    return float((at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=by_c)) * scale)
 
 
+@with_estimate
 def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the share of a curve's distance that is left when it is moved to C's creepage without force.
 
@@ -120,6 +131,8 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     at = dataset.sel(friction=friction)
     force, reference = scaled_force(at.assign_coords(friction=friction)), reference_of(dataset)
     by_c, own = (_known(force.sel(ics=name)) for name in (reference, ics))
+    if min(len(xi) for xi, _ in (by_c, own)) < 2:
+        return np.nan
     moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=reference))
     curve = PchipInterpolator(*own, extrapolate=False)
     apart, left = (curve(by_c[0] + move) - by_c[1] for move in (0.0, moved))
@@ -133,17 +146,15 @@ def _known(force: xr.DataArray) -> tuple[Array, Array]:
     return known.xi.values, known.values
 
 
+@with_estimate
 def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares.
-
-    Tractions have no estimates of their own: they are taken to be known as well as p_max.
-    """
+    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
     line = centre_line(dataset, friction)
     by_c = line.sel(ics=reference_of(dataset)).values
-    distance = rms(line.sel(ics=ics).values - by_c) / rms(by_c)
-    return Estimated(distance, accuracy_of_pressures(dataset, friction, ics))
+    return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
 
 
+@with_estimate
 def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
     line, by_c = centre_line(dataset, friction), reference_of(dataset)
@@ -156,32 +167,32 @@ def centre_line(dataset: xr.Dataset, friction: float) -> xr.DataArray:
     return dataset.p.sel(friction=friction, direction="x").interp(s=0.0)
 
 
+@with_estimate
 def traction_distance(
     dataset: xr.Dataset, friction: float, ics: str, directions: Sequence[str] = ("x", "s")
 ) -> float:
     """Return the distance of tangential tractions over friction times pressure with C; root mean squares.
 
-    `directions` are those that count. Tractions are taken to be known as well as p_max.
+    `directions` are those that count.
     """
     p = dataset.p.sel(friction=friction)
     by_c = p.sel(ics=reference_of(dataset))
     apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
-    distance = np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values))
-    return Estimated(float(distance), accuracy_of_pressures(dataset, friction, ics))
+    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
 
 
+@with_estimate
 def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the difference of the sliding shares of the patch after the last load."""
-    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)]).isel(load=-1)
-    difference = float(abs(at.sliding_share.diff("ics").item()))
-    return Estimated(difference, float(at.estimate_sliding_share.sum()))
+    share = dataset.sliding_share.sel(friction=friction).isel(load=-1)
+    return float(share.sel(ics=ics) - share.sel(ics=reference_of(dataset)))
 
 
+@with_estimate
 def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return |p_max / p_max with C - 1| of rolling at no creepage."""
     p_max = dataset.p_max.sel(friction=friction, xi=0.0)
-    share = float(abs(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1))
-    return Estimated(share, accuracy_of_pressures(dataset, friction, ics))
+    return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1)
 
 
 def rms(values: Array) -> float:

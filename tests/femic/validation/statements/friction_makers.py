@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
+from femic.contact.estimates import SAFETY
 from femic.validation.statements.friction_contacts import FRICTIONS, ICS, LOADS
 from femic.validation.statements.softer_bodies import CONCAVE, CONVEX, moduli
 from tests.femic.validation.statements.makers import contacts as fe_contacts
 
 LOAD, SLOPE, ZERO = 100e3, 2e7, -1e-3  # with C
-CURVE, PRESSURE, SLIDING = 0.02, 0.01, 0.005  # estimates: of curves, p_max, sliding shares with any ICs
+CURVE, PRESSURE, TRACTION, SLIDING = 0.02, 0.01, 0.008, 0.005  # estimates of distances from C
+VARIED = {"F_x", "zero_creepage", "slope", "p_max", "sliding_share", "p"}
 XI = np.linspace(-2e-3, 2e-3, 9)
 ON_GRID = {"friction": list(FRICTIONS), "x": [-1.0, 1.0], "s": [-1.5, -0.5, 0.5, 1.5]}
 ATTRS = {"load": LOAD, "equal_force": 0.5, "dx": 2.0, "ds": 1.0, "s_middle": 0.0}
@@ -19,6 +21,23 @@ ATTRS = {"load": LOAD, "equal_force": 0.5, "dx": 2.0, "ds": 1.0, "s_middle": 0.0
 def by(friction, ics, size):
     """Numbers by friction and ICs; `size` is a number, or one of both."""
     return [[size(f, name) if callable(size) else size for name in ics] for f in friction]
+
+
+def with_variations(contacts, sizes):
+    """Contacts in which distances from C have estimates of these sizes by name: half by elements, half by C.
+
+    Elements are far off, but with all ICs alike: factors of tractions, offsets of other numbers.
+    """
+    is_c, varied = contacts.ics == "C", {}
+    for name in {*contacts.data_vars} & VARIED:
+        values, half = contacts[name], 0.5 * sizes.get(name, 0.0)
+        coarse = values + half / SAFETY * ~is_c
+        varied[f"larger_{name}"] = (
+            coarse * 1.3 if name in ("p", "p_max") else coarse + 0.3 * values.max("ics")
+        )
+        varied[f"change_{name}"] = 0 * values + half * is_c
+    varied["larger_p"] = varied["larger_p"].coarsen(x=2, s=2).mean().rename(x="larger_x", s="larger_s")
+    return contacts.assign(varied)
 
 
 def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_max=1.0, frictions=FRICTIONS):
@@ -35,7 +54,6 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
             "slope": SLOPE,
             "estimate_rms": CURVE,
             "estimate_largest": CURVE,
-            "estimate_zero_creepage": CURVE * LOAD / SLOPE,
         }.items()
     }
     load = np.array(frictions)[:, None] * LOAD
@@ -46,16 +64,18 @@ def rolling(ics=ICS, *, zero=0.0, force=None, rms=0.0, largest=0.0, p_x=1.0, p_m
     table["estimate_F_x"] = ("friction", "ics", "xi"), np.zeros_like(forces)
     for name in ("p_max", "a", "b"):
         table[name] = ("friction", "ics", "xi"), np.stack([by(frictions, ics, p_max)] * len(XI), axis=-1)
-    table["estimate_p_max"] = ("friction", "ics", "xi"), np.full_like(table["p_max"][1], PRESSURE)
     tractions = np.ones((len(frictions), len(ics), 2, 4, 3)) * np.array([1.0, 2.0, 3.0, 4.0])[:, None]
     tractions[..., 0] *= np.array(by(frictions, ics, p_x))[..., None, None]
     coords = ON_GRID | {"friction": list(frictions)}
     dims = "friction", "ics", "x", "s", "direction"
-    return (
+    contacts = (
         xr.Dataset(table | {"p": (dims, tractions)})
         .assign_coords(ics=ics, xi=XI, direction=list("xsn"), **coords)
         .assign_attrs(ATTRS)
     )
+    along_x = contacts.p.isel(ics=0, drop=True).sel(direction="n") * (contacts.direction == "x")
+    sizes = {"zero_creepage": CURVE * contacts.friction * LOAD / SLOPE, "p_max": PRESSURE}
+    return with_variations(contacts, sizes | {"p": TRACTION * along_x})
 
 
 def compression(ics=ICS, *, p_s=0.0, sliding=0.0, p_max=1.0):
@@ -66,19 +86,19 @@ def compression(ics=ICS, *, p_s=0.0, sliding=0.0, p_max=1.0):
     along_s = friction * p_n * (0.5 + np.array(by(FRICTIONS, ics, p_s))[..., None, None])
     dims, loads = ("friction", "ics", "load"), list(LOADS)
     share = 0.3 + np.array(by(FRICTIONS, ics, sliding))
-    table = {
-        "sliding_share": (dims, np.stack([share] * len(loads), axis=-1)),
-        "estimate_sliding_share": (dims, np.full((*share.shape, len(loads)), SLIDING)),
-    }
+    table = {"sliding_share": (dims, np.stack([share] * len(loads), axis=-1))}
+    table["estimate_sliding_share"] = dims, np.full_like(table["sliding_share"][1], SLIDING)
     for name in ("p_max", "a", "b"):
         table[name] = dims, np.stack([by(FRICTIONS, ics, p_max)] * len(loads), axis=-1)
-    table["estimate_p_max"] = dims, np.full_like(table["p_max"][1], PRESSURE)
     table["p"] = ("friction", "ics", "x", "s", "direction"), np.stack([0 * p_n, along_s, p_n], axis=-1)
-    return (
+    contacts = (
         xr.Dataset(table)
         .assign_coords(ics=ics, load=loads, direction=list("xsn"), **ON_GRID)
         .assign_attrs(ATTRS)
     )
+    bound = contacts.friction * contacts.p.isel(ics=0, drop=True).sel(direction="n")
+    along_s = TRACTION * bound * (contacts.direction == "s")
+    return with_variations(contacts, {"sliding_share": SLIDING, "p": along_s})
 
 
 def runs(name="rolling", **numbers):

@@ -9,7 +9,7 @@ from femic.validation.statements.estimated import Estimated, estimate_of, ratio
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.verdicts import DEPENDS, NOT_DECIDED, NOT_REPRODUCED, REPRODUCED, Finding
 from tests.femic.validation.statements import friction_makers
-from tests.femic.validation.statements.friction_makers import CURVE, PRESSURE, SLIDING
+from tests.femic.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
 from tests.femic.validation.statements.normal_makers import EXACT, KNOWN
 
 SMALL = Criterion("small", "", "<", 0.1, dict)
@@ -67,20 +67,19 @@ def measured(number, name, made):
     return criterion, criterion.measure(made())
 
 
-OF_BOTH = 2 * PRESSURE  # p_max with some ICs and with C
 KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
     (26, "A"): (0.03, KNOWN),
     (27, "tall minus wide"): (0.02, 2 * KNOWN),
     (28, "B, B̂"): (0.08, KNOWN),
     (29, "better"): (0.9, (0.09 + KNOWN) / (0.1 - KNOWN) - 0.9),
     (30, "angles"): (0.05, KNOWN * 1.05),
-    (34, "shift"): (0.2, 10 * CURVE),  # of both, as a share of a fifth of the load
+    (34, "shift"): (0.2, CURVE),
     (34, "close"): (0.07, CURVE),
-    (35, "off"): (0.2, OF_BOTH),
-    (37, "B"): (0.8, (0.08 + OF_BOTH) / (0.1 - OF_BOTH) - 0.8),
-    (37, "sliding"): (0.8, (0.08 + 2 * SLIDING) / (0.1 - 2 * SLIDING) - 0.8),
+    (35, "off"): (0.2, 1.1 * TRACTION),
+    (37, "B"): (0.8, (0.08 + TRACTION) / (0.1 - TRACTION) - 0.8),
+    (37, "sliding"): (0.8, (0.08 + SLIDING) / (0.1 - SLIDING) - 0.8),
     (39, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
-    (39, "compression"): (0.7, (0.07 + OF_BOTH) / (0.1 - OF_BOTH) - 0.7),
+    (39, "compression"): (0.7, (0.07 + TRACTION) / (0.1 - TRACTION) - 0.7),
     (40, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
 }
 
