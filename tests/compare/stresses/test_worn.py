@@ -1,0 +1,63 @@
+"""Wear of the contact of a scene: mass balance, error by steps, as many steps as are stable."""
+
+import numpy as np
+import pytest
+
+from compare.stresses import worn as module
+from compare.stresses.contacts import RollingSolution
+from compare.stresses.worn import worn_of
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.loading import Loading
+from femic.damage.laws import STEEL_DENSITY, EnergyLaw
+from femic.damage.specification import DamageSpecification
+from geometries.errors import WrongInput
+from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
+
+MILD = EnergyLaw(mild=0.7, transition=1e9)
+
+
+@pytest.fixture(scope="module")
+def solution():
+    """A wheel that rolls on a rail, driven, on elements a seventh of the patch."""
+    wheel = wheel_on(paraboloids(14, 18, room=(1.8, 2.1)))
+    return RollingSolution(wheel, wheel.contact(Creepages(0.01), Loading(POINT.load)), POINT.load)
+
+
+def damage(**keys):
+    return DamageSpecification(speed=10.0, energy=MILD, **keys)
+
+
+def test_each_body_loses_its_share_of_the_work(solution):
+    """Between that of the new and that of the worn contact, which hardly differ."""
+    worn = worn_of(solution, damage(passages=240.0, revolutions=80.0, steps=4))
+    section = np.sum(worn.depths, axis=1) * solution.contact.problem.grid.ds
+    assert section[0] == pytest.approx(3 * section[1], rel=1e-12)
+    joules = section[0] * STEEL_DENSITY / (0.7e-3 * 240.0)
+    assert min(worn.work) <= joules <= max(worn.work)
+    assert max(worn.work) < 1.01 * min(worn.work)
+
+
+def test_the_contact_is_that_of_the_scene(solution):
+    worn = worn_of(solution, damage(passages=240.0, steps=4))
+    assert worn.p_max[0] == pytest.approx(np.max(solution.contact.p[..., 2]), rel=1e-4)
+    work = np.sum(solution.contact.dissipation) * solution.contact.problem.grid.area
+    assert worn.work[0] == pytest.approx(work, rel=1e-4)
+    assert worn.p_max[1] < worn.p_max[0]  # wear spreads the contact of convex bodies
+    assert np.all(worn.depths[1] == 0)
+
+
+def test_estimates_bound_the_error_by_steps(solution):
+    exact = np.max(worn_of(solution, damage(passages=240.0, steps=32)).depths[0])
+    worn = worn_of(solution, damage(passages=240.0, steps=4))
+    assert worn.steps == 4
+    error = abs(np.max(worn.depths[0]) - exact)
+    assert 0 < error < worn.estimates[0] < 4 * error
+    assert worn.estimates[1] == 0
+
+
+def test_there_are_more_steps_where_so_few_are_not_stable(solution, monkeypatch):
+    worn = worn_of(solution, damage(passages=20_000.0, steps=2))
+    assert worn.steps in {4, 8, 16, 32, 64, 128}
+    monkeypatch.setattr(module, "MOST_STEPS", worn.steps - 1)
+    with pytest.raises(WrongInput, match=r"steps of wear are needed; passages = .* per step"):
+        worn_of(solution, damage(passages=20_000.0, steps=2))

@@ -1,0 +1,71 @@
+"""Stresses of a finite-element contact of `tall`: its own field beside the engine's under its pressures."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import LinearNDInterpolator
+
+from femic.contact.finite_elements.coupling import on_upper
+from femic.contact.finite_elements.meshed_contact import meshes_of, solved
+from femic.contact.finite_elements.result import hertz_patch
+from femic.contact.finite_elements.supports import meshed_bodies
+from femic.reference.solid.fields import figure_grid, stress
+from femic.scenes.load import load_scene
+from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.measures import von_mises
+from femic.stresses.points import InnerPoints, points_at
+from femic.stresses.tractions import SurfaceTractions
+from geometries.grids import Grid
+
+LOAD, CELLS, ELEMENTS = 7.4e3, 15.0, 48  # N, along the shorter half-length, along x and s
+
+
+@pytest.fixture(scope="module")
+def contact():
+    bodies = meshed_bodies(load_scene("tall", {"contact": {"loads": [LOAD]}}).contact_problem)
+    rough = solved(bodies, meshes_of(bodies, hertz_patch(bodies, LOAD), 8.0), LOAD)
+    return solved(bodies, meshes_of(bodies, rough.patch, CELLS), LOAD, rough)
+
+
+def strips_of(contact, side):
+    """Arc lengths of the vertices of the zone on the contour of a body."""
+    zone, undeformed = contact.zone, contact.bodies.undeformed
+    if side == "lower":
+        return zone.s
+    points = np.stack([zone.x, zone.s])
+    return on_upper(undeformed, points, undeformed.distance(*points))[1]
+
+
+def tractions_on(contact, s):
+    """Its pressures, linear between vertices at x, s (m,) of a quarter, on elements of a grid."""
+    pressed = contact.p > 0
+    a, b = (1.1 * np.max(along[pressed]) for along in (contact.zone.x, s))
+    grid = Grid(ELEMENTS, ELEMENTS, 2 * a / ELEMENTS, 2 * b / ELEMENTS, 0.0)
+    x = grid.dx * (np.arange(ELEMENTS) - (ELEMENTS - 1) / 2)
+    quarter = np.meshgrid(np.abs(x), np.abs(grid.strips), indexing="ij")
+    p = np.zeros((ELEMENTS, ELEMENTS, 3))
+    p[..., 2] = LinearNDInterpolator(np.stack([contact.zone.x, s], axis=1), contact.p, 0.0)(*quarter)
+    return SurfaceTractions(grid, p)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_deeper_than_two_cells_stresses_are_those_of_finite_elements(contact, side):
+    """Von Mises stresses to 3 % of the largest; half-spaces are off by ten times that somewhere."""
+    body, solid = getattr(contact.bodies, side), getattr(contact.meshes, side).solid
+    u = getattr(contact.solution.state, f"u_{side}").reshape(-1, 3)
+    grid, half_width = figure_grid(solid, whole=False), contact.s_range[1]
+    of_elements = von_mises(stress(grid, body.material, u))
+    cell = min(contact.a, half_width) / CELLS
+    x, y, z = grid.nodes
+    near = np.flatnonzero((x < 1.2 * contact.a) & (np.hypot(y, z) < 2.5 * half_width))[::9]
+    points = points_at(body, *grid.nodes[:, near])
+    deep = np.flatnonzero((points.depth > 2 * cell) & (points.depth < 2 * half_width))
+    chosen = InnerPoints(points.x[deep], points.s[deep], points.depth[deep])
+    field = stress_field(
+        body, tractions_on(contact, strips_of(contact, side)), chosen, StressSettings(1.0, False)
+    )
+    expected = of_elements[near[deep]]
+    assert len(deep) > 300
+    assert expected.max() > 0.9 * of_elements.max()
+    np.testing.assert_allclose(von_mises(field.stress), expected, atol=0.03 * expected.max())
+    assert np.max(np.abs(von_mises(field.half_space) - expected)) > 0.2 * expected.max()
