@@ -52,11 +52,11 @@ FURTHER = tuple(
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of C, of a map of it, of FE, of planar contact, or of a form, perhaps of several."""
+    """Return the symbol of C, a map of it, FE, planar contact, a half-space, or of one or several forms."""
     if is_map(name):
         path = Path(name)
         return f"C from {path.stem if path.stem != 'sweep' else path.parent.name}"
-    fixed = {"C": "C", "C_solid": "C (solid)", "FE": "FE", "planar": "planar"} | {
+    fixed = {"C": "C", "C_solid": "C (solid)", "FE": "FE", "planar": "planar", "half-space": "Half-space"} | {
         key: form.symbol for key, form in VARIANTS.items()
     }
     return fixed[name] if name in fixed else exchanged_symbol(name)

@@ -62,10 +62,11 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
         fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
         fields += _error_bounds(dataset)
-    if {"contact", "stresses"} & {*json.loads(dataset.attrs["keep"])}:
-        fields += _contact(dataset)
-    if "stresses" in json.loads(dataset.attrs["keep"]):
+    kept = {*json.loads(dataset.attrs["keep"])}
+    if "stresses" in kept:
         fields += _stresses(dataset)
+    if {"contact", "stresses"} & kept:
+        fields += _contact(dataset)
     if "fit_value" in dataset:
         fields += _calibration(dataset)
     return [field for field in fields if field.values.size and np.any(np.isfinite(field.values))]
@@ -183,7 +184,7 @@ def _stresses(dataset: xr.Dataset) -> Iterator[Field]:
         "Largest stresses in half-spaces under the same tractions over those in the true bodies, minus 1.",
         (flat / true - 1).expand_dims({ROW: ["half-space"]}),
         xr.concat(estimates, labels) / abs(true),
-        "the true body",
+        "true bodies",
     )
     yield Field(
         "stresses",

@@ -1,14 +1,18 @@
 """Stresses below contacts: numbers of the dataset beside the engines, Hertz's field, the page, messages."""
 
 import tomllib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.stresses import lattice
+from compare.stresses.answers import summary
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
-from compare.stresses.contacts import require_stresses
+from compare.stresses.contacts import require_stresses, with_one_contact
+from compare.stresses.damage import damage_of
 from compare.stresses.dataset import Peak, to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
@@ -114,6 +118,145 @@ def test_rolls_at_largest_friction_and_prescribed_force(rolling):
     results, _, _ = rolling
     for solution in results.contacts.rolling.values():
         assert solution.contact.force[0] == pytest.approx(0.5 * 0.4 * 5e3, rel=1e-3)  # equal_force is 0.5
+
+
+def numbers_with(rolling, **damage):
+    """The numbers of the contact with B-hat, and its errors, with a table [damage]."""
+    results, _, _ = rolling
+    specification = with_tables(scene(**ROLLING), damage=damage).damage
+    found = damage_of(results.contacts.rolling["Bhat"], specification)
+    return dict(found.numbers), dict(found.errors)
+
+
+@pytest.mark.parametrize(
+    ("law", "of_depth", "keys"),
+    [
+        ("energy", "depth_energy", {"mild": 1.4, "severe": 4.2}),
+        ("energy", "depth_energy", {"density": 7850 / 2}),
+        ("twin_disc", "depth_twin disc", {"density": 7850 / 2}),
+        ("archard", "depth_Archard", {"slow": 10e-4, "middle": 70e-4, "fast": 10e-4, "seizure": 700e-4}),
+    ],
+)
+def test_a_law_with_twice_its_coefficients_wears_twice_as_deep(rolling, law, of_depth, keys):
+    """And no other number changes."""
+    numbers, errors = numbers_with(rolling, **CONSTANTS)
+    changed, of_changed = numbers_with(rolling, **CONSTANTS, **{law: keys})
+    assert numbers[of_depth] > 0
+    assert changed == pytest.approx(numbers | {of_depth: 2 * numbers[of_depth]}, rel=ROUNDING)
+    assert of_changed == pytest.approx(errors | {of_depth: 2 * errors[of_depth]}, rel=1e-6)
+
+
+def test_yield_stress_changes_shakedown_and_surface_fatigue_alone(rolling):
+    numbers, errors = numbers_with(rolling, **CONSTANTS)
+    changed, of_changed = numbers_with(rolling, **CONSTANTS | {"yield_stress": 1000.0})  # twice
+    assert of_changed == errors
+    k = 500 / np.sqrt(3)
+    expected = {
+        "pressure_ratio": numbers["pressure_ratio"] / 2,
+        "load_factor": 2 * numbers["load_factor"],
+        "surface_index": numbers["surface_index"] - k / numbers["p_max"],
+    }
+    assert changed == pytest.approx(numbers | expected, rel=ROUNDING)
+    without, _ = numbers_with(rolling, hardness=3e3, speed=20.0)
+    assert without == {name: numbers[name] for name in without}
+    assert set(numbers) - set(without) == {*expected, "shakedown_limit"}
+
+
+def test_transitions_of_twin_discs_bound_the_regimes(rolling):
+    results, _, _ = rolling
+    contact = results.contacts.rolling["Bhat"]
+    most = float(damage_of(contact, results.scene.damage).power_density.max())
+    for limits, regime in (([2 * most, 3 * most], "mild"), ([most / 1e6, 2 * most], "severe")):
+        specification = with_tables(scene(**ROLLING), damage={"twin_disc": {"transitions": limits}}).damage
+        assert damage_of(contact, specification).regimes[regime] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_weights_of_dang_van_reach_the_stress(rolling):
+    """Without weight it is the largest shear amplitude."""
+    results, _, _ = rolling
+    changed, keys = of_lattice(5, 4, 3), {"dang_van": {"hydrostatic": 0.0}}
+    part = {name: one.stresses[TRUE] for name, one in results.bodies.items()}
+    changed.setattr("compare.stresses.compute.solve_contacts", lambda *_: results.contacts)
+    changed.setattr("compare.stresses.compute._stored_field", lambda _, name, *__: as_stored(part[name]))
+    without = compute_stresses(with_tables(scene(**ROLLING), damage=keys), ONE)
+    changed.undo()
+    for name, body in without.bodies.items():
+        fatigue = body.fatigue[TRUE]
+        np.testing.assert_array_equal(fatigue.value, fatigue.shear)
+        assert not np.array_equal(fatigue.value, results.bodies[name].fatigue[TRUE].value)
+
+
+def as_stored(stress):
+    """Stresses as the store has them."""
+    dims = ("x", "s", "depth")
+    arrays = {
+        "stress": (("source", *dims, "i", "j"), stress[None]),
+        "estimate": (dims, 0 * stress[..., 0, 0]),
+    }
+    return xr.Dataset(arrays, coords={"source": [TRUE]})
+
+
+@pytest.mark.parametrize(
+    ("keys", "friction", "force"),
+    [
+        ({}, 0.4, 0.5),
+        ({"friction": 0.2}, 0.2, 0.5),
+        ({"force": 0.0}, 0.4, 0.0),
+        ({"friction": 0.2, "force": -0.3}, 0.2, -0.3),
+    ],
+)
+def test_keys_choose_the_contact_of_rolling(keys, friction, force):
+    one = with_one_contact(with_tables(scene(**ROLLING), stresses=keys)).contact.friction
+    assert (one.coefficients, one.equal_force) == ((friction,), force)
+
+
+def test_without_friction_the_largest_load_or_else_approach_is_solved():
+    for keys, loads, approaches in (
+        ({"loads": [2e3, 5e3, 3e3], "approaches": []}, (5e3,), ()),
+        ({"approaches": [0.01, 0.03, 0.02]}, (), (0.03,)),
+    ):
+        one = with_one_contact(scene(**keys)).contact
+        assert (one.loads, one.approaches) == (loads, approaches)
+
+
+def solved_by_command(monkeypatch, *arguments):
+    """The scene that a command solves."""
+    solved = []
+
+    def note(scene, *_, **__):
+        solved.append(scene)
+        raise BadScene("only noted")
+
+    monkeypatch.setattr("compare.stresses.compute.compute_stresses", note)
+    assert exit_code(["stresses", *arguments]) == WRONG_INPUT
+    return solved[0]
+
+
+def test_options_take_the_place_of_keys(tmp_path, monkeypatch):
+    keys = {
+        "stresses": {"friction": 0.2, "force": 0.1, "fineness": 0.5, "estimated": False},
+        "damage": CONSTANTS | {"energy": {"mild": 1.4}},
+    }
+    of_keys, path = with_tables(scene(**ROLLING), **keys), tmp_path / "mine.toml"
+    path.write_text(of_keys.text, encoding="utf-8")
+    place = [str(path), "--out", str(tmp_path / "out")]
+    same = solved_by_command(monkeypatch, *place)
+    assert (same.stresses, same.damage) == (of_keys.stresses, of_keys.damage)
+    options = "--friction 0.3 --force -0.2 --fineness 2 --yield-stress 700 --speed 10 --ics A"
+    other = solved_by_command(monkeypatch, *place, *options.split())
+    assert other.stresses == replace(of_keys.stresses, friction=0.3, force=-0.2, fineness=2.0)
+    assert other.damage == replace(of_keys.damage, yield_stress=700.0, speed=10.0)
+    assert with_one_contact(other).contact.friction.coefficients == (0.3,)
+    assert other.contact.ics == ("A",)
+
+
+def test_ratios_to_nothing_are_none(rolling):
+    _, dataset, _ = rolling
+    nothing = dataset.assign(t_gamma=0 * dataset.t_gamma, work=0 * dataset.work)
+    text = summary(nothing)
+    assert "the work of friction with B̂ is none, T-gamma with B̂ is none and the worn depth with A by" in text
+    assert "nan" not in text
+    assert "Dang Van's stress is none" in summary(dataset.assign(difference_dang_van=np.nan * dataset.tresca))
 
 
 def test_page_has_sentences_tables_and_figures(rolling):

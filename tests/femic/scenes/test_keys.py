@@ -57,6 +57,18 @@ RANGES = {  # key: (values allowed, values refused)
     "contact.shift": PLACE,
     "contact.lateral_force": SIGNED,
     "contact.shape_load": AMOUNT,
+    "stresses.friction": ((1e-3, 1000.0), (0.0, -0.3, 1001.0, INF, NAN)),
+    "stresses.force": ((-0.99, 0.0, 0.99), (-1.0, 1.0, 1.5, NAN)),
+    "stresses.fineness": ((0.1, 10.0), (0.099, 10.1, -1.0, NAN)),
+    "damage.yield_stress": AMOUNT,
+    "damage.hardness": AMOUNT,
+    "damage.speed": AMOUNT,
+    "damage.energy.mild": AMOUNT,
+    "damage.energy.transition": AMOUNT,
+    "damage.twin_disc.catastrophic": AMOUNT,
+    "damage.archard.pressure_share": AMOUNT,
+    "damage.dang_van.hydrostatic": ((0.0, 1.0), (-0.1, INF, NAN)),
+    "damage.dang_van.compression": ((0.0, 1.0), (-0.1, 1.1, NAN)),
     "rotation_reach": LENGTH,
     "moment_arm": LENGTH,
     "ics_tolerance": ((1e-12, 1.0), (0.0, 1.01)),
@@ -101,7 +113,9 @@ def test_strings_and_booleans_are_refused_as_numbers(key):
         assert f"{key} = {value!r}: " in str(caught.value)
 
 
-@pytest.mark.parametrize("key", ["contact.flanks", "contact.supports", "engine.check", "fields"])
+@pytest.mark.parametrize(
+    "key", ["contact.flanks", "contact.supports", "engine.check", "fields", "stresses.estimated"]
+)
 def test_numbers_and_strings_are_refused_as_booleans(key):
     for value in (0, 1, 1.0, "true", "yes"):
         with pytest.raises(BadScene, match=rf"{key} = {value!r}: Input should be true or false"):

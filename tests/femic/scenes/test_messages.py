@@ -11,6 +11,7 @@ from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
 from femic.scenes.file import SceneFile
 from femic.scenes.messages import OPTIONS, in_keys
+from femic.scenes.stresses import StressTable
 
 OF_PYTHON = {"expected"}  # arguments that no command has
 MAKES_TEXT = "_too_expensive"  # a function of femic.reference.refinement
@@ -26,7 +27,9 @@ def named(path):
 
 def test_every_name_in_a_message_is_a_key_of_a_scene_or_an_option():
     names = set().union(*(named(path) for path in Path(femic.__file__).parent.rglob("*.py")))
-    keys = {key for table in (EngineTable, ContactTable, SceneFile) for key in table.model_fields}
+    keys = {
+        key for table in (EngineTable, ContactTable, StressTable, SceneFile) for key in table.model_fields
+    }
     assert {"tolerance", "most_unknowns", "growth", "rotation_reach"} <= names
     assert names <= {*keys, *OPTIONS, *OF_PYTHON}
 
@@ -38,6 +41,8 @@ def test_every_name_in_a_message_is_a_key_of_a_scene_or_an_option():
         ("shorten lines or `rotation_reach`", "shorten lines or rotation_reach"),
         ("`far_radius`, `half_length`", "engine.far_radius, engine.half_length"),
         ("give a `shift` nearer", "give a contact.shift nearer"),
+        ("a smaller `fineness`", "a smaller stresses.fineness"),
+        ("less `friction`", "less contact.friction"),
         ("more `workers`", "more --workers"),
         ("larger `cells`", "larger --cells"),
         ("use fewer (`workers` = 1)", "use fewer (--workers 1)"),

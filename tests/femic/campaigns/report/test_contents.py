@@ -87,3 +87,45 @@ def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
         field.values.sel({ROW: "ICs 1"}), fields_of(curve)[0].values.sel({ROW: "A"})
     )
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
+
+
+def of_stresses(curve, **numbers):
+    """A campaign of stresses: numbers over the flanks, which have to be given for the upper body alone."""
+    flat = curve.drop_vars(["error", "vanishes"])
+    kept = flat.assign({name: ("flank", np.broadcast_to(value, 7).copy()) for name, value in numbers.items()})
+    return kept.assign_attrs(keep=json.dumps(["stresses"]))
+
+
+def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
+    """Off by a share of flank / 200: 5 % is exceeded from 10 on."""
+    kept = of_stresses(
+        curve,
+        mises_upper=1000.0,
+        half_space_mises_upper=1000.0 * (1 - curve.flank.values / 200),
+        estimate_mises_upper=10.0,
+        dang_van_upper=400.0,
+        half_space_dang_van_upper=404.0,
+    )
+    off, true = fields_of(kept)
+    columns = ["σ_Mises, upper body", "τ_DV, upper body"]
+    assert (off.kind, off.rows, off.columns) == ("deviation", ["half-space"], columns)
+    np.testing.assert_allclose(off.values.sel({COLUMN: columns[0]})[0], -curve.flank / 200, atol=1e-12)
+    np.testing.assert_allclose(off.values.sel({COLUMN: columns[1]})[0], 0.01)
+    np.testing.assert_allclose(off.floor.sel({COLUMN: columns[0]}), 0.01)
+    assert np.all(np.isnan(off.floor.sel({COLUMN: columns[1]})))
+    assert (true.kind, true.columns) == ("value", [f"{column} [MPa]" for column in columns])
+    np.testing.assert_allclose(true.values.sel({COLUMN: true.columns[1]}), 400.0)
+    sentence, _ = summary(kept, [off, true], None).split("\n")
+    assert sentence.startswith("Half-space is within 5 % in τ_DV, upper body everywhere")
+    assert "σ_Mises, upper body from flank = 10 on, at most by 30 %" in sentence
+    text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
+    assert "the estimate of true bodies" in text
+
+
+def test_wear_is_compared_between_ics(curve):
+    kept = of_stresses(curve).assign_coords(ics=["A", "C"])
+    kept = kept.assign(t_gamma=(("flank", "ics"), np.broadcast_to([113.0, 100.0], (7, 2)).copy()))
+    off, reference = fields_of(kept)
+    assert (off.rows, off.columns) == (["A"], ["Tγ"])
+    np.testing.assert_allclose(off.values, 0.13)
+    np.testing.assert_allclose(reference.values, 100.0)

@@ -1,5 +1,7 @@
 """What is kept of a scene is what its own commands compute, under names that are known beforehand."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,16 @@ from compare.friction.compute import compute_with_friction
 from compare.frontier.advice import AS_CHEAP, cheapest
 from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset as ics_dataset
+from compare.stresses import lattice
+from compare.stresses.compute import HALF_SPACE, TRUE, compute_stresses
+from compare.stresses.dataset import to_dataset as stresses_to_dataset
 from femic.cache.store import Store
 from femic.campaigns.results.contact import DISTANCES, END_OF_CURVE
-from femic.campaigns.results.registry import KINDS
+from femic.campaigns.results.registry import KINDS, merged
 from femic.reference.level import Level
 from femic.reference.run_options import RunOptions
+from femic.scenes.errors import BadScene
+from femic.scenes.load import scene_from_table
 from geometries.errors import Failure
 from tests.compare.friction.scenes import scene as rail_and_wheel
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of
@@ -99,8 +106,57 @@ def test_contacts_equal_those_of_a_single_run(kind, options):
         np.testing.assert_array_equal(values, alone[name].astype(float), err_msg=str(name))
 
 
+@pytest.fixture(scope="module")
+def under_rolling(options):
+    """A scene that rolls, what a campaign keeps of its stresses, and what its own command computes."""
+    changed = pytest.MonkeyPatch()
+    for name, n in (("ALONG_X", 3), ("ALONG_S", 3), ("INTO_DEPTH", 2)):
+        changed.setattr(lattice, name, n)
+    tables = {
+        "stresses": {"fineness": 0.1, "estimated": False},
+        "damage": {"yield_stress": 500.0, "hardness": 3e3, "speed": 20.0},
+    }
+    contact = {"motion": "rolling", "loads": [2e3], "friction": [0.2, 0.3], "ics": ["A", "Bhat"]}
+    scene = scene_from_table(tomllib.loads(rail_and_wheel(14.0, **contact).text) | tables, "rolls")
+    kept, alone = KINDS["stresses"].compute(scene, options), compute_stresses(scene, options)
+    changed.undo()
+    return scene, kept, stresses_to_dataset(alone)
+
+
+def test_stresses_equal_those_of_a_single_run(under_rolling):
+    _, kept, alone = under_rolling
+    assert names_of(kept) <= KINDS["stresses"].names
+    for body in ("lower", "upper"):
+        of_body = alone.sel(body=body)
+        for short, name in (("mises", "von_mises"), ("principal", "principal"), ("dang_van", "dang_van")):
+            true, flat = (of_body[name].sel(source=source) for source in (TRUE, HALF_SPACE))
+            assert kept[f"{short}_{body}"] == true
+            assert kept[f"half_space_{short}_{body}"] == flat != true
+            assert kept[f"depth_{short}_{body}"] == of_body[f"depth_{name}"].sel(source=TRUE)
+            assert kept[f"{short}_{body}"].attrs["units"] == "MPa"
+    for name in ("t_gamma", "work", "largest_depth_Archard", "surface_index", "estimate_work"):
+        np.testing.assert_array_equal(kept[name], alone[name])
+        assert kept[name].dims == ("ics",)
+    assert list(kept.ics.values) == ["A", "Bhat"]
+
+
+def test_stresses_and_contacts_of_a_scene_are_one_dataset(under_rolling, options):
+    scene, kept, _ = under_rolling
+    contact = KINDS["contact"].compute(scene, options)
+    both = merged({"contact": contact, "stresses": kept})
+    assert {*contact.data_vars, *kept.data_vars} == {*both.data_vars}
+    assert both.sizes["ics"] == 2
+
+
+def test_stresses_need_a_contact_that_has_them(scene):
+    with pytest.raises(BadScene, match="give loads"):
+        KINDS["stresses"].require(scene)
+    KINDS["stresses"].require(rail_and_wheel(10.8, **CONTACTS["compression"][0]))
+
+
+@pytest.mark.parametrize("keep", ["contact", "stresses"])
 @pytest.mark.parametrize("kind", CONTACTS)
-def test_models_of_contact_on_automatic_grids_are_listed(kind, monkeypatch):
+def test_models_of_contact_on_automatic_grids_are_listed(kind, keep, monkeypatch):
     """Scenes that share them wait for one."""
     scene = rail_and_wheel(10.8, **CONTACTS[kind][0] | {"ics": ["A", "C"]})
     assert scene.contact.automatic
@@ -112,8 +168,8 @@ def test_models_of_contact_on_automatic_grids_are_listed(kind, monkeypatch):
 
     monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", note_jobs)
     with pytest.raises(Failure, match="only noted"):
-        KINDS["contact"].compute(scene, RunOptions(1))
-    known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]
+        KINDS[keep].compute(scene, RunOptions(1))
+    known = [job for jobs in KINDS[keep].jobs(scene) for job in jobs.values()]
     assert len(jobs_of_run) == 2
     assert [key_of(job) for job in known[:2]] == [key_of(job) for job in jobs_of_run]
 
@@ -124,6 +180,6 @@ def key_of(job):
 
 
 def test_names_of_contacts_are_unique():
-    """Parts of a scene are one dataset."""
+    """Parts of a scene are one dataset; ICs of its contact are the same in all."""
     others = [kind.names for keep, kind in KINDS.items() if keep != "contact"]
-    assert not any(KINDS["contact"].names & names for names in others)
+    assert not any(KINDS["contact"].names & names - {"ics"} for names in others)
