@@ -175,23 +175,31 @@ def test_weights_of_dang_van_reach_the_stress(rolling):
     """Without weight it is the largest shear amplitude."""
     results, _, _ = rolling
     changed, keys = of_lattice(5, 4, 3), {"dang_van": {"hydrostatic": 0.0}}
-    part = {name: one.stresses[TRUE] for name, one in results.bodies.items()}
+    part = {name: at_all_points(one) for name, one in results.bodies.items()}
     changed.setattr("compare.stresses.compute.solve_contacts", lambda *_: results.contacts)
     changed.setattr("compare.stresses.compute._stored_field", lambda _, name, *__: as_stored(part[name]))
     without = compute_stresses(with_tables(scene(**ROLLING), damage=keys), ONE)
     changed.undo()
     for name, body in without.bodies.items():
-        fatigue = body.fatigue[TRUE]
-        np.testing.assert_array_equal(fatigue.value, fatigue.shear)
-        assert not np.array_equal(fatigue.value, results.bodies[name].fatigue[TRUE].value)
+        for part in ("on_lattice", "on_column"):
+            fatigue = getattr(body, part).fatigue[TRUE]
+            np.testing.assert_array_equal(fatigue.value, fatigue.shear)
+            with_weight = getattr(results.bodies[name], part).fatigue[TRUE].value
+            assert not np.array_equal(fatigue.value, with_weight)
+
+
+def at_all_points(body):
+    """Stresses in a true body on the lattice, then on what the column has below, (n, 3, 3)."""
+    on_lattice, on_column = (part.stresses[TRUE] for part in (body.on_lattice, body.on_column))
+    below = on_column[:, len(body.lattice.depth) :]
+    return np.concatenate([part.reshape(-1, 3, 3) for part in (on_lattice, below)])
 
 
 def as_stored(stress):
     """Stresses as the store has them."""
-    dims = ("x", "s", "depth")
     arrays = {
-        "stress": (("source", *dims, "i", "j"), stress[None]),
-        "estimate": (dims, 0 * stress[..., 0, 0]),
+        "stress": (("source", "point", "i", "j"), stress[None]),
+        "estimate": ("point", 0 * stress[..., 0, 0]),
     }
     return xr.Dataset(arrays, coords={"source": [TRUE]})
 
