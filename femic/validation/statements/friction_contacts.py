@@ -6,7 +6,7 @@ Both are solved on the same grid, so that one C serves all motions and coefficie
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, Concatenate, ParamSpec, cast
 
 import numpy as np
 import xarray as xr
@@ -38,7 +38,7 @@ STEEL_E = 210e3  # MPa, of both bodies
 GRID = ("dx", "ds", "s_middle")  # attributes of labelled arrays that give their grid
 
 Distance = Callable[[xr.Dataset, float, str], float]  # of some ICs from C, at a coefficient of friction
-Of = ParamSpec("Of")  # what a difference is of: friction, ICs, and others
+Further = ParamSpec("Further")  # arguments of a distance
 
 
 def rolling(runs: Runs) -> xr.Dataset:
@@ -98,20 +98,22 @@ def _labelled_distance(dataset: xr.Dataset, name: str, **at: float | str) -> Est
 
 
 def with_estimate(
-    difference: Callable[Concatenate[xr.Dataset, Of], float],
-) -> Callable[Concatenate[xr.Dataset, Of], float]:
+    difference: Callable[Concatenate[xr.Dataset, float, str, Further], float],
+) -> Callable[Concatenate[xr.Dataset, float, str, Further], float]:
     """Make a difference of contacts to those with C a distance: its size, with its estimated error."""
 
     @wraps(difference)
-    def distance(dataset: xr.Dataset, /, *of: Of.args, **others: Of.kwargs) -> float:
+    def distance(
+        dataset: xr.Dataset, friction: float, ics: str, *args: Further.args, **kwargs: Further.kwargs
+    ) -> float:
         def measured(contacts: xr.Dataset) -> xr.DataArray:
-            return xr.DataArray(difference(contacts, *of, **others))
+            return xr.DataArray(difference(contacts, friction, ics, *args, **kwargs))
 
-        return Estimated(
-            abs(difference(dataset, *of, **others)), float(estimate_of_difference(dataset, measured))
-        )
+        both = list(dict.fromkeys((ics, reference_of(dataset))))
+        compared = dataset.sel(friction=[friction], ics=both)
+        return Estimated(abs(float(measured(compared))), float(estimate_of_difference(compared, measured)))
 
-    return distance
+    return cast("Callable[Concatenate[xr.Dataset, float, str, Further], float]", distance)
 
 
 @with_estimate

@@ -8,20 +8,22 @@ import xarray as xr
 
 from compare.friction.compute import compute_with_friction
 from compare.friction.rolling import _distances
-from femic.contact.estimates import Measured
+from femic.contact.estimates import SAFETY, Measured
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
 from femic.contact.pairs.solved_curve import between, deciding
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 XI = [-1e-3, 0.0, 2e-3]
+LOAD_OF_SCENE, FRICTION_OF_SCENE, EQUAL = 1e4, 0.3, 0.3
 
 
 @pytest.fixture(scope="module")
 def solved():
     """Datasets by motion and the estimate of what stands for C."""
     datasets, patch = {}, pytest.MonkeyPatch()
-    common = {"loads": [1e4], "friction": [0.3], "ics": ["C"], "elements": 8, "shift": 0.05}
-    motions = {"rolling": {"longitudinal": XI, "equal_force": 0.3}, "compression": {}}
+    common = {"loads": [LOAD_OF_SCENE], "friction": [FRICTION_OF_SCENE], "ics": ["C"], "elements": 8}
+    common["shift"] = 0.05
+    motions = {"rolling": {"longitudinal": XI, "equal_force": EQUAL}, "compression": {}}
     for share in (0.0, 0.04):
         patch.setattr(REFERENCE_ICS, bhat_as_c(share))
         for motion, keys in motions.items():
@@ -71,49 +73,160 @@ def test_changes_are_linear_between_creepages_and_constant_beyond():
     assert np.isnan(between({}, 0.0)["F_x"])
 
 
+def vertical(p, inclination):
+    """The vertical component of tractions [MPa]."""
+    return p.sel(direction="n") * np.cos(inclination) - p.sel(direction="s") * np.sin(inclination)
+
+
+def test_tractions_on_larger_elements_carry_the_same_forces(solved):
+    """Solutions are accurate to 1e-6 of the largest pressure; those with coarse starts to less."""
+    for (motion, _), of in solved.items():
+        p = of.larger_p
+        area = float(np.diff(of.larger_x)[0] * np.diff(of.larger_s)[0])
+        inclination = of.inclination.coarsen(s=2).mean().rename(s="larger_s")
+        assert p.sizes["larger_x"] == of.sizes["x"] / 2, motion
+        assert float(vertical(p, inclination).sum()) * area == pytest.approx(LOAD_OF_SCENE, rel=1e-4), motion
+        if motion == "rolling":
+            force = EQUAL * FRICTION_OF_SCENE * LOAD_OF_SCENE
+            assert float(p.sel(direction="x").sum()) * area == pytest.approx(force, rel=1e-3)
+
+
+def test_softer_bodies_have_a_larger_approach_and_the_same_forces(solved):
+    """ICs larger by 4 % in both: the approach grows by 2.4 % or more, and pressures spread."""
+    for (motion, share), of in solved.items():
+        if share == 0.0:
+            continue
+        assert np.all(of.change_approach > 0.02 * of.approach), motion
+        assert np.all(of.change_approach < 0.05 * of.approach), motion
+        assert np.all(of.change_p_max < 0), motion
+        carried = float(vertical(of.p, of.inclination).sum())
+        assert abs(float(vertical(of.change_p, of.inclination).sum())) < 1e-4 * carried, motion
+        assert float(abs(of.change_p).max()) > 1e-3 * float(of.p.max()), motion
+        if motion == "rolling":
+            p_x = (of[name].sel(direction="x") for name in ("change_p", "p"))
+            change, given = (float(one.sum()) for one in p_x)
+            assert abs(change) < 1e-3 * abs(given)
+
+
+def test_flatter_curves_have_a_negative_change_of_slope(solved):
+    of = solved["rolling", 0.04]
+    assert -0.08 < float(of.change_slope / of.slope) < -0.01
+
+
+def test_elements_twice_as_large_are_those_of_the_estimates(solved):
+    """The first order alone: what is estimated is more than the change from one grid to the next."""
+    for (motion, share), of in solved.items():
+        if share == 0.0:
+            names = ["F_x", "approach"] if motion == "rolling" else ["approach"]
+            for name in names:
+                apart = abs(of[name] - of[f"larger_{name}"])
+                assert np.all(apart > 0), (motion, name)
+                assert np.all(apart < 2 * of[f"estimate_{name}"]), (motion, name)
+
+
 # --- distances of curves --------------------------------------------------------------------------------
 
-
-def curves(force, known, ics=("A", "C")):
-    """A dataset of creep-force curves (friction, ics, xi)."""
-    coords = {"friction": [0.2, 0.5], "ics": list(ics), "xi": np.arange(force.shape[-1])}
-    dims = ("friction", "ics", "xi")
-    return xr.Dataset({"F_x": (dims, force), "estimate_F_x": (dims, known)}, coords, {"load": 1e3})
+FRICTION, LOAD = [0.2, 0.5], 1e3
+SCALE = np.array(FRICTION)[:, None] * LOAD
+MISSING = np.nan
 
 
-def test_estimates_of_distances_bound_them_and_are_nearly_reached():
-    """Whatever errors both curves have within their estimates; and some of them change it that much."""
-    random = np.random.default_rng(3)
-    force, known = random.normal(size=(2, 2, 7)) * 100, random.random((2, 2, 7)) * 20
-    of = _distances(curves(force, known))
-    away = force[:, 0] - force[:, 1]
-    ways = [random.uniform(-1, 1, (2, 2, 7)) for _ in range(10)]
-    ways.append(np.sign(away)[:, None] * np.array([1, -1])[:, None])
-    moved = [_distances(curves(force + known * way, known)) for way in ways]
-    for name in ("rms", "largest"):
-        allowed = of[f"estimate_{name}"].sel(ics="A") + 1e-12
-        changes = [abs(one[name] - of[name]).sel(ics="A") for one in moved]
-        assert all(np.all(change <= allowed) for change in changes)
-        assert np.all(changes[-1] > 0.3 * allowed)
+def curves(force, larger=None, change=None, ics=("A", "C")):
+    """A dataset of creep-force curves (friction, ics, xi); no errors where none are given."""
+    coords = {"friction": FRICTION, "ics": list(ics), "xi": np.arange(force.shape[-1])}
+    of = {
+        "F_x": force,
+        "larger_F_x": force if larger is None else larger,
+        "change_F_x": np.zeros_like(force) if change is None else change,
+    }
+    return xr.Dataset({n: (("friction", "ics", "xi"), v) for n, v in of.items()}, coords, {"load": LOAD})
+
+
+def sizes(away):
+    """Root mean square and largest distance by friction of differences (friction, xi) in N."""
+    return {
+        "rms": np.sqrt(np.mean((away / SCALE) ** 2, axis=-1)),
+        "largest": np.max(np.abs(away / SCALE), axis=-1),
+    }
+
+
+def random_errors(seed):
+    """Exact curves (friction, ics, xi), and errors per size of elements, comparable with distances."""
+    random = np.random.default_rng(seed)
+    return random.normal(size=(2, 2, 7)) * 100, random.normal(size=(2, 2, 7)) * 60
+
+
+def test_distances_of_curves_are_root_mean_squares_and_maxima():
+    force, _ = random_errors(3)
+    of = _distances(curves(force))
+    for name, size in sizes(force[:, 0] - force[:, 1]).items():
+        np.testing.assert_allclose(of[name].sel(ics="A"), size)
         assert np.all(of[name].sel(ics="C") == 0)
-        assert np.all(of[f"estimate_{name}"].sel(ics="C") == 0)
-    scale = np.array([[0.2], [0.5]]) * 1e3
-    np.testing.assert_allclose(of["largest"].sel(ics="A"), np.max(np.abs(away) / scale, axis=1))
-    np.testing.assert_allclose(of["rms"].sel(ics="A"), np.sqrt(np.mean((away / scale) ** 2, axis=1)))
+        assert np.all(of[f"estimate_{name}"] == 0)
     assert of["largest"].attrs["long_name"] == (
         "largest distance to the reference's curve over friction times load"
     )
 
 
+def test_errors_of_elements_that_all_curves_have_in_common_do_not_count():
+    """F(h) = F + c h with the same c of both, h = 1 and 2."""
+    force, c = random_errors(3)
+    alike = c[:, :1]
+    of = _distances(curves(force + alike, larger=force + 2 * alike))
+    for name, size in sizes(force[:, 0] - force[:, 1]).items():
+        np.testing.assert_allclose(of[name].sel(ics="A"), size)
+        np.testing.assert_allclose(of[f"estimate_{name}"], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_estimates_bound_errors_of_the_first_order_also_where_differences_change_their_sign(seed):
+    """F(h) = F + c h, h = 1 and 2: the differences of curves are off by the difference of c at most."""
+    force, c = random_errors(seed)
+    of, true = _distances(curves(force + c, larger=force + 2 * c)), sizes(force[:, 0] - force[:, 1])
+    for name, size in sizes(c[:, 0] - c[:, 1]).items():
+        estimate = of[f"estimate_{name}"]
+        assert np.all(abs(of[name].sel(ics="A") - true[name]) <= estimate.sel(ics="A"))
+        np.testing.assert_allclose(estimate.sel(ics="A"), SAFETY * size)
+        assert np.all(estimate.sel(ics="C") == 0)
+
+
+def test_a_change_of_c_alone_counts_as_much_as_it_changes_distances():
+    force, change = random_errors(5)
+    change[:, 0] = 0.0
+    of = _distances(curves(force, change=change))
+    for name, size in sizes(change[:, 1]).items():
+        np.testing.assert_allclose(of[f"estimate_{name}"].sel(ics="A"), size)
+        assert np.all(of[f"estimate_{name}"].sel(ics="C") == 0)
+        for sign in (1, -1):
+            moved = _distances(curves(force + sign * change))[name]
+            assert np.all(abs(moved - of[name]) <= of[f"estimate_{name}"] + 1e-12)
+
+
+def test_parts_of_the_estimate_are_added():
+    force, c = random_errors(7)
+    _, change = random_errors(8)
+    both, by_elements, by_c = (
+        _distances(curves(force, **given))["estimate_rms"]
+        for given in ({"larger": c, "change": change}, {"larger": c}, {"change": change})
+    )
+    np.testing.assert_allclose(both, by_elements + by_c)
+
+
 def test_creepages_without_contact_do_not_count_in_distances():
-    force, known = np.ones((2, 2, 3)) * [[[1.0], [3.0]]], np.ones((2, 2, 3))
-    force[:, 0, 1] = known[:, 0, 1] = np.nan
-    of = _distances(curves(force, known))
+    force = np.ones((2, 2, 3)) * [[[1.0], [3.0]]]
+    larger = force + np.array([[[0.0], [1.0]]])
+    force[:, 0, 1] = larger[:, 0, 1] = larger[:, 1, 2] = MISSING
+    of = _distances(curves(force, larger))
     np.testing.assert_allclose(of["rms"].sel(ics="A"), 2 / np.array([200, 500]))
-    np.testing.assert_allclose(of["estimate_rms"].sel(ics="A"), 2 / np.array([200, 500]))
+    np.testing.assert_allclose(of["estimate_rms"].sel(ics="A"), SAFETY / np.array([200, 500]))
 
 
-def test_curves_without_estimates_have_distances_without_estimates():
-    of = _distances(curves(np.ones((2, 2, 3)), np.full((2, 2, 3), np.nan)))
-    assert np.all(np.isnan(of["estimate_rms"].sel(ics="A")))
-    assert np.all(np.isnan(of["estimate_largest"].sel(ics="A")))
+@pytest.mark.parametrize("unknown", ["larger", "change"])
+def test_curves_of_unknown_errors_have_distances_without_estimates(unknown):
+    """Except the reference, which is no distance from itself."""
+    force = np.ones((2, 2, 3))
+    of = _distances(curves(force, **{unknown: np.full_like(force, MISSING)}))
+    for name in ("rms", "largest"):
+        assert np.all(of[name] == 0)
+        assert np.all(np.isnan(of[f"estimate_{name}"].sel(ics="A")))
+        assert np.all(of[f"estimate_{name}"].sel(ics="C") == 0)

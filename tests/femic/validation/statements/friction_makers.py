@@ -28,13 +28,12 @@ def with_variations(contacts, sizes):
 
     Elements are far off, but with all ICs alike: factors of tractions, offsets of other numbers.
     """
-    is_c, varied = contacts.ics == "C", {}
+    is_c, varied, factors = contacts.ics == "C", {}, {"p": 1.3, "p_max": 1.3, "slope": 1.0}
     for name in {*contacts.data_vars} & VARIED:
         values, half = contacts[name], 0.5 * sizes.get(name, 0.0)
         coarse = values + half / SAFETY * ~is_c
-        varied[f"larger_{name}"] = (
-            coarse * 1.3 if name in ("p", "p_max") else coarse + 0.3 * values.max("ics")
-        )
+        alike = factors[name] * coarse if name in factors else coarse + 0.3 * values.max("ics")
+        varied[f"larger_{name}"] = alike
         varied[f"change_{name}"] = 0 * values + half * is_c
     varied["larger_p"] = varied["larger_p"].coarsen(x=2, s=2).mean().rename(x="larger_x", s="larger_s")
     return contacts.assign(varied)
