@@ -77,7 +77,7 @@ KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
     (34, "close"): (0.07, CURVE),
     (35, "off"): (0.2, 1.1 * TRACTION),
     (37, "B"): (0.8, (0.08 + TRACTION) / (0.1 - TRACTION) - 0.8),
-    (37, "sliding"): (0.8, (0.08 + SLIDING) / (0.1 - SLIDING) - 0.8),
+    (37, "sliding"): (0.8, (0.08 + 2 * SLIDING) / (0.1 - 2 * SLIDING) - 0.8),  # the sum of both
     (39, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
     (39, "compression"): (0.7, (0.07 + TRACTION) / (0.1 - TRACTION) - 0.7),
     (40, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
