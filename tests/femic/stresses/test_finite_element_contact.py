@@ -1,5 +1,7 @@
 """Stresses of a finite-element contact of `tall`: its own field beside the engine's under its pressures."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator
@@ -47,6 +49,16 @@ def tractions_on(contact, s):
     return SurfaceTractions(grid, p)
 
 
+def cell_sizes(grid):
+    """The longest edge of the cells around each node [mm], (n,)."""
+    corners = grid.nodes[:, grid.cells[:4]]
+    edges = [np.linalg.norm(corners[:, i] - corners[:, j], axis=0) for i, j in combinations(range(4), 2)]
+    longest, sizes = np.max(edges, axis=0), np.zeros(grid.nodes.shape[1])
+    for nodes in grid.cells:
+        np.maximum.at(sizes, nodes, longest)
+    return sizes
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("side", ["lower", "upper"])
 def test_deeper_than_two_cells_stresses_are_those_of_finite_elements(contact, side):
@@ -55,11 +67,10 @@ def test_deeper_than_two_cells_stresses_are_those_of_finite_elements(contact, si
     u = getattr(contact.solution.state, f"u_{side}").reshape(-1, 3)
     grid, half_width = figure_grid(solid, whole=False), contact.s_range[1]
     of_elements = von_mises(stress(grid, body.material, u))
-    cell = min(contact.a, half_width) / CELLS
     x, y, z = grid.nodes
     near = np.flatnonzero((x < 1.2 * contact.a) & (np.hypot(y, z) < 2.5 * half_width))[::9]
     points = points_at(body, *grid.nodes[:, near])
-    deep = np.flatnonzero((points.depth > 2 * cell) & (points.depth < 2 * half_width))
+    deep = np.flatnonzero((points.depth > 2 * cell_sizes(grid)[near]) & (points.depth < 2 * half_width))
     chosen = InnerPoints(points.x[deep], points.s[deep], points.depth[deep])
     field = stress_field(
         body, tractions_on(contact, strips_of(contact, side)), chosen, StressSettings(1.0, False)
