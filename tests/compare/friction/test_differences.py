@@ -1,0 +1,86 @@
+"""Views of contacts on larger elements and with changed ICs, and estimates of differences in general."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.friction.differences import estimate_of_difference, on_larger_elements, with_changed_ics
+from femic.contact.estimates import SAFETY
+
+VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
+
+
+def contacts(values=VARIED, larger=VARIED, change=(0.0, 0.0, 0.0)):
+    """Contacts with one number q by ICs, and tractions on two by four elements."""
+    p = np.arange(24.0).reshape(3, 2, 4)
+    table = {
+        "q": ("ics", [*values.values()]),
+        "larger_q": ("ics", [*larger.values()]),
+        "change_q": ("ics", [*change]),
+        "p": (("ics", "x", "s"), p),
+        "larger_p": (("ics", "larger_x", "larger_s"), p[:, :1, ::2]),
+        "change_p": (("ics", "x", "s"), 0 * p),
+        "seconds": ("ics", [1.0, 1.0, 1.0]),
+    }
+    coords = {"ics": [*values], "x": [0.0, 1.0], "s": range(4), "larger_x": [0.5], "larger_s": [0.5, 2.5]}
+    return xr.Dataset(table, coords, {"load": 1e3})
+
+
+def apart(dataset, ics="a"):
+    return dataset.q.sel(ics=ics) - dataset.q.sel(ics="C")
+
+
+def test_contacts_on_larger_elements_have_the_same_names_and_their_own_places():
+    given = contacts(larger={"a": 1.0, "b": 2.0, "C": np.nan})
+    larger = on_larger_elements(given)
+    assert {*larger.data_vars} == {"q", "p"}
+    np.testing.assert_array_equal(larger.q, [1.0, 2.0, np.nan])
+    np.testing.assert_array_equal(larger.p, given.larger_p)
+    np.testing.assert_array_equal(larger.s, given.larger_s)
+    assert larger.attrs == given.attrs
+
+
+def test_only_the_named_ics_change():
+    given = contacts(change=(1.0, 0.0, 3.0))
+    for sign in (1, -1):
+        np.testing.assert_allclose(with_changed_ics(given, "C", sign).q, [10.0, 20.0, 40.0 + 3 * sign])
+        np.testing.assert_allclose(with_changed_ics(given, "a", sign).q, [10.0 + sign, 20.0, 40.0])
+    assert with_changed_ics(given, "C", 1).seconds.equals(given.seconds)
+
+
+def test_an_error_in_common_is_no_error_of_a_difference():
+    assert estimate_of_difference(contacts(larger={k: v + 7 for k, v in VARIED.items()}), apart) == 0
+
+
+@pytest.mark.parametrize("error", [3.0, -3.0, 40.0])
+def test_signed_differences_are_bounded_across_zero(error):
+    """q(h) = q + c h of one alone, h = 1 and 2; with 40 the difference changes its sign."""
+    given = contacts(VARIED | {"a": 10.0 + error}, VARIED | {"a": 10.0 + 2 * error})
+    assert estimate_of_difference(given, apart) == pytest.approx(SAFETY * abs(error))
+
+
+def test_the_larger_one_of_both_changes_counts():
+    """The square of 2 +- 1: 9 - 4 and 4 - 1."""
+    given = contacts({"a": 2.0, "C": 0.0, "b": 0.0}, {"a": 2.0, "C": 0.0, "b": 0.0}, (1.0, 0.0, 0.0))
+    assert estimate_of_difference(given, lambda one: apart(one) ** 2) == pytest.approx(5.0)
+
+
+def test_changes_of_several_ics_may_have_any_signs():
+    assert estimate_of_difference(contacts(change=(1.0, 0.0, 3.0)), apart) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("unknown", [{"larger": VARIED | {"a": np.nan}}, {"change": (np.nan, 0.0, 0.0)}])
+def test_what_is_not_known_has_no_estimate(unknown):
+    given = contacts(**unknown)
+    assert np.isnan(estimate_of_difference(given, apart))
+    assert estimate_of_difference(given, lambda one: apart(one, "b")).fillna(0.0) == 0
+
+
+def test_sizes_of_several_differences_change_by_the_size_of_their_changes():
+    """Both differences change their signs, and their largest size stays the same."""
+    given = contacts({"a": 5.0, "b": -5.0, "C": 0.0}, {"a": -5.0, "b": 5.0, "C": 0.0})
+
+    def away(one):
+        return one.q - one.q.sel(ics="C")
+
+    assert estimate_of_difference(given, away, lambda d: abs(d).max("ics")) == pytest.approx(SAFETY * 10)
