@@ -15,7 +15,7 @@ from femic.scenes.contours import CONTOURS
 from femic.scenes.effective import CombinedTable, TransitionTable
 from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
-from femic.scenes.listing import TABLES, as_toml, choices, table_in
+from femic.scenes.listing import TABLES, as_toml, choices, inner_tables, table_in
 from femic.scenes.load import builtin_names, load_scene
 from femic.scenes.outlines import OutlineTable
 from femic.shifts.specification import (
@@ -27,7 +27,11 @@ from femic.shifts.specification import (
     WheelTable,
 )
 
-UNIT = re.compile(r" ?\[(mm|MPa|N|deg|1/mm)\]")
+UNITS = (
+    *("mm", "MPa", "N", "deg", "1/mm", "m/s", "kg/m^3", "W/mm^2", "N/mm^2"),
+    *("µg/J", "µg/m/N", "µg/m/mm^2"),
+)
+UNIT = re.compile(rf" ?\[({'|'.join(map(re.escape, UNITS))})\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
 PAGE = re.compile(r"docs/([\w/-]+)\.md")
 RANGES = {
@@ -52,7 +56,7 @@ def scene_keys() -> dict[str, Any]:
     simple = [key for key in fields if key not in (*TABLES, *CONTAINERS)]
     return {
         "scene": rows(SceneFile, only=simple),
-        "tables": {name: (fields[name].description, rows(table_in(fields[name]))) for name in TABLES},
+        "tables": {key: part for name in TABLES for key, part in tables_of(name, fields[name]).items()},
         "contours": {name: (told(table, "kind"), rows(table, "kind")) for name, table in CONTOURS.items()},
         "effective": (fields["effective"].description, rows(CombinedTable), rows(TransitionTable)),
         "outline": rows(OutlineTable),
@@ -64,6 +68,16 @@ def scene_keys() -> dict[str, Any]:
         "shift_tables": {name: rows(table) for name, table in SHIFT_TABLES.items()},
         "builtin": {name: load_scene(name).title for name in builtin_names()},
     }
+
+
+def tables_of(name: str, field: FieldInfo) -> dict[str, tuple[str, list[dict[str, str]]]]:
+    """Return description and rows of a table, and of the tables in it, by their names."""
+    table = table_in(field)
+    inner = inner_tables(table)
+    found = {name: (field.description or "", rows(table, *inner))}
+    for key, part in inner.items():
+        found |= tables_of(f"{name}.{key}", part)
+    return found
 
 
 def told(table: type[BaseModel], key: str) -> str:
