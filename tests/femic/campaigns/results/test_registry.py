@@ -116,7 +116,10 @@ def under_rolling(options):
         "stresses": {"fineness": 0.1, "estimated": False},
         "damage": {"yield_stress": 500.0, "hardness": 3e3, "speed": 20.0},
     }
-    contact = {"motion": "rolling", "loads": [2e3], "friction": [0.2, 0.3], "ics": ["A", "Bhat"]}
+    contact = {
+        **{"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A", "Bhat"]},
+        "longitudinal": [-0.01, 0.0, 0.01],
+    }
     scene = scene_from_table(tomllib.loads(rail_and_wheel(14.0, **contact).text) | tables, "rolls")
     kept, alone = KINDS["stresses"].compute(scene, options), compute_stresses(scene, options)
     changed.undo()
