@@ -19,6 +19,7 @@ COARSE = 0.3  # tolerance, about where cells stop growing
 PATCH = femic.Patch(a=0.3, b=0.2)
 LINES = (femic.line_along_x(1.6, 6.0, 9), femic.line_along_s(1.6, 6.0, 13))
 OPTIONS = femic.Options(tolerance=COARSE, workers=1)
+STORED = replace(OPTIONS, store="memory://ICs of geometry1")  # the scene's models are those of the pair
 KEYS = {
     "patch": {"a": 0.3, "b": 0.2},
     "variants": ["A", "Bhat"],
@@ -37,14 +38,14 @@ def pair():
 
 @pytest.fixture(scope="module")
 def ics(pair):
-    return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=OPTIONS)
+    return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=STORED)
 
 
 @pytest.fixture(scope="module")
 def of_scene():
     """ICs of the same scene by its own route, with all components, and their errors."""
     components = [i + j for i in "xsn" for j in "xsn"]
-    results = compute(femic.load_scene("geometry1", KEYS | {"components": components}), OPTIONS.run)
+    results = compute(femic.load_scene("geometry1", KEYS | {"components": components}), STORED.run)
     dataset = to_dataset(results)
     return dataset, errors(results, dataset)
 

@@ -36,7 +36,8 @@ s = 0.5
 reach = 2.0
 points = 5
 [engine]
-tolerance = 0.1
+tolerance = 0.5
+far_radius = 60.0
 """
 
 

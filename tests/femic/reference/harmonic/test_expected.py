@@ -27,7 +27,12 @@ CASES = {  # (side, contour, R_roll, half-sides, accuracy as a share of 1 / (2 p
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+MORE = ("plane, long patch", "plane, small patch", "large wheel")
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow) if case in MORE else case for case in CASES]
+)
 def test_as_many_wavenumbers_are_expected_as_are_taken(case):
     side, contour, rolling_radius, (a, b), share = CASES[case]
     material = Material(210e3, 0.28)

@@ -102,7 +102,7 @@ def test_error_falls_about_like_the_square_of_the_domain():
         assert rate == pytest.approx(2, abs=0.3), (i, j)
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.4999])
+@pytest.mark.parametrize("nu", [pytest.param(0.0, marks=pytest.mark.slow), 0.4999])
 def test_poisson_s_ratio_may_come_close_to_one_half(nu):
     """No locking: as accurate as the truncation lets it be."""
     asked = harmonic(job(2560.0, 1.0, material=Material(210e3, nu)), 1.3)

@@ -106,7 +106,13 @@ NARROW = Grid(2, 4, 0.2, 0.637)  # the half-space reaches one or two strips, as 
 
 
 @pytest.mark.parametrize(
-    ("grid", "radius"), [(SQUARE, np.inf), (SQUARE, 300.0), (SQUARE, 25.0), (NARROW, 20.0)]
+    ("grid", "radius"),
+    [
+        (SQUARE, np.inf),
+        pytest.param(SQUARE, 300.0, marks=pytest.mark.slow),
+        (SQUARE, 25.0),
+        (NARROW, 20.0),
+    ],
 )
 def test_lags_are_points(grid, radius):
     """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""

@@ -57,7 +57,7 @@ def flat_errors(size, factor, **changes):
     return shares(discounted(asked, raw_ics(asked.request(Level())).u)[0] - a, a)
 
 
-@pytest.mark.parametrize("side", [LOWER, UPPER])
+@pytest.mark.parametrize("side", [pytest.param(LOWER, marks=pytest.mark.slow), UPPER])
 def test_all_nine_components_are_the_half_space(side):
     """Issue's bound: 1 %; with cells twice as large as the default."""
     assert np.all(flat_errors(320.0, 2.0, side=side) < 0.01)

@@ -40,10 +40,16 @@ def engine(tmp_path_factory):
     return Engines(RunOptions(2, Store(tmp_path_factory.mktemp("extremes"))))
 
 
-def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond():
-    results = list(results_of(analytic.limits(), lambda _: None))
-    assert {result.limit.name for result in results} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
-    for result in results:
+@pytest.fixture(scope="module")
+def of_analytic():
+    """The results of all analytic limits."""
+    return list(results_of(analytic.limits(), lambda _: None))
+
+
+def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond(of_analytic):
+    limits = {result.limit.name for result in of_analytic}
+    assert limits > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for result in of_analytic:
         assert result.worst.error < ROUNDING, result.limit.name
         assert all(case.says and not case.failed for case in result.beyond)
 
@@ -142,10 +148,16 @@ def test_cases_without_estimates_and_those_that_failed_are_said_to_be_so():
     )
 
 
-def test_the_command_writes_json_and_a_page(tmp_path, monkeypatch, capsys):
+def test_the_command_writes_json_and_a_page(of_analytic, tmp_path, monkeypatch, capsys):
+    """Its cases are those of `of_analytic`, which are not computed again."""
+    known = [
+        replace(result.limit, reached=[lambda case=case: case for case in result.reached])
+        for result in of_analytic
+    ]
+    monkeypatch.setattr(analytic, "limits", lambda: known)
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert len(record["rows"]) == len(analytic.limits())
+    assert len(record["rows"]) == len(known)
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
@@ -179,7 +191,7 @@ def test_parts_of_contact_are_run_alone(part, tmp_path, monkeypatch):
 
 def test_each_component_is_judged_by_its_own_estimate(engine):
     """An error within another component's estimate does not count."""
-    results = engine._solved(flat(), HARMONIC, {"tolerance": 0.01})
+    results = engine._solved(flat(), HARMONIC, {"tolerance": 0.1})
     body = results.references["lower"]
     c = body.c
     nn = np.zeros((3, 3, 1))
