@@ -85,10 +85,11 @@ def test_distances_lead_to_points_of_the_wheel():
     layout = flanged()
     position = settle(layout, 8.6)
     rail, wheel = curves_in_place(layout, position, "left")
-    s = position.left[0].s_rail + np.linspace(-2, 2, 9)
+    touch = position.left[0]
+    s = touch.s_rail + np.linspace(-2, 2, 9)
     ty, tz = rail.tangent(s)
     ends = rail.position(s) + distances(layout, position, "left", s) * np.stack([-tz, ty])
-    polygon = wheel.position(np.linspace(*wheel.limits, 400001))
+    polygon = wheel.position(touch.s_wheel + np.linspace(-6, 6, 30001))
     for end in ends.T:
         assert np.min(np.hypot(*(polygon - end[:, None]))) < 2e-4  # half of the step of the polygon
 

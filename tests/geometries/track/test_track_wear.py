@@ -103,7 +103,7 @@ def test_worn_areas_are_the_given_ones():
 def test_worn_profiles_converge_with_the_steps():
     """The error of explicit steps falls with their length: halved with twice as many."""
     law = replace(CHEAP, straight_samples=20, curve_samples=10)
-    pairs = [wear(unworn().left, replace(law, steps=steps), (20.0, 20.0)) for steps in (20, 40, 80)]
+    pairs = [wear(unworn().left, replace(law, steps=steps), (10.0, 10.0)) for steps in (10, 20, 40)]
     points = [(pair.rail.points, pair.wheel.points) for pair in pairs]
     first, second = (largest_difference(*two) for two in pairwise(points))
     assert second < 1e-3
@@ -122,7 +122,7 @@ def test_worn_profiles_converge_with_the_samples_of_shifts():
 
 def test_files_of_the_package_are_by_the_law():
     """Fewer samples than in the package: to the error of sampling, which the slow test above has."""
-    for profile in worn_pair(CHEAP):
+    for profile in worn_pair(replace(CHEAP, straight_samples=30, curve_samples=15)):
         (entry,) = (entry for entry in WORN.values() if entry.kind == profile.kind)
         stored = prepare(read_profile(entry.path))
         away = scipy.spatial.cKDTree(stored.position(np.linspace(0, stored.length, 40_000)).T)

@@ -112,12 +112,18 @@ class Cone:
         return lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
 
 
+@cache
+def polygon(curve, n):
+    """Parameters (n,) and points (2, n) of a curve of a layout."""
+    t = np.linspace(*curve.limits, n)
+    return t, curve.position(t)
+
+
 def brute_gaps(layout, position, side, n=30001):
     """y, vertical gaps between polygons of n points, and the points of the rail's polygon: (n,), (n,)."""
     sign, own = (1, layout.left) if side == "left" else (-1, layout.right)
-    t_rail, t_wheel = (np.linspace(*curve.limits, n) for curve in (own.rail, own.wheel))
-    y, z = own.wheel.position(t_wheel)
+    t_rail, (rail_y, rail_z) = polygon(own.rail, n)
+    _, (y, z) = polygon(own.wheel, n)
     c, s = np.cos(sign * position.roll), np.sin(sign * position.roll)
     y, z = c * y - s * z + sign * position.shift, s * y + c * z + position.height
-    rail_y, rail_z = own.rail.position(t_rail)
     return t_rail, np.interp(rail_y, y, z, left=np.inf, right=np.inf) - rail_z
