@@ -24,7 +24,8 @@ from geometries.bodies import Body
 
 SECTION_SHARE = 0.5  # of the change by coarser cells and waves: these errors fall by more than 3 if halved
 FLOOR = 0.25  # of the largest change among all points: at some points it vanishes by chance
-GRID_SHARE = 0.5  # of the change by merged elements: their errors fall like the square of their sides
+OF_ELEMENTS = 1.0  # of the change by merged elements: their errors fall in proportion to their sides
+AT_EDGES = 1 / (np.sqrt(2) - 1)  # likewise beside the edge of the tractions, which rise there like a root
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ def _changes(
         parts["far arc"] = _with_floor(_largest(coarse.far_arc_change(points, settings.workers)))
     flat_of_merged = half_space_field(body, merged(tractions), points).stress
     assert field.half_space is not None
-    parts["elements"] = GRID_SHARE * _largest(flat_of_merged - field.half_space)
+    share = np.where(tractions.beside_edge(points.x, points.s, points.depth), AT_EDGES, OF_ELEMENTS)
+    parts["elements"] = share * _largest(flat_of_merged - field.half_space)
     return parts
 
 

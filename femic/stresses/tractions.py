@@ -3,10 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_dilation, binary_erosion
 
-from geometries.arrays import Array
+from geometries.arrays import Array, Mask
 from geometries.errors import WrongInput
 from geometries.grids import Grid
+
+REACH = 2  # elements from the edge of the tractions, within which its root matters
+AROUND = REACH + 1  # elements without tractions around the grid
+BLOCK = np.ones((2 * REACH + 1, 2 * REACH + 1), dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +46,20 @@ class SurfaceTractions:
         grid = self.grid
         half = grid.n_x * grid.dx / 2
         return np.linspace(-half, half, grid.n_x + 1), np.linspace(*grid.extent, grid.n_s + 1)
+
+    def beside_edge(self, x: Array, s: Array, depth: Array) -> Mask:
+        """Return which points (...) are within two elements, and as deep, of where tractions end."""
+        grid, loaded = self.grid, np.any(self.p != 0, axis=-1)
+        wide = np.pad(loaded, AROUND)
+        of_edge = binary_dilation(wide, BLOCK) & ~binary_erosion(wide, BLOCK)
+        low_x, low_s = self.edges[0][0], self.edges[1][0]
+        at = [
+            np.floor((along - low) / side).astype(int) + AROUND
+            for along, low, side in ((x, low_x, grid.dx), (s, low_s, grid.ds))
+        ]
+        within = np.all([(k >= 0) & (k < n) for k, n in zip(at, of_edge.shape, strict=True)], axis=0)
+        i, j = (np.where(within, k, 0) for k in at)
+        return np.asarray(within & of_edge[i, j] & (depth < REACH * max(grid.dx, grid.ds)))
 
 
 def merged(tractions: SurfaceTractions) -> SurfaceTractions:

@@ -1,0 +1,72 @@
+"""Estimates of what elements do to stresses: tractions that rise like a root at their edge, as in contact."""
+
+import numpy as np
+import pytest
+
+from femic.stresses.engine import AT_EDGES, OF_ELEMENTS
+from femic.stresses.half_space import half_space_field
+from femic.stresses.points import InnerPoints
+from femic.stresses.tractions import SurfaceTractions, merged
+from geometries.grids import Grid
+from tests.femic.stresses.samples import curved, grid_of, tractions_of
+
+HALF_LENGTH, HALF_WIDTH, MIDDLE = 1.4, 1.9, 0.7
+
+
+def hertzian(n_x, n_s):
+    """Hertz's pressure with unsymmetric friction, on elements that cover a little more than its ellipse."""
+    grid = grid_of(n_x, n_s, 1.6, 2.2, s=MIDDLE)
+
+    def tractions(x, s):
+        p = np.sqrt(np.maximum(1 - (x / HALF_LENGTH) ** 2 - ((s - MIDDLE) / HALF_WIDTH) ** 2, 0))
+        return 0.3 * p * (1 + 0.5 * x / HALF_LENGTH), -0.2 * p * (1 - 0.3 * s / HALF_WIDTH), p
+
+    return tractions_of(grid, tractions)
+
+
+def scattered(n):
+    """Points below the tractions and beside them, a fifth of them at the surface, most of them near it."""
+    random = np.random.default_rng(4)
+    x, s = 1.7 * random.uniform(-1, 1, n), MIDDLE + 2.3 * random.uniform(-1, 1, n)
+    depth = HALF_WIDTH * random.uniform(0, 1, n) ** 3 * (random.random(n) > 0.2)
+    return InnerPoints(x, s, depth)
+
+
+def shares_held(n, n_x, n_s, finer):
+    """Shares of points beside the edge and elsewhere at which the error is at most its estimate."""
+    body, points, tractions = curved(+1), scattered(n), hertzian(n_x, n_s)
+    stress, coarse, exact = (
+        half_space_field(body, of, points).stress
+        for of in (tractions, merged(tractions), hertzian(finer * n_x + 1, finer * n_s + 1))
+    )
+    error, change = (np.max(np.abs(other - stress), axis=(-2, -1)) for other in (exact, coarse))
+    edge = tractions.beside_edge(points.x, points.s, points.depth)
+    assert 0.2 < np.mean(edge) < 0.8
+    return [
+        float(np.mean(error[of] <= share * change[of]))
+        for of, share in ((edge, AT_EDGES), (~edge, OF_ELEMENTS))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("n", "n_x", "n_s", "finer"),
+    [(300, 16, 20, 4), pytest.param(2000, 24, 31, 8, marks=pytest.mark.slow)],
+)
+def test_errors_of_elements_are_within_their_estimates_in_95_of_100_points(n, n_x, n_s, finer):
+    assert min(shares_held(n, n_x, n_s, finer)) >= 0.95
+
+
+def test_places_beside_the_edge():
+    """Two elements to either side of where tractions end, and as deep."""
+    p = np.zeros((11, 9, 3))
+    p[3:8, :, 2] = 1.0
+    tractions = SurfaceTractions(Grid(11, 9, 1.0, 1.0, 0.0), p)
+    x = np.array([-4.6, -4.4, -2.6, -0.6, -0.4, 0.4, 0.6, 4.4, 4.6, 20.0])
+    beside = tractions.beside_edge(x, np.zeros(10), np.zeros(10))
+    assert beside.tolist() == [False, True, True, True, False, False, True, True, False, False]
+    assert tractions.beside_edge(np.zeros(3), np.array([0.0, 3.0, 6.0]), np.zeros(3)).tolist() == [
+        False,
+        True,
+        True,
+    ]
+    assert not tractions.beside_edge(x, np.zeros(10), np.full(10, 2.1)).any()
