@@ -37,7 +37,7 @@ from tests.compare.conftest import COARSE_ENGINE, scene_text
 from tests.pages import widest
 
 GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
-HARMONIC = "[engine]\ntolerance = 0.3\n"
+HARMONIC = "[engine]\ntolerance = 0.1\n"
 WIDER = "a = 0.3\nb = 0.2", "a = 1.0\nb = 1.0"  # a patch on which fewer wavenumbers do
 
 

@@ -1,5 +1,6 @@
 """Commands that end with a message load no heavy library, and what they load later is there."""
 
+import json
 import re
 import subprocess
 import sys
@@ -14,11 +15,10 @@ from femic.late import Late, lazy_imports
 HEAVY = {"dask", "distributed", "gmsh", "matplotlib", "pandas", "pyamg", "pyvista", "skfem", "xarray", "zarr"}
 OF_SCENES = sorted(set(COMMANDS) - {"validate", "extremes", "scenes", "sweep"})
 RUN = """
-import sys
+import json, sys
 from femic.cli.main import exit_code
-code = exit_code(sys.argv[1:])
-print(*sys.modules)
-sys.exit(code)
+for command in json.loads(sys.argv[1]):
+    print(json.dumps([exit_code(command), sorted(sys.modules)]))
 """
 WRONG = {
     "not there": None,
@@ -29,46 +29,41 @@ WRONG = {
 }
 
 
-def loaded_by(*arguments):
-    """The exit code of a command, and the libraries that it has loaded."""
+def assert_light(*commands):
+    """Each command refuses its input, and the one process in which they run loads no heavy library."""
     done = subprocess.run(
-        [sys.executable, "-c", RUN, *arguments], capture_output=True, text=True, check=False
+        [sys.executable, "-c", RUN, json.dumps(commands)], capture_output=True, text=True, check=True
     )
-    return done.returncode, set(done.stdout.split())
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(lines) == len(commands)
+    for command, (code, modules) in zip(commands, lines, strict=True):
+        assert code == WRONG_INPUT, command
+        assert not HEAVY.intersection(modules), command
 
 
-@pytest.mark.parametrize("command", OF_SCENES)
-def test_a_command_about_a_wrong_scene_loads_no_heavy_library(command, tmp_path):
+def test_a_command_about_a_wrong_scene_loads_no_heavy_library(tmp_path):
     path = tmp_path / "wrong.toml"
     path.write_text(WRONG["an unknown key"])
-    code, modules = loaded_by(command, str(path))
-    assert code == WRONG_INPUT
-    assert not modules & HEAVY
+    assert_light(*([command, str(path)] for command in OF_SCENES))
 
 
-@pytest.mark.parametrize("case", WRONG)
-def test_wrong_scene_is_refused_before_heavy_libraries_load(case, tmp_path):
-    path = tmp_path / "wrong.toml"
-    if WRONG[case] is not None:
-        path.write_text(WRONG[case])
-    code, modules = loaded_by("run", str(path))
-    assert code == WRONG_INPUT
-    assert not modules & HEAVY
+def test_wrong_scenes_are_refused_before_heavy_libraries_load(tmp_path):
+    paths = [tmp_path / f"{case}.toml" for case in WRONG]
+    for path, text in zip(paths, WRONG.values(), strict=True):
+        if text is not None:
+            path.write_text(text)
+    assert_light(*(["run", str(path)] for path in paths))
 
 
-@pytest.mark.parametrize("text", ['scene = "nowhere"', "[sweep"])
-def test_a_wrong_campaign_is_refused_before_heavy_libraries_load(text, tmp_path):
-    path = tmp_path / "wrong.toml"
-    path.write_text(text)
-    code, modules = loaded_by("sweep", str(path))
-    assert code == WRONG_INPUT
-    assert not modules & HEAVY
+def test_wrong_campaigns_are_refused_before_heavy_libraries_load(tmp_path):
+    paths = [tmp_path / f"{name}.toml" for name in ("nowhere", "no_toml")]
+    for path, text in zip(paths, ('scene = "nowhere"', "[sweep"), strict=True):
+        path.write_text(text)
+    assert_light(*(["sweep", str(path)] for path in paths))
 
 
 def test_a_wrong_tolerance_of_statements_is_refused_before_heavy_libraries_load():
-    code, modules = loaded_by("validate", "--tolerance", "9")
-    assert code == WRONG_INPUT
-    assert not modules & HEAVY
+    assert_light(["validate", "--tolerance", "9"])
 
 
 def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):

@@ -41,7 +41,7 @@ def body_of(side, contour, radius, nu=NU, far=FAR):
 def above_half_space(name, half_side, nu=NU):
     """C_nn - A_nn [mm/N] at the centre of a load on a body of `BODIES`, before any discount."""
     body, load = body_of(*BODIES[name][0], nu), Load(Patch(half_side, half_side), N)
-    request = HarmonicRequest(body, (load,), CENTRE, cells(load.patch).scaled(3.0), 3e-11)
+    request = HarmonicRequest(body, (load,), CENTRE, cells(load.patch).scaled(2.0), 3e-11)
     a = Solid(body.material, body.surface).approximate("A", load.patch, (CENTRE.x, CENTRE.s))
     return float(raw_ics(request).u[0, N, 0] - a[N, N, 0] / load.patch.area)
 

@@ -30,7 +30,7 @@ BODIES = {
 }
 
 
-def of_all(body, tolerance=0.1):
+def of_all(body, tolerance=0.02):
     side, contour, radius = BODIES[body]
     return matrix_job(side, contour, GRID, radius, tolerance)
 

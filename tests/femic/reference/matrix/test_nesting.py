@@ -19,7 +19,7 @@ from geometries.materials import Material
 from geometries.patches import Load, Patch
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import changed
-from tests.femic.reference.matrix.test_matrix import matrix_job
+from tests.femic.reference.matrix.test_matrix import ROUGH, matrix_job
 
 GRID = Grid(10, 8, 0.4, 0.4)
 CONTOUR = arc(10.2, 0.12, 0.12)
@@ -31,7 +31,7 @@ SERVED = {
 }
 
 
-def job_on(grid, tolerance=0.1):
+def job_on(grid, tolerance=ROUGH):
     job = matrix_job(UPPER, CONTOUR, grid, radius=300.0, tolerance=tolerance)
     domain = matrix_job(UPPER, CONTOUR, GRID, tolerance=tolerance).body.domain
     return replace(job, body=replace(job.body, domain=domain))
