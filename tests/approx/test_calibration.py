@@ -38,7 +38,7 @@ def logarithmic(low, high):
     return st.floats(np.log(low), np.log(high)).map(np.exp)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     far=st.floats(-4.9, 4.9).filter(lambda far: abs(far) > 0.05),
     r_inf=logarithmic(0.5, R_INF_REACH * 24.9),

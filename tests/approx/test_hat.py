@@ -64,8 +64,17 @@ def test_hat_is_the_integral_over_rays(at):
     assert_close(got, integrals_by_rays(PATCH, *at), 1e-11)  # of quad_vec, some thirty sectors
 
 
-@pytest.mark.parametrize(("a", "b"), [(0.3, 3e-4), (2e-6, 0.5)])
-@pytest.mark.parametrize("at", [(0.0, 0.0), (0.7, 1.3), (1.0, 6.0), (2.9, 0.2)])
+PLACES = ((0.0, 0.0), (0.7, 1.3), (1.0, 6.0), (2.9, 0.2))  # half-sides from the centre
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "at"),
+    [
+        *((0.3, 3e-4, at) for at in PLACES),
+        *((2e-6, 0.5, at) for at in (PLACES[0], PLACES[-1])),
+        *(pytest.param(2e-6, 0.5, at, marks=pytest.mark.slow) for at in PLACES[1:-1]),
+    ],
+)
 def test_extreme_aspects(a, b, at):
     x, s = at[0] * a, at[1] * b
     got = over_hat(Patch(a, b), np.array(x), np.array(s))

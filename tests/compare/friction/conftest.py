@@ -10,10 +10,9 @@ from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c
 SAME, SOFTER = "the same", "a fifth softer"
 
 
-@pytest.fixture
-def in_place_of_c(monkeypatch):
+@pytest.fixture(scope="module")
+def in_place_of_c():
     """C is B-hat; C with other supports is the same, and a fifth more."""
-    monkeypatch.setattr(REFERENCE_ICS, bhat_as_c())
 
     def supports(problem, name, factor):
         def scaled(on_grid, **_):
@@ -25,4 +24,7 @@ def in_place_of_c(monkeypatch):
     def others(problem, *_):
         return [supports(problem, SAME, 1.0), supports(problem, SOFTER, 1.2)]
 
-    monkeypatch.setattr("femic.contact.pairs.supports.other_supports", others)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(REFERENCE_ICS, bhat_as_c())
+        patch.setattr("femic.contact.pairs.supports.other_supports", others)
+        yield

@@ -1,6 +1,7 @@
 """Finished results with friction are stored: a second run and other scenes use them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import xarray as xr
@@ -19,21 +20,27 @@ COSTS = ["seconds"]
 
 @pytest.fixture
 def solved(monkeypatch):
-    """By which friction and ICs parts were solved, in their order; raises at those in `interrupted`."""
-    calls, interrupted = [], set()
+    """By which friction and ICs parts were solved, in their order; raises at those in `interrupted`.
+
+    With `once` a solution is that of all scenes with its friction and ICs.
+    """
+    of = SimpleNamespace(calls=[], interrupted=set(), once=False)
+    solutions = {}
 
     def counted(solve):
         def counting(pair, *case):
-            if case in interrupted:
+            if case in of.interrupted:
                 raise KeyboardInterrupt
-            calls.append(case)
-            return solve(pair, *case)
+            of.calls.append(case)
+            if not (of.once and case in solutions):
+                solutions[case] = solve(pair, *case)
+            return solutions[case]
 
         return counting
 
     motions = {name: replace(motion, solve=counted(motion.solve)) for name, motion in MOTIONS.items()}
     monkeypatch.setattr("femic.contact.pairs.pair_with_friction.MOTIONS", motions)
-    return calls, interrupted
+    return of
 
 
 def same(first, second):
@@ -45,7 +52,7 @@ def same(first, second):
 
 @pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
 def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path):
-    calls, interrupted = solved
+    calls, interrupted = solved.calls, solved.interrupted
     of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
     with pytest.raises(KeyboardInterrupt):
@@ -60,7 +67,8 @@ def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path
 
 
 def test_scenes_share_equal_solutions_only(solved, tmp_path):
-    options, (calls, _) = RunOptions(store=Store(tmp_path)), solved
+    """Which ones are solved does not depend on what they are: equal frictions and ICs are solved once."""
+    options, calls, solved.once = RunOptions(store=Store(tmp_path)), solved.calls, True
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
     compute_with_friction(scene(13.0, **alone), options)
     for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
@@ -71,7 +79,7 @@ def test_scenes_share_equal_solutions_only(solved, tmp_path):
 
 
 def test_c_and_its_quality_are_taken_from_stored_curves(solved, tmp_path, monkeypatch):
-    made, (calls, _) = [], solved
+    made, calls = [], solved.calls
 
     def of_c(*on_grid, **how):
         made.append(on_grid)

@@ -15,16 +15,18 @@ from tests.compare.friction.scenes import scene
 
 ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [-2e-3, 1e-4, 2e-3]}
 COMPRESSION = {"motion": "compression", "loads": [1e3, 2e3]}
-MOTIONS = [(ROLLING, OF_ROLLING), (COMPRESSION, OF_COMPRESSION)]
 KEYS = {"friction": [0.5, 0.2], "ics": ["A", "C"], "shift": 0.1}
 
 
-@pytest.mark.usefixtures("in_place_of_c")
-@pytest.mark.parametrize(("keys", "quantities"), MOTIONS, ids=["rolling", "compression"])
-def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys, quantities):
+@pytest.fixture(scope="module", params=[ROLLING, COMPRESSION], ids=["rolling", "compression"])
+def supported(request, in_place_of_c):  # noqa: ARG001
+    of = scene(13.0, **KEYS, **request.param)
+    return with_supports(of, compute_with_friction(of), RunOptions(1))
+
+
+def test_the_contact_with_the_least_friction_is_solved_with_other_supports(supported):
     """At the creepage nearest 0, or the last load: with the same supports it is the one of the arrays."""
-    of = scene(13.0, **KEYS, **keys)
-    dataset = with_supports(of, compute_with_friction(of), RunOptions(1))
+    dataset, quantities = supported, OF_ROLLING if "xi" in supported.dims else OF_COMPRESSION
     place = {"xi": 1e-4} if "xi" in dataset.dims else {"load": 2e3}
     given = {"friction": 0.2} | place
     assert {dim: float(dataset[f"supported_{dim}"]) for dim in given} == given
@@ -35,17 +37,15 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys,
     assert 1.05 < softer < 1.2  # the patch grows, too
 
 
-@pytest.mark.usefixtures("in_place_of_c")
-@pytest.mark.parametrize(("keys", "place"), [(ROLLING, "0.01%"), (COMPRESSION, "2000 N")])
-def test_page_has_a_table_of_changes_with_other_supports(keys, place, tmp_path):
-    of = scene(13.0, **KEYS, **keys)
-    dataset = with_supports(of, compute_with_friction(of), RunOptions(1))
-    page = PAGES[keys["motion"]].write(dataset, tmp_path).read_text(encoding="utf-8")
+def test_page_has_a_table_of_changes_with_other_supports(supported, tmp_path):
+    dataset = supported
+    motion, place = ("rolling", "0.01%") if "xi" in dataset.dims else ("compression", "2000 N")
+    page = PAGES[motion].write(dataset, tmp_path).read_text(encoding="utf-8")
     assert f'<th class="name">computed with C, friction 0.2, {place}</th>' in page
     assert f"<th>change with {SOFTER}</th>" in page
     (table,) = support_tables(dataset)
     rows = {row.name: [cell.text for cell in row.filled] for row in table.rows}
-    numbers = [name for name in motions.MOTIONS[keys["motion"]].quantities if not vanishes(dataset, name)]
+    numbers = [name for name in motions.MOTIONS[motion].quantities if not vanishes(dataset, name)]
     assert list(rows) == [shown(dataset, name).title for name in numbers]
     of_same, of_softer = (float(dataset.supported_approach.sel(supports=name)) for name in (SAME, SOFTER))
     before, same, softer = rows["ζ [mm]"]

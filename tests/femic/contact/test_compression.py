@@ -139,13 +139,13 @@ def test_dissimilar_bodies_that_stick_are_stiffer():
     assert load > 1.03 * hertz.at_approach(largest).load
     problem = on_a_sphere(24, largest, 1e3)
     errors = []
-    for steps in (4, 8, 16):
+    for steps in (8, 16):
         approaches = [Loading(approach=largest * ((k + 1) / steps) ** 2) for k in range(steps)]
         contact = last(problem, approaches)
         errors.append(contact.force[2] / load - 1)
     frictionless = normal.solve(problem.normal, approach=largest).load / load - 1
-    assert errors[2] == pytest.approx(errors[1] / 2, abs=0.003)
-    assert abs(2 * errors[2] - errors[1]) < min(0.005, abs(frictionless) / 5)
+    assert errors[1] == pytest.approx(errors[0] / 2, abs=0.003)
+    assert abs(2 * errors[1] - errors[0]) < min(0.005, abs(frictionless) / 5)
 
 
 # ---- input

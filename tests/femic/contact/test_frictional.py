@@ -160,7 +160,7 @@ def test_zero_friction_gives_the_frictionless_contact(problem, given):
 
 
 @each_problem
-@pytest.mark.parametrize("friction", [30.0, 1e3])
+@pytest.mark.parametrize("friction", [pytest.param(30.0, marks=pytest.mark.slow), 1e3])
 @pytest.mark.parametrize("order", [1, 2, None])
 def test_large_friction_makes_almost_all_elements_stick(problem, order, friction):
     """But for elements at the edge with hardly a pressure."""

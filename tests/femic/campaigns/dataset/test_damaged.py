@@ -55,7 +55,12 @@ def a_folder(path):
     path.mkdir()
 
 
-DAMAGES = (deleted, emptied, truncated, flipped, a_folder)
+DAMAGES = (
+    deleted,
+    flipped,
+    a_folder,
+    *(pytest.param(damage, marks=pytest.mark.slow) for damage in (emptied, truncated)),
+)
 
 
 @pytest.mark.parametrize("damage", DAMAGES)

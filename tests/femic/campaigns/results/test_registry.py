@@ -32,7 +32,7 @@ CONTACTS = {
         compute_with_friction,
     ),
     "rolling": (
-        {"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]},
+        {"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"], "longitudinal": [0.0, 1e-3]},
         compute_with_friction,
     ),
 }
