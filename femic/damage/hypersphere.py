@@ -61,9 +61,12 @@ def smallest_hypersphere(points: Array) -> Hypersphere:
 def _circumcentre(support: Array) -> tuple[Array, Array]:
     """Return the circumcentre of points (m, d) in their affine hull, and the share of each in it, sum 1."""
     edges = support[1:] - support[0]
-    gram = 2 * edges @ edges.T
-    others = np.linalg.lstsq(gram, np.sum(edges**2, axis=1), rcond=None)[0] if len(edges) else np.zeros(0)
-    return support[0] + others @ edges, np.concatenate([[1 - others.sum()], others])
+    if len(edges) == 0:
+        return support[0], np.ones(1)
+    # by the edges themselves: with their products, neighbours on a smooth path would be dependent to rounding
+    to_centre = np.linalg.lstsq(2 * edges, np.sum(edges**2, axis=1), rcond=None)[0]
+    others = np.linalg.lstsq(edges.T, to_centre, rcond=None)[0]
+    return support[0] + to_centre, np.concatenate([[1 - others.sum()], others])
 
 
 def _first_stop(points: Array, centre: Array, step: Array, support: list[int]) -> tuple[float, int | None]:

@@ -22,6 +22,7 @@ LAWS: Mapping[str, tuple[type[Any], str]] = {
     "dang_van": (DangVan, "fatigue below the surface by Dang Van"),
 }
 ELSEWHERE = {"archard": {"hardness"}}  # fields of laws that are keys of [damage]
+OF_WORN = ("steps", "spread")  # keys of [damage] that have no effect without passages or revolutions
 OF_SPEED = ("severe", "transition")  # keys of [damage.energy] that have no effect without a speed
 
 StressTable = create_model("StressTable", __base__=SceneTable, **keys_of(StressSpecification))
@@ -97,11 +98,12 @@ def damage_misfits(scene: Scene, table: SceneTable) -> Iterator[str]:
             value = "" if name in LAWS else f" = {keys[name]:g}"
             yield f"damage.{name}{value}: {_only_of(motions, motion)}"
     if motion == ROLLING:
-        yield from _without_effect(scene.damage, keys)
+        yield from _without_effect(scene.damage, table)
 
 
-def _without_effect(damage: DamageSpecification, tables: Mapping[str, SceneTable]) -> Iterator[str]:
-    """Yield coefficients that need a constant which is not given."""
+def _without_effect(damage: DamageSpecification, table: SceneTable) -> Iterator[str]:
+    """Yield keys that need another one which is not given."""
+    tables = dict(table)
     if damage.speed is None:
         for key in OF_SPEED:
             if key in tables["energy"].model_fields_set:
@@ -109,6 +111,12 @@ def _without_effect(damage: DamageSpecification, tables: Mapping[str, SceneTable
                     f"damage.energy.{key}: without a speed wear is mild everywhere: give damage.speed in "
                     "m/s, or leave it out"
                 )
+    for key in OF_WORN:
+        if key in table.model_fields_set and not damage.wears:
+            yield (
+                f"damage.{key} = {getattr(damage, key):g}: nothing wears: give damage.passages or "
+                "damage.revolutions, or leave it out"
+            )
     if damage.hardness is None and tables["archard"].model_fields_set:
         yield (
             "damage.archard: without a hardness there is no wear by Archard: give damage.hardness in MPa, "

@@ -1,5 +1,7 @@
 """Smallest enclosing spheres: known sets, a certificate of random ones, invariance."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -45,6 +47,14 @@ def test_random_sets_are_certified(n, d):
     for _ in range(5):
         points = RANDOM.normal(size=(n, d)) * 10.0 ** RANDOM.uniform(-6, 6) + RANDOM.normal(size=d)
         certify(points, smallest_hypersphere(points))
+
+
+def test_the_path_of_a_passage_is_certified():
+    """Its neighbours are so nearly dependent that products of edges make them dependent to rounding."""
+    path = np.loadtxt(Path(__file__).with_name("passage.txt"))
+    sphere = smallest_hypersphere(path)
+    certify(path, sphere)
+    assert sphere.radius == pytest.approx(smallest_hypersphere(path[::-1]).radius, rel=1e-12)
 
 
 def test_degenerate_sets_are_certified():

@@ -98,6 +98,9 @@ def test_force_zero_is_a_force():
             {"damage": {"energy": {"transition": 4.0}}},
             "damage.energy.transition: .* give damage.sp",
         ),
+        ("rolling", {"damage": {"steps": 5}}, "damage.steps = 5: nothing wears: give damage.passages"),
+        ("rolling", {"damage": {"spread": 1.0}}, "damage.spread = 1: nothing wears: .*, or leave it out"),
+        ("tall", {"damage": {"passages": 5.0}}, "damage.passages = 5: only of contact.motion = 'rolling'"),
         ("rolling", {"damage": {"archard": {"slow": 1e-4}}}, "damage.archard: .* give damage.hardness"),
         ("rolling", {"damage": {"archard": {"hardness": 3e3}}}, "damage.archard.hardness: unknown key"),
         (
