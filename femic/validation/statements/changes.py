@@ -194,4 +194,25 @@ OF_CONTACT = (
     ),
 )
 
-CHANGES = tuple(sorted((*EARLIER, *ALL_ERRORS, *ANEW, *OF_CONTACT), key=lambda change: change.number))
+OF_DISTANCES = tuple(
+    CriterionChange(
+        number,
+        "distances from C known to the sum of the estimates of both contacts",
+        "to what they change by on elements twice as large and with changed C; sliding to the sum",
+        verdict,
+        "elements err alike in both contacts: the sum left open what the difference decides",
+    )
+    for number, verdict in (
+        (34, "not decided"),
+        (35, "depends"),
+        (36, "depends"),
+        (37, "depends"),
+        (39, "not decided"),
+        (40, "not decided"),
+        (41, "not decided"),
+    )
+)
+
+CHANGES = tuple(
+    sorted((*EARLIER, *ALL_ERRORS, *ANEW, *OF_CONTACT, *OF_DISTANCES), key=lambda change: change.number)
+)
