@@ -7,7 +7,7 @@ in each step, and the end is exact but for rounding: the centre is then a convex
 distance of the radius.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 
 ROUNDING = 1e-12  # of lengths, as a share of the size of the set
+LESS_ACCURATE = (1e-10, 1e-8)  # where the walk goes round: smooth paths, nearly on one sphere
 MOST_STEPS = 1000  # of the walk; some tens are usual
 
 
@@ -36,26 +37,33 @@ def smallest_hypersphere(points: Array) -> Hypersphere:
     if points.ndim != 2 or len(points) == 0 or not np.all(np.isfinite(points)):
         raise WrongInput(f"points of shape {points.shape}: one or more finite points, shape (n, d)")
     origin = points.mean(axis=0)
-    shifted = points - origin
-    tolerance = ROUNDING * float(np.max(np.linalg.norm(shifted, axis=1)))
-    centre = shifted[0]
-    support = [int(np.argmax(np.linalg.norm(shifted - centre, axis=1)))]
-    for _ in range(MOST_STEPS):
-        target, shares = _circumcentre(shifted[support])
-        if np.linalg.norm(target - centre) <= tolerance:
-            if min(shares) >= 0:
-                radius = float(np.max(np.linalg.norm(shifted - target, axis=1)))
-                return Hypersphere(target + origin, radius, tuple(sorted(support)))
-            support.pop(int(np.argmin(shares)))
-            continue
-        reach, stop = _first_stop(shifted, centre, target - centre, support)
-        centre = centre + reach * (target - centre)
-        if stop is not None:
-            support.append(stop)
+    for accuracy in (ROUNDING, *LESS_ACCURATE):
+        if sphere := _walk(points - origin, accuracy):
+            return replace(sphere, centre=sphere.centre + origin)
     raise Failure(
         f"smallest sphere about {len(points)} points: no end after {MOST_STEPS} steps; remove points that "
         "coincide"
     )
+
+
+def _walk(points: Array, accuracy: float) -> Hypersphere | None:
+    """Return the sphere to an accuracy, a share of the size of the set; None if the walk does not end."""
+    tolerance = accuracy * float(np.max(np.linalg.norm(points, axis=1)))
+    centre = points[0]
+    support = [int(np.argmax(np.linalg.norm(points - centre, axis=1)))]
+    for _ in range(MOST_STEPS):
+        target, shares = _circumcentre(points[support])
+        if np.linalg.norm(target - centre) <= tolerance:
+            if min(shares) >= 0:
+                radius = float(np.max(np.linalg.norm(points - target, axis=1)))
+                return Hypersphere(target, radius, tuple(sorted(support)))
+            support.pop(int(np.argmin(shares)))
+            continue
+        reach, stop = _first_stop(points, centre, target - centre, support)
+        centre = centre + reach * (target - centre)
+        if stop is not None:
+            support.append(stop)
+    return None
 
 
 def _circumcentre(support: Array) -> tuple[Array, Array]:
