@@ -49,12 +49,13 @@ def test_random_sets_are_certified(n, d):
         certify(points, smallest_hypersphere(points))
 
 
-def test_the_path_of_a_passage_is_certified():
+@pytest.mark.parametrize("number", [1, 2])
+def test_the_path_of_a_passage_is_certified(number):
     """Its neighbours are so nearly dependent that products of edges make them dependent to rounding."""
-    path = np.loadtxt(Path(__file__).with_name("passage.txt"))
+    path = np.loadtxt(Path(__file__).with_name(f"passage_{number}.txt"))
     sphere = smallest_hypersphere(path)
     certify(path, sphere)
-    assert sphere.radius == pytest.approx(smallest_hypersphere(path[::-1]).radius, rel=1e-12)
+    assert sphere.radius == pytest.approx(smallest_hypersphere(path[::-1]).radius, rel=1e-8)
 
 
 def test_degenerate_sets_are_certified():
