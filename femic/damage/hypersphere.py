@@ -15,7 +15,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 
 ROUNDING = 1e-12  # of lengths, as a share of the size of the set
-LESS_ACCURATE = (1e-10, 1e-8)  # where the walk goes round: smooth paths, nearly on one sphere
+LESS_ACCURATE = (1e-10, 1e-8, 1e-6)  # where the walk goes round: smooth paths, nearly on one sphere
 MOST_STEPS = 1000  # of the walk; some tens are usual
 
 
@@ -59,7 +59,7 @@ def _walk(points: Array, accuracy: float) -> Hypersphere | None:
                 return Hypersphere(target, radius, tuple(sorted(support)))
             support.pop(int(np.argmin(shares)))
             continue
-        reach, stop = _first_stop(points, centre, target - centre, support)
+        reach, stop = _first_stop(points, centre, target - centre, support, accuracy)
         centre = centre + reach * (target - centre)
         if stop is not None:
             support.append(stop)
@@ -77,7 +77,9 @@ def _circumcentre(support: Array) -> tuple[Array, Array]:
     return support[0] + to_centre, np.concatenate([[1 - others.sum()], others])
 
 
-def _first_stop(points: Array, centre: Array, step: Array, support: list[int]) -> tuple[float, int | None]:
+def _first_stop(
+    points: Array, centre: Array, step: Array, support: list[int], accuracy: float
+) -> tuple[float, int | None]:
     """Return the share of a step of the centre at which a point is first on the sphere, and which; 1: none.
 
     The sphere goes through the support. A point beside it meets the sphere when it is as far from the centre
@@ -87,7 +89,7 @@ def _first_stop(points: Array, centre: Array, step: Array, support: list[int]) -
     lags = points - anchor
     falls = lags @ step  # points with a positive one come no nearer to the sphere
     slack = np.sum((anchor - centre) ** 2) - np.sum((points - centre) ** 2, axis=1)
-    meets = falls < -ROUNDING * np.linalg.norm(step) * np.max(np.linalg.norm(lags, axis=1))
+    meets = falls < -accuracy * np.linalg.norm(step) * np.max(np.linalg.norm(lags, axis=1))
     meets[support] = False
     shares = np.full(len(points), np.inf)
     shares[meets] = np.maximum(slack[meets], 0.0) / (-2 * falls[meets])
