@@ -8,12 +8,10 @@ out/decisions/.
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any
-
-import numpy as np
 
 from compare.contact.crossings import (
     LOAD_ACCURACY,
@@ -53,6 +51,7 @@ FRICTIONS = (0.2, 0.4, 0.6)
 ROLLS = "rolling of"  # in front of names of pairs with friction
 MOST_ON_RAILS = 150e3  # N
 WIDEST = 60.0  # flanks of arcs [deg]
+MOST_ROLLING = 1e6  # N
 
 
 @dataclass(frozen=True)
@@ -121,16 +120,37 @@ CASES = {
 
 @dataclass(frozen=True)
 class RollingCase:
-    """A scene that rolls with friction, in short, its smallest angle [deg] and its largest load [N]."""
+    """A pair that rolls with friction: `rolling`, or with another section of its wheel.
+
+    In short, the smallest and the largest angle [deg], the largest load [N], and, by keys, what is not as in
+    `rolling`: its fit of B-hat-prime is that of a wheel of 10.1 mm on its rail, whatever the wheel.
+    """
 
     name: str
     short: str
     smallest_angle: float
+    largest_angle: float
     largest_load: float
+    changes: Mapping[str, Any] = field(default_factory=dict)
     frictions: tuple[float, ...] = FRICTIONS
 
 
-ROLLING = {f"{ROLLS} {case.name}": case for case in (RollingCase("rolling", "`rolling`", 40.0, 100e3),)}
+def _rolling_arc(ratio: float) -> RollingCase:
+    """Return the rail of `rolling` under a wheel whose section is an arc."""
+    contour = {"kind": "arc", "radius": RADIUS * ratio, "flank_inclination_deg": WIDEST}
+    title = f"its rail under a wheel with an arc of {RADIUS * ratio:g} mm"
+    changes = {"title": title, "upper": {"contour": contour}}
+    return RollingCase(f"arc-{ratio:g}", f"1 : {ratio:g}", 40.0, 1.5 * WIDEST, MOST_ROLLING, changes)
+
+
+ROLLING = {
+    f"{ROLLS} {case.name}": case
+    for case in (
+        RollingCase("rolling", "`rolling`", 40.0, 140.0, 100e3),
+        _rolling_arc(1.02),
+        _rolling_arc(1.1),
+    )
+}
 
 
 def compute(names: Sequence[str] = (*ROLLING, *CASES), workers: int | None = None) -> dict[str, Any]:
@@ -189,19 +209,23 @@ def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
     return facts | on_pair(problem, loads, ICS, deviations, options)
 
 
-def _rolling(case: RollingCase, options: RunOptions) -> dict[str, Any]:
-    """Return deviations of forces and of sliding, by friction, and their crossings."""
+def _rolling_scene(case: RollingCase, largest_load: float) -> Scene:
+    """Return the scene of a pair; its grid is that of the largest load [N]."""
     specified = {
         "motion": "rolling",
         "friction": list(case.frictions),
-        "loads": [case.largest_load],
+        "loads": [largest_load],
         "elements": ROLLING_ELEMENTS,
         "ics": [*WITH_FRICTION, "C"],
     }
-    scene = load_scene(case.name, CHANGES | {"contact": specified})
-    problem = scene.contact_problem
-    smallest = Ladder(case.smallest_angle, 140.0, case.largest_load).loads(problem)[0]
-    loads = [float(load) for load in np.geomspace(smallest, case.largest_load, ROLLING_LOADS)]
+    return load_scene("rolling", CHANGES | case.changes | {"contact": specified})
+
+
+def _rolling(case: RollingCase, options: RunOptions) -> dict[str, Any]:
+    """Return deviations of forces and of sliding, by friction, and their crossings."""
+    ladder = Ladder(case.smallest_angle, case.largest_angle, case.largest_load, ROLLING_LOADS)
+    loads = ladder.loads(_rolling_scene(case, case.largest_load).contact_problem)
+    scene = _rolling_scene(case, loads[-1])
 
     def deviations(pair: PairWithFriction) -> dict[str, Any]:
         operators = {name: pair.operator(name) for name in (*WITH_FRICTION, "C")}
@@ -221,7 +245,7 @@ def _rolling(case: RollingCase, options: RunOptions) -> dict[str, Any]:
         return by_friction
 
     facts = {"title": scene.title, "short": case.short}
-    return facts | {"frictions": solve_with_friction(problem, deviations, options)}
+    return facts | {"frictions": solve_with_friction(scene.contact_problem, deviations, options)}
 
 
 def _of_laws(

@@ -13,7 +13,8 @@ from compare.stresses.lattice import Lattice, lattice_below
 from compare.stresses.worn import Worn, worn_of
 from femic.cache.digests import results_digest
 from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
-from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
+from femic.damage.dang_van import DangVan
+from femic.damage.equivalent_stress import EquivalentStress, equivalent_stress
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene, StressSpecification
 from femic.stresses.engine import StressSettings, stress_field

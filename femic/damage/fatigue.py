@@ -55,7 +55,7 @@ def subsurface_index(p_max: ArrayLike, utilised: ArrayLike, material: Subsurface
 
     By its authors an approximation of the largest equivalent stress of Dang Van below a Hertz contact; how
     good it is has not been checked here. Fatigue is to be expected where it exceeds the fatigue limit in
-    shear of the steel with its defects. Where stresses are known, `femic.damage.dang_van` gives the
+    shear of the steel with its defects. Where stresses are known, `femic.damage.equivalent_stress` gives the
     equivalent stress.
     """
     p, mu = _pressures(p_max), _frictions(utilised)

@@ -16,7 +16,8 @@ from compare.stresses.damage import damage_of
 from compare.stresses.dataset import Peak, to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
-from femic.damage.dang_van import DangVan, equivalent_stress
+from femic.damage.dang_van import DangVan
+from femic.damage.equivalent_stress import equivalent_stress
 from femic.damage.laws import EnergyLaw
 from femic.damage.sliding import sliding_of, utilised_friction
 from femic.damage.wear import depth

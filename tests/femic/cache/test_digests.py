@@ -121,6 +121,7 @@ OTHERS = {  # modules that others do not need
     "friction, for contact by finite elements": (FE_CONTACT, "femic/contact/friction/coulomb.py"),
     "contact, for ICs": (ERRORS, "femic/contact/bound_constrained.py"),
     "the public interface, which only type checkers import": (ERRORS, "femic/interface/ics.py"),
+    "fatigue, for scenes that have its coefficients": (FE_CONTACT, "femic/damage/hypersphere.py"),
     "pages": ("compare.frontier.page", "compare/report/looks.py"),
     "commands": (ERRORS, "femic/cli/main.py"),
 }
