@@ -131,7 +131,7 @@ def test_rows_of_forces_name_their_pair_and_its_own_errors():
     assert errors[1] == pytest.approx(errors[0] / 2)
     (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4, A |" in row)
     assert f"| {100 * errors[1]:+.1f}".replace("-", "−") in row
-    assert "of these 2 pairs" in text
+    assert "of 2 wheels on one rail" in text
 
 
 def test_the_reach_of_forces_is_over_all_pairs_that_roll():

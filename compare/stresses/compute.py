@@ -85,7 +85,7 @@ def compute_stresses(
     worn = {}
     for name, one in contacts.rolling.items() if scene.damage.wears else ():
         options.watch.on_stage(f"  wear with {name}")
-        worn[name] = worn_of(one, scene.damage)
+        worn[name] = worn_of(one.own, scene.damage)
     return StressResults(scene, contacts, bodies, damage, worn, perf_counter() - start)
 
 

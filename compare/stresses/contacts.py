@@ -6,19 +6,22 @@ of friction, in compression that after the last load.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from compare.contact.compute import map_names, reference_name, require_solvable
-from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.pairs.solved_compression import in_steps
-from femic.contact.rolling import RollingContact, RollingProblem
+from femic.contact.pairs.variations import if_possible, on_larger_elements
 from femic.contact.specification import ContactProblem, ContactSpecification
+from femic.damage.estimates import RollingSolution
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -28,20 +31,20 @@ from geometries.grids import Grid
 from geometries.patches import N
 
 MOTIONS = "none", "rolling", "compression"
+STEP = 0.02  # of friction times load, over which the slope of a creep-force curve is taken
 
 
 @dataclass(frozen=True, eq=False)
-class RollingSolution:
-    """A contact in steady rolling with some ICs under a load [N], and its problem."""
+class EstimatedRolling:
+    """A contact in steady rolling, and others of the same for its estimates; None: there is no such contact.
 
-    problem: RollingProblem
-    rolling: RollingContact
-    load: float
+    `larger` are those on elements twice and four times as large; `changed` that with ICs plus their estimated
+    errors, none where no errors of ICs are known.
+    """
 
-    @property
-    def contact(self) -> FrictionalContact:
-        """The contact."""
-        return self.rolling.contact
+    own: RollingSolution
+    larger: tuple[RollingSolution | None, ...] = ()
+    changed: tuple[RollingSolution | None, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +57,7 @@ class Contacts:
     problem: ContactProblem
     on_grid: PairOnGrid
     tractions: Mapping[str, Array]
-    rolling: Mapping[str, RollingSolution]
+    rolling: Mapping[str, EstimatedRolling]
     load: str
 
     @property
@@ -157,19 +160,39 @@ def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[s
 
 
 def _rolling(pair: PairWithFriction) -> Contacts:
-    solutions = {name: _rolls(pair, name) for name in pair.problem.specification.ics}
-    tractions = {name: one.contact.p for name, one in solutions.items()}
-    return Contacts(pair.problem, pair.on_grid, tractions, solutions, f"{pair.loads[0]:g} N")
+    solved = {name: _rolls(pair, name) for name in pair.problem.specification.ics}
+    tractions = {name: one.own.contact.p for name, one in solved.items()}
+    return Contacts(pair.problem, pair.on_grid, tractions, solved, f"{pair.loads[0]:g} N")
 
 
-def _rolls(pair: PairWithFriction, name: str) -> RollingSolution:
+def _rolls(pair: PairWithFriction, name: str) -> EstimatedRolling:
     """Return the contact at the prescribed longitudinal force."""
     friction = pair.specification.coefficients[0]
-    problem = pair.frictional(pair.operator(name), friction)
-    along = Continuation.of(pair, problem, f"friction {friction:g}, {name}")
-    rolling = along.with_force(pair.specification.equal_force * along.largest, [along.first()])
-    pair.options.watch.on_stage(f"  {along.label}: xi = {rolling.creepages.longitudinal:.3g}")
-    return RollingSolution(along.problem, rolling, pair.loads[0])
+    problem, label = pair.frictional(pair.operator(name), friction), f"friction {friction:g}, {name}"
+    own = _with_force(pair, problem, label)
+    pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
+    larger = on_larger_elements(pair, problem, label, _with_force)
+    changed = () if (operator := pair.perturbed(name)) is None else (_changed(pair, operator, label),)
+    return EstimatedRolling(own, tuple(larger), changed)
+
+
+def _changed(pair: PairWithFriction, operator: FullOperator, label: str) -> RollingSolution | None:
+    """Return the contact with ICs plus their estimated errors, None where there is none."""
+    problem = pair.frictional(operator, pair.specification.coefficients[0])
+    solve = partial(_with_force, pair, problem, f"{label} plus its estimate")
+    return if_possible(pair, "not in estimates", solve)
+
+
+def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> RollingSolution:
+    """Return the contact of a problem at the prescribed longitudinal force, and the slope of its curve."""
+    along = Continuation.of(pair, problem, label)
+    share = pair.specification.equal_force
+    rolling = along.with_force(share * along.largest, [along.first()])
+    less = share - np.copysign(STEP, share)
+    nearer_zero = along.with_force(less * along.largest, [rolling])
+    rise = rolling.creepages.longitudinal - nearer_zero.creepages.longitudinal
+    slope = float((share - less) * along.largest / rise)
+    return RollingSolution(along.problem, rolling, pair.loads[0], slope)
 
 
 def _compressed(pair: PairWithFriction) -> Contacts:

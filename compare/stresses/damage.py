@@ -1,16 +1,17 @@
 """Wear and fatigue numbers of a rolling contact with some ICs."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compare.stresses.contacts import RollingSolution
+from compare.stresses.contacts import EstimatedRolling
 from femic.contact.frictional import FrictionalContact
+from femic.contact.pairs.quantities import main_patch
+from femic.damage.estimates import RollingSolution, Solved, estimated_errors
 from femic.damage.fatigue import surface_index
-from femic.damage.laws import WearLaw
 from femic.damage.shakedown import LONGEST, SHORTEST, shakedown
-from femic.damage.sliding import Sliding, sliding_of, utilised_friction, work_error
+from femic.damage.sliding import Sliding, sliding_of, utilised_friction
 from femic.damage.specification import NO_SPEED, DamageSpecification
 from femic.damage.t_gamma import t_gamma
 from femic.damage.wear import depth, regimes
@@ -36,13 +37,29 @@ class Damage:
     regimes: Mapping[str, float]
 
 
-def damage_of(solution: RollingSolution, specification: DamageSpecification) -> Damage:
-    """Return the wear and fatigue numbers of a contact in steady rolling."""
+def damage_of(rolling: EstimatedRolling, specification: DamageSpecification) -> Damage:
+    """Return the wear and fatigue numbers of a contact in steady rolling, with their estimated errors."""
+    own = _solved(rolling.own, specification)
+    others = [
+        [None if one is None else _solved(one, specification) for one in ones]
+        for ones in (rolling.larger, rolling.changed)
+    ]
+    sliding = _sliding(rolling.own.contact, specification)
+    by_regime = regimes(replace(sliding, speed=NO_SPEED), specification.twin_disc.transitions)
+    return Damage(
+        own.numbers,
+        estimated_errors(own, *others),
+        sliding.work,
+        {name: depth(sliding, law) for name, law in specification.laws.items()},
+        dict(zip(REGIMES, map(float, by_regime), strict=True)),
+    )
+
+
+def _solved(solution: RollingSolution, specification: DamageSpecification) -> Solved:
+    """Return a contact with its wear and fatigue numbers."""
     contact = solution.contact
     sliding = _sliding(contact, specification)
-    depths = {name: depth(sliding, law) for name, law in specification.laws.items()}
     shares = t_gamma(solution.problem, solution.rolling)
-    by_regime = regimes(replace(sliding, speed=NO_SPEED), specification.twin_disc.transitions)
     numbers = {
         "xi": float(solution.rolling.creepages.longitudinal),
         "p_max": float(np.max(contact.p[..., N])),
@@ -50,30 +67,10 @@ def damage_of(solution: RollingSolution, specification: DamageSpecification) -> 
         "t_gamma": shares.without_spin,
         "t_gamma_with_spin": shares.with_spin,
         "utilised_friction": utilised_friction(contact),
-        **{f"depth_{name}": float(np.max(worn)) for name, worn in depths.items()},
+        **{f"depth_{name}": float(np.max(depth(sliding, law))) for name, law in specification.laws.items()},
         **_limits(contact, specification),
     }
-    return Damage(
-        numbers,
-        _errors(solution, specification),
-        sliding.work,
-        depths,
-        dict(zip(REGIMES, map(float, by_regime), strict=True)),
-    )
-
-
-def _errors(solution: RollingSolution, specification: DamageSpecification) -> dict[str, float]:
-    """Estimated errors of the numbers that follow from the work of friction; of the others there are none."""
-
-    def deepest(law: WearLaw) -> Callable[[FrictionalContact], float]:
-        return lambda contact: float(np.max(depth(_sliding(contact, specification), law)))
-
-    of_work = {"work": lambda contact: _sliding(contact, specification).total_work}
-    of_laws = {f"depth_{name}": deepest(law) for name, law in specification.laws.items()}
-    return {
-        name: work_error(solution.problem, solution.rolling, number)
-        for name, number in {**of_work, **of_laws}.items()
-    }
+    return Solved(solution, numbers)
 
 
 def _sliding(contact: FrictionalContact, specification: DamageSpecification) -> Sliding:
@@ -88,10 +85,8 @@ def _limits(contact: FrictionalContact, specification: DamageSpecification) -> d
     k = specification.yield_shear
     if k is None:
         return {}
-    pressed, grid = contact.p[..., N] > 0, contact.problem.grid
-    half_length = np.count_nonzero(pressed.any(axis=1)) * grid.dx
-    half_width = np.count_nonzero(pressed.any(axis=0)) * grid.ds
-    aspect = float(np.clip(half_length / half_width, SHORTEST, LONGEST))
+    patch, grid = main_patch(contact), contact.problem.grid
+    aspect = float(np.clip(np.ptp(patch.x) * grid.dx / (np.ptp(patch.s) * grid.ds), SHORTEST, LONGEST))
     p_max, utilised = float(np.max(contact.p[..., N])), utilised_friction(contact)
     at = shakedown(p_max, k, utilised, aspect)
     return {

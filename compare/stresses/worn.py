@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.stresses.contacts import RollingSolution
 from femic.contact.loading import Loading
+from femic.damage.estimates import RollingSolution
 from femic.damage.specification import ENERGY, MOST_STEPS, DamageSpecification
 from femic.damage.worn import BodyWear, Operation, UnstableSteps, WearSteps, WornContact, worn_contacts
 from geometries.arrays import Array

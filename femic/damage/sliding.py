@@ -6,23 +6,17 @@ density in W/mm^2. The sum of q over the contact is the work of friction per rol
 the exact T-gamma.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from femic.contact.error_floors import floors
-from femic.contact.estimates import LATERAL, LONGITUDINAL, ROUNDING, WORK, Measured, Scale, errors
 from femic.contact.exact.positive import require_positive
 from femic.contact.friction.motion import SteadyRolling
 from femic.contact.frictional import FrictionalContact
-from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.patches import N, S, X
-
-KINDS = {"work": WORK, "F_x": LONGITUDINAL, "F_s": LATERAL}
+from geometries.patches import N
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,58 +92,6 @@ def sliding_of(contact: FrictionalContact, speed: float) -> Sliding:
             "rolling contact"
         )
     return Sliding(contact.problem.grid, contact.p[..., N], contact.p[..., :N], contact.slip, speed)
-
-
-def grid_error(contact: FrictionalContact, number: Callable[[FrictionalContact], float]) -> float:
-    """Return the estimated error of a number that follows from the work of friction, such as a worn area.
-
-    As that of the work itself (`femic.contact.estimates`): from the contact on elements twice and four times
-    as large, changes of forces, and elements whose state is uncertain, with the number in proportion to the
-    work of a contact that slides as a whole. nan where the contact was not solved on coarser grids.
-    """
-    fine, *larger = (_measured(level, number(level)) for level in _levels(contact))
-    return errors(KINDS, fine, larger)["work"]
-
-
-def work_error(
-    problem: RollingProblem, rolling: RollingContact, number: Callable[[FrictionalContact], float]
-) -> float:
-    """Return the estimated error of a number that follows from the work of friction, in steady rolling.
-
-    The larger one of `grid_error` and of the share by which the work on slip differs from that of the rigid
-    motion: where little of a contact slides, grids miss much of its slip, and do not show that by changes.
-    nan where the grid has no slip, but the rigid motion work.
-    """
-    contact = rolling.contact
-    own = sliding_of(contact, 1.0).total_work
-    missed = problem.missed_work(rolling)
-    if own == 0:
-        return 0.0 if missed <= ROUNDING * contact.largest_work else np.nan
-    return float(np.fmax(abs(number(contact)) * missed / own, grid_error(contact, number)))
-
-
-def _levels(contact: FrictionalContact) -> list[FrictionalContact]:
-    """Return the contact on its own and on coarser grids, three at most."""
-    levels = [contact]
-    while levels[-1].coarser is not None and len(levels) < 3:
-        levels.append(levels[-1].coarser)
-    return levels
-
-
-def _measured(contact: FrictionalContact, number: float) -> Measured:
-    """Return a number that follows from the work, and forces, with their scales and floors."""
-    area = contact.problem.grid.area
-    F_x, F_s = (float(np.sum(contact.p[..., direction])) * area for direction in (X, S))
-    borne = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
-    load = float(np.sum(contact.p[..., N])) * area
-    own = float(np.sum(contact.dissipation)) * area
-    largest = abs(number) * (contact.largest_work / own if own > 0 else 1.0)
-    of_forces = Scale(borne, load)
-    return Measured(
-        {"work": number, "F_x": F_x, "F_s": F_s},
-        {"work": Scale(largest, largest), "longitudinal": of_forces, "lateral": of_forces},
-        floors(contact.slip_state),
-    )
 
 
 def utilised_friction(contact: FrictionalContact) -> float:

@@ -103,7 +103,8 @@ def test_sections_differ_by_what_the_lattice_shows(rolling):
 
 def test_wear_numbers_are_those_of_the_contact(rolling):
     results, dataset, _ = rolling
-    for name, solution in results.contacts.rolling.items():
+    for name, solved in results.contacts.rolling.items():
+        solution = solved.own
         numbers, sliding = dataset.sel(ics=name), sliding_of(solution.contact, 20.0)
         assert numbers.work == pytest.approx(sliding.total_work)
         assert numbers.utilised_friction == pytest.approx(utilised_friction(solution.contact))
@@ -117,8 +118,8 @@ def test_wear_numbers_are_those_of_the_contact(rolling):
 
 def test_rolls_at_largest_friction_and_prescribed_force(rolling):
     results, _, _ = rolling
-    for solution in results.contacts.rolling.values():
-        assert solution.contact.force[0] == pytest.approx(0.5 * 0.4 * 5e3, rel=1e-3)  # equal_force is 0.5
+    for solved in results.contacts.rolling.values():
+        assert solved.own.contact.force[0] == pytest.approx(0.5 * 0.4 * 5e3, rel=1e-3)  # equal_force is 0.5
 
 
 def numbers_with(rolling, **damage):

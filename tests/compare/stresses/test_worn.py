@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from compare.stresses import worn as module
-from compare.stresses.contacts import RollingSolution
 from compare.stresses.worn import worn_of
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.loading import Loading
+from femic.damage.estimates import RollingSolution
 from femic.damage.laws import STEEL_DENSITY, EnergyLaw
 from femic.damage.specification import DamageSpecification
 from geometries.errors import WrongInput

@@ -5,19 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.error_floors import floors
-from femic.contact.estimates import from_grids
 from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.motion import Shift
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
-from femic.contact.rolling import RollingContact
-from femic.damage.sliding import Sliding, grid_error, sliding_of, utilised_friction, work_error
+from femic.damage.sliding import Sliding, sliding_of, utilised_friction
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from tests.femic.contact.friction_problems import POINT, groove, paraboloids, wheel_on
+from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
 from tests.femic.damage.cases import CREEPAGE, FRICTION, HERTZ, full_sliding, x_of
 
 LOAD = Loading(POINT.load)
@@ -74,65 +71,12 @@ def test_speed_changes_power_alone():
 # ---- solved contacts
 
 
-@pytest.mark.parametrize("creepages", [Creepages(-1e-3, 5e-4, 1e-4), Creepages(4e-3, 2e-3, -3e-4)], ids=str)
-def test_work_on_slip_is_that_of_forces_and_creepages_on_half_spaces(creepages):
-    wheel = wheel_on(paraboloids(40, 36, offset=(0.2, 0.3)))
-    contact = wheel.contact(creepages, LOAD).contact
-    x, s = wheel.rolling.x[:, None], wheel.rolling.s
-    p_x, p_s = (contact.p[..., k] * wheel.problem.grid.area for k in (0, 1))
-    xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
-    exact = xi * p_x.sum() - upsilon * p_s.sum() - phi * np.sum(x * p_s - s * p_x)
-    error = grid_error(contact, work_of)
-    assert abs(work_of(contact) - exact) < error < 0.3 * exact
-
-
-def test_work_on_slip_is_that_of_the_rigid_motion_in_a_groove():
-    wheel = wheel_on(groove(32, 36))
-    rolling = wheel.contact(Creepages(-1e-3, 5e-4, 1e-4), LOAD)
-    exact = wheel.power(rolling) - wheel.climbing(rolling)
-    error = grid_error(rolling.contact, work_of)
-    assert abs(work_of(rolling.contact) - exact) < error < 0.1 * exact
-
-
-def test_where_little_slides_what_grids_miss_of_the_work_counts():
-    """At 1 % of the work of full sliding; the force is that of Kalker's linear theory, nearly."""
-    wheel = wheel_on(paraboloids(32, 36))
-    rolling = wheel.contact(Creepages(2e-4), LOAD)
-    finer = wheel_on(paraboloids(64, 72)).contact(Creepages(2e-4), LOAD)
-    exact = 2e-4 * finer.contact.force[0]
-    missed = exact - work_of(rolling.contact)
-    assert grid_error(rolling.contact, work_of) < 0.6 * missed  # does not know it
-    assert 0.95 * missed < work_error(wheel, rolling, work_of) < 1.3 * missed
-    double = work_error(wheel, rolling, lambda contact: 2 * work_of(contact))
-    assert double == pytest.approx(2 * work_error(wheel, rolling, work_of))
-
-
-@pytest.mark.parametrize(
-    "number", [work_of, lambda contact: 3 * work_of(contact)], ids=["work", "three times"]
-)
-def test_errors_of_grids_count_where_much_slides(number):
-    wheel = wheel_on(paraboloids(32, 36))
-    rolling = wheel.contact(Creepages(4e-3), LOAD)
-    assert work_error(wheel, rolling, number) == grid_error(rolling.contact, number) > 0
-
-
-def test_uncertain_elements_count_by_the_work_of_full_sliding():
-    """Beside changes from grid to grid, and not by the own work, a quarter of it here."""
-    contact = wheel_on(paraboloids(32, 36)).contact(Creepages(1e-3), LOAD).contact
-    by_changes = from_grids(*(work_of(level) for level in (contact, contact.coarser)))
-    uncertain = floors(contact.slip_state)["work"] * contact.largest_work
-    assert grid_error(contact, work_of) - by_changes == pytest.approx(uncertain, rel=1e-3)
-    assert uncertain > 0.05 * by_changes
-
-
 def test_no_creepage_on_a_plane_no_work():
     contact = wheel_on(paraboloids()).contact(Creepages(), LOAD).contact
     sliding = sliding_of(contact, 30.0)
     assert contact.p.max() > 100
     assert sliding.total_work == 0
     assert np.all(sliding.power_density == 0)
-    rolling = RollingContact(contact, Creepages())
-    assert work_error(wheel_on(paraboloids()), rolling, work_of) == 0
 
 
 def test_work_grows_with_creepage():

@@ -1,0 +1,167 @@
+"""Estimated errors of wear and fatigue numbers of a contact in steady rolling at a prescribed force.
+
+As those of the contact itself (`femic.contact.estimates`): from the same contact on elements twice and four
+times as large, from what ICs changed by their own estimates make of it, and from elements whose state is
+uncertain. In addition
+
+- numbers in proportion to the work of friction are known to the share by which the work on slip differs from
+  that of the rigid motion: where little of a contact slides, grids miss much of its slip, and changes from
+  grid to grid do not show that;
+- the creepage is known to what the force is known to, over the slope of the creep-force curve there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.contact.error_floors import floors
+from femic.contact.estimates import (
+    GIVEN,
+    LATERAL,
+    LONGITUDINAL,
+    PRESSURE,
+    RELATED,
+    ROUNDING,
+    WORK,
+    Kind,
+    Measured,
+    Numbers,
+    Scale,
+    changes,
+    errors,
+)
+from femic.contact.frictional import FrictionalContact
+from femic.contact.rolling import RollingContact, RollingProblem
+from geometries.patches import N, S, X
+
+_PRESSURES, _FORCES = ("pressure", RELATED), ("force", RELATED)
+OF_CONTACT = {"F_x": LONGITUDINAL, "F_s": LATERAL, "approach": GIVEN}  # what other numbers are related to
+T_GAMMA = Kind("creepage", "t_gamma", (_FORCES,), ("force",))
+KINDS: Mapping[str, Kind] = {
+    "work": WORK,
+    "xi": Kind("creepage", "xi", (_FORCES,), ("force",)),
+    "t_gamma": T_GAMMA,
+    "t_gamma_with_spin": T_GAMMA,
+    "p_max": PRESSURE,
+    "shakedown_limit": Kind("limit", related=(_PRESSURES,)),
+}
+FOLLOW = "utilised_friction", "pressure_ratio", "load_factor", "surface_index"  # from those and from forces
+WORN = Kind("worn", "worn", (_FORCES,), ("work",))  # all other numbers are in proportion to the work
+
+
+@dataclass(frozen=True, eq=False)
+class RollingSolution:
+    """A contact in steady rolling under a load [N], its problem, and the slope of its creep-force curve.
+
+    `slope` is dF_x/dxi [N], infinite where the creepage is prescribed.
+    """
+
+    problem: RollingProblem
+    rolling: RollingContact
+    load: float
+    slope: float = np.inf
+
+    @property
+    def contact(self) -> FrictionalContact:
+        """The contact."""
+        return self.rolling.contact
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A contact and numbers that follow from it: of `KINDS`, of `FOLLOW`, by other names worn depths."""
+
+    solution: RollingSolution
+    numbers: Numbers
+
+
+def estimated_errors(
+    own: Solved, larger: Sequence[Solved | None], changed: Sequence[Solved | None] = ()
+) -> dict[str, float]:
+    """Return the estimated errors of the numbers of a contact, by name.
+
+    `larger` are those on elements twice and four times as large, `changed` those with changed ICs; None:
+    there is no such contact. nan where the contact on elements twice as large is not known, or a changed
+    one; and for numbers in proportion to the work where the grid has none, but the rigid motion does.
+    """
+    kinds = {name: KINDS.get(name, replace(WORN, scale=name)) for name in own.numbers if name not in FOLLOW}
+    kinds |= OF_CONTACT
+    fine = _measured(own)
+    parts = [
+        changes(fine, kinds, _measured(one).numbers) if one else dict.fromkeys(kinds, np.nan)
+        for one in changed
+    ]
+    known = errors(kinds, fine, [_measured(one) if one else None for one in larger], parts)
+    known |= _that_follow(fine.numbers, known, fine.scales["longitudinal"].rounds)
+    return {name: known[name] for name in own.numbers}
+
+
+def _that_follow(numbers: Numbers, known: Numbers, load: float) -> dict[str, float]:
+    """Return the errors of the numbers of `FOLLOW` that there are."""
+    errors = {}
+    F_x, F_s = abs(numbers["F_x"]), abs(numbers["F_s"])
+    if "utilised_friction" in numbers:
+        most = np.hypot(F_x + known["F_x"], F_s + known["F_s"])
+        errors["utilised_friction"] = float(most - np.hypot(F_x, F_s)) / load
+    if "pressure_ratio" in numbers:
+        of_pressure = known["p_max"] / numbers["p_max"]
+        of_limit = known["shakedown_limit"] / numbers["shakedown_limit"]
+        errors["pressure_ratio"] = numbers["pressure_ratio"] * of_pressure
+        errors["load_factor"] = numbers["load_factor"] * (of_limit + of_pressure)
+    if "surface_index" in numbers:  # utilised friction less a share in inverse proportion to p_max
+        share = abs(numbers["utilised_friction"] - numbers["surface_index"])
+        errors["surface_index"] = errors["utilised_friction"] + share * known["p_max"] / numbers["p_max"]
+    return errors
+
+
+def _measured(solved: Solved) -> Measured:
+    """Return the numbers and the forces of a contact, with their scales and floors."""
+    solution, numbers = solved.solution, solved.numbers
+    contact, area = solution.contact, solution.problem.problem.grid.area
+    F_x, F_s = (float(np.sum(contact.p[..., direction])) * area for direction in (X, S))
+    borne = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
+    load = float(np.sum(contact.p[..., N])) * area
+    missed = _missed_share(solution)
+    scales = {
+        "work": _scale(contact.largest_work),
+        "longitudinal": Scale(borne, load),
+        "lateral": Scale(borne, load),
+        **_of_creepage(solution, borne, F_x),
+        **_of_worn(solved, missed),
+    }
+    of_state = floors(contact.slip_state)
+    of_work = {"work": max(of_state["work"], missed)}
+    of_contact = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
+    return Measured({**numbers, **of_contact}, scales, of_state | of_work)
+
+
+def _scale(size: float) -> Scale:
+    return Scale(size, size)
+
+
+def _of_creepage(solution: RollingSolution, borne: float, F_x: float) -> dict[str, Scale]:
+    """Return the scales of creepage and T-gamma: an uncertain force moves the creepage along its curve."""
+    creepages = solution.rolling.creepages
+    moved = abs(borne / solution.slope)
+    others = np.hypot(creepages.longitudinal, creepages.lateral) * borne
+    return {"xi": _scale(moved), "t_gamma": _scale(abs(F_x) * moved + others)}
+
+
+def _of_worn(solved: Solved, missed: float) -> dict[str, Scale]:
+    """Return the scales of worn depths: they are in proportion to the work, at most that of full sliding."""
+    contact = solved.solution.contact
+    own = float(np.sum(contact.dissipation)) * contact.problem.grid.area
+    nothing = 0.0 if missed <= ROUNDING else np.nan
+    whole = contact.largest_work / own if own > 0 else nothing
+    return {
+        name: _scale(abs(number) * whole)
+        for name, number in solved.numbers.items()
+        if name not in (*KINDS, *FOLLOW)
+    }
+
+
+def _missed_share(solution: RollingSolution) -> float:
+    """Return the work that the slip misses, over that of full sliding."""
+    largest = solution.contact.largest_work
+    return solution.problem.missed_work(solution.rolling) / largest if largest > 0 else 0.0

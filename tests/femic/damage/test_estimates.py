@@ -1,0 +1,197 @@
+"""Estimates of wear and fatigue numbers bound the differences to exact numbers, and to finer elements."""
+
+import numpy as np
+import pytest
+
+from femic.contact.error_floors import floors
+from femic.contact.estimates import ROUNDING, from_grids
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.loading import Loading
+from femic.damage.estimates import FOLLOW, RollingSolution, Solved, estimated_errors
+from femic.damage.fatigue import surface_index
+from femic.damage.laws import EnergyLaw
+from femic.damage.sliding import sliding_of, utilised_friction
+from femic.damage.t_gamma import t_gamma
+from femic.damage.wear import section_area
+from geometries.patches import N
+from tests.femic.contact.friction_problems import MIXED, POINT, groove, paraboloids, wheel_on
+
+LOAD, LIMIT, YIELD = Loading(POINT.load), 0.3 * POINT.load, 300.0
+SIZE, FINER = (32, 36), (64, 72)
+LAW = EnergyLaw(transition=1e9)
+SIDEWAYS = Creepages(-1e-3, 5e-4, 1e-4)
+
+
+def work_of(solution):
+    return {"work": sliding_of(solution.contact, 1.0).total_work}
+
+
+def at_creepages(wheel, creepages):
+    return RollingSolution(wheel, wheel.contact(creepages, LOAD), POINT.load)
+
+
+def at_force(wheel, share, guess):
+    """A wheel with a share of friction times load, and the slope of its curve from a contact beside it."""
+    rolling = wheel.contact(guess, LOAD, forces={"longitudinal": share * LIMIT})
+    below = wheel.contact(guess, LOAD, forces={"longitudinal": 0.98 * share * LIMIT}, start=rolling.contact)
+    rise = rolling.creepages.longitudinal - below.creepages.longitudinal
+    return RollingSolution(wheel, rolling, POINT.load, 0.02 * share * LIMIT / rise)
+
+
+def wheels(problem):
+    """A wheel on elements, on twice and on four times as large ones."""
+    coarse = problem.coarsened
+    return [wheel_on(one) for one in (problem, coarse, coarse.coarsened)]
+
+
+def known(solve, numbers=work_of, bodies=paraboloids, **keys):
+    """A contact, its numbers and their errors."""
+    own, *larger = map(solve, wheels(bodies(*SIZE, **keys)))
+    of_own = numbers(own)
+    return own, of_own, estimated_errors(Solved(own, of_own), [Solved(one, numbers(one)) for one in larger])
+
+
+@pytest.mark.parametrize("creepages", [SIDEWAYS, Creepages(4e-3, 2e-3, -3e-4)], ids=str)
+def test_work_on_slip_is_that_of_forces_and_creepages_on_half_spaces(creepages):
+    own, numbers, errors = known(lambda wheel: at_creepages(wheel, creepages), offset=(0.2, 0.3))
+    x, s = own.problem.rolling.x[:, None], own.problem.rolling.s
+    p_x, p_s = (own.contact.p[..., k] * own.problem.problem.grid.area for k in (0, 1))
+    xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
+    exact = xi * p_x.sum() - upsilon * p_s.sum() - phi * np.sum(x * p_s - s * p_x)
+    assert abs(numbers["work"] - exact) < errors["work"] < 0.3 * exact
+
+
+@pytest.mark.parametrize("materials", [MIXED, MIXED[::-1]], ids=["brass on steel", "steel on brass"])
+def test_work_on_slip_is_that_of_all_shares_in_a_groove(materials):
+    own, numbers, errors = known(
+        lambda wheel: at_creepages(wheel, SIDEWAYS), bodies=groove, materials=materials
+    )
+    shares, error = t_gamma(own.problem, own.rolling), errors["work"]
+    assert abs(shares.total - numbers["work"]) < error < 0.1 * shares.total
+    assert abs(shares.pressures) > error
+    assert abs(shares.spin) > error
+
+
+def test_where_little_slides_what_grids_miss_of_the_work_counts():
+    """At 1 % of the work of full sliding; the force is that of Kalker's linear theory, nearly."""
+    own, numbers, errors = known(
+        lambda wheel: at_creepages(wheel, Creepages(2e-4)), lambda one: work_of(one) | worn(one)
+    )
+    finer = wheel_on(paraboloids(*FINER)).contact(Creepages(2e-4), LOAD)
+    missed = 2e-4 * finer.contact.force[0] - numbers["work"]
+    by_state = floors(own.contact.slip_state)["work"] * own.contact.largest_work
+    assert by_state < 0.6 * missed  # does not know it
+    assert 0.95 * missed < errors["work"] < 1.5 * missed
+    assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=0.05)
+
+
+def worn(solution):
+    return {"area": section_area(sliding_of(solution.contact, 1.0), LAW)}
+
+
+def test_worn_areas_are_known_as_well_as_the_work():
+    """They are in proportion to it under this law."""
+    _, numbers, errors = known(
+        lambda wheel: at_creepages(wheel, Creepages(4e-3)), lambda one: work_of(one) | worn(one)
+    )
+    assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=1e-3)
+
+
+def test_worn_area_is_within_its_estimate_of_that_on_finer_elements():
+    creepages = Creepages(2e-3, 1e-3)
+    _, numbers, errors = known(lambda wheel: at_creepages(wheel, creepages), worn)
+    finer = worn(at_creepages(wheel_on(paraboloids(*FINER)), creepages))
+    assert abs(finer["area"] - numbers["area"]) < errors["area"] < 0.2 * numbers["area"]
+
+
+def test_uncertain_elements_count_by_the_work_of_full_sliding():
+    """Beside changes from grid to grid, and not by the own work; here they are more than what slip misses."""
+    own, *larger = (at_creepages(wheel, Creepages(4e-3)) for wheel in wheels(paraboloids(*SIZE)))
+    by_changes = from_grids(*(work_of(one)["work"] for one in (own, *larger)))
+    uncertain = floors(own.contact.slip_state)["work"] * own.contact.largest_work
+    assert own.problem.missed_work(own.rolling) < uncertain
+    error = estimated_errors(Solved(own, work_of(own)), [Solved(one, work_of(one)) for one in larger])["work"]
+    assert error - by_changes == pytest.approx(uncertain, rel=1e-3)
+    assert uncertain > 0.05 * by_changes
+
+
+def test_without_slip_nothing_is_uncertain():
+    _, numbers, errors = known(
+        lambda wheel: at_creepages(wheel, Creepages()), lambda one: work_of(one) | worn(one)
+    )
+    assert numbers == {"work": 0, "area": 0}
+    assert errors == {"work": 0, "area": 0}
+
+
+# ---- at prescribed forces
+
+
+def all_numbers(solution):
+    shares, p_max = t_gamma(solution.problem, solution.rolling), float(np.max(solution.contact.p[..., N]))
+    utilised = utilised_friction(solution.contact)
+    return {
+        "xi": solution.rolling.creepages.longitudinal,
+        "p_max": p_max,
+        "utilised_friction": utilised,
+        "t_gamma": shares.without_spin,
+        "t_gamma_with_spin": shares.with_spin,
+        "surface_index": float(surface_index(p_max, utilised, YIELD)),
+        **work_of(solution),
+        **worn(solution),
+    }
+
+
+def random_rolling(seed):
+    random = np.random.default_rng(seed)
+    share, lateral = random.uniform(0.1, 0.9), random.normal(0, 8e-4)
+    offset = tuple(random.uniform(-0.5, 0.5, 2))
+    guess = Creepages(1e-3 * share, lateral, random.normal(0, 1e-4))
+
+    def made(n_x, n_s):
+        """The same place of the contact in elements of all sizes."""
+        return paraboloids(n_x, n_s, offset=tuple(n_x / 32 * one for one in offset))
+
+    def solve(wheel):
+        return at_force(wheel, share, guess)
+
+    return solve, made
+
+
+@pytest.mark.parametrize("seeds", [[0, 1], pytest.param(range(2, 30), marks=pytest.mark.slow)])
+def test_estimates_bound_differences_to_finer_elements_at_random_forces(seeds):
+    within, sizes = [], []
+    for seed in seeds:
+        solve, bodies = random_rolling(seed)
+        _, numbers, errors = known(solve, all_numbers, bodies)
+        finer = all_numbers(solve(wheel_on(bodies(*FINER)))) | {"p_max": POINT.p_max}
+        within += [abs(finer[name] - numbers[name]) <= errors[name] for name in numbers]
+        sizes.append(errors["t_gamma"] / numbers["t_gamma"])
+    assert np.mean(within) >= 0.95
+    assert np.median(sizes) < 0.2
+
+
+def test_changed_ics_add_at_least_their_change():
+    solve, bodies = random_rolling(3)
+    own, *larger = (Solved(one, all_numbers(one)) for one in map(solve, wheels(bodies(*SIZE))))
+    errors = estimated_errors(own, larger)
+    changed = Solved(own.solution, {name: 1.03 * number for name, number in own.numbers.items()})
+    with_change = estimated_errors(own, larger, [changed])
+    for name in set(own.numbers) - set(FOLLOW):  # these follow from the others, and from forces
+        number = own.numbers[name]
+        assert with_change[name] - errors[name] >= 0.03 * abs(number) * (1 - ROUNDING)
+
+
+@pytest.mark.parametrize(("larger", "changed"), [([], []), ([None], []), ("same", [None])], ids=str)
+def test_what_is_not_known_is_nan(larger, changed):
+    solve, bodies = random_rolling(0)
+    solution = solve(wheel_on(bodies(16, 18)))
+    own = Solved(solution, all_numbers(solution))
+    errors = estimated_errors(own, [own, own] if larger == "same" else larger, changed)
+    assert np.all(np.isnan(list(errors.values())))
+
+
+def test_a_prescribed_creepage_is_exact():
+    _, _, errors = known(
+        lambda wheel: at_creepages(wheel, SIDEWAYS), lambda one: {"xi": one.rolling.creepages.longitudinal}
+    )
+    assert errors["xi"] == 0
