@@ -20,7 +20,6 @@ from femic.contact.estimates import (
     GIVEN,
     LATERAL,
     LONGITUDINAL,
-    PRESSURE,
     RELATED,
     ROUNDING,
     WORK,
@@ -43,7 +42,7 @@ KINDS: Mapping[str, Kind] = {
     "xi": Kind("creepage", "xi", (_FORCES,), ("force",)),
     "t_gamma": T_GAMMA,
     "t_gamma_with_spin": T_GAMMA,
-    "p_max": PRESSURE,
+    "p_max": Kind("pressure", related=(("pressure", 1.0),)),  # it and the approach are all of this group
     "shakedown_limit": Kind("limit", related=(_PRESSURES,)),
 }
 FOLLOW = "utilised_friction", "pressure_ratio", "load_factor", "surface_index"  # from those and from forces
