@@ -26,7 +26,9 @@ REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is
 }
 DRAWN_PLANES = 40  # plane scenes drawn
 DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # of their C, in turn
+DRAWN_AWAY = 0.1  # of the half-side: lines nearer to the outline need many cells; it has a row of its own
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
+DRAWN_RANGE = f"ν, a/b 0.1 … 10, 0.1 … 1 mm, lines {DRAWN_AWAY:g} b or more off the outline"
 POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
 NO_CHANGES: Changes = {}
@@ -52,7 +54,7 @@ class Engines:
         ]
         if engine == HARMONIC:
             drawn = [self._drawn_planes]
-            limits.append(Limit(engine, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", drawn))
+            limits.append(Limit(engine, "all of a plane at once", DRAWN_RANGE, drawn))
         return limits
 
     def _case(self, engine: str, scene_case: "SceneCase") -> WithinLimit:
@@ -73,7 +75,7 @@ class Engines:
         for (nu, aspect, size, beside), tolerance in zip(
             drawn.tolist(), cycle(DRAWN_TOLERANCES), strict=False
         ):
-            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
+            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=_off_the_outline(beside))
             results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
             reached.append(_within_limit(scene_case, results, None))
             used.extend(share for _, _, share in each(results, None))
@@ -82,6 +84,12 @@ class Engines:
             f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
         )
         return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
+
+
+def _off_the_outline(beside: float) -> float:
+    """Return the place of a line, in half-sides, no nearer to the outline of the patch than `DRAWN_AWAY`."""
+    away = beside - 1
+    return beside if abs(away) >= DRAWN_AWAY else 1 + DRAWN_AWAY * (1.0 if away >= 0 else -1.0)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from femic.contact.loading import Loading
 from femic.damage.estimates import FOLLOW, RollingSolution, Solved, estimated_errors
 from femic.damage.fatigue import surface_index
 from femic.damage.laws import EnergyLaw
+from femic.damage.shakedown import shakedown
 from femic.damage.sliding import sliding_of, utilised_friction
 from femic.damage.t_gamma import t_gamma
 from femic.damage.wear import section_area
@@ -139,6 +140,34 @@ def all_numbers(solution):
         **work_of(solution),
         **worn(solution),
     }
+
+
+def test_numbers_that_follow_are_known_to_what_they_follow_from():
+    """Their largest changes over all signs of the errors of pressures, limit and friction."""
+
+    def with_shakedown(solution):
+        numbers = all_numbers(solution)
+        at = shakedown(numbers["p_max"], YIELD, numbers["utilised_friction"], 1.0)
+        of_shakedown = {
+            "pressure_ratio": at.pressure_ratio,
+            "shakedown_limit": at.limit,
+            "load_factor": at.load_factor,
+        }
+        return numbers | of_shakedown
+
+    solve, bodies = random_rolling(1)
+    _, numbers, errors = known(solve, with_shakedown, bodies)
+    p, limit, utilised = (
+        numbers[name] + errors[name] * np.array([-1.0, 1.0])
+        for name in ("p_max", "shakedown_limit", "utilised_friction")
+    )
+    found = {
+        "pressure_ratio": p / YIELD,
+        "load_factor": limit[:, None] / (p / YIELD),
+        "surface_index": surface_index(p, 0.0, YIELD) + utilised[:, None],
+    }
+    for name, values in found.items():
+        assert errors[name] == pytest.approx(np.max(np.abs(values - numbers[name])), rel=0.05)
 
 
 def random_rolling(seed):
