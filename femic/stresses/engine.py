@@ -24,8 +24,10 @@ from geometries.bodies import Body
 
 SECTION_SHARE = 0.5  # of the change by coarser cells and waves: these errors fall by more than 3 if halved
 FLOOR = 0.25  # of the largest change among all points: at some points it vanishes by chance
-OF_ELEMENTS = 1.0  # of the change by merged elements: their errors fall in proportion to their sides
-AT_EDGES = 1 / (np.sqrt(2) - 1)  # likewise beside the edge of the tractions, which rise there like a root
+SAFETY = 1.25  # Roache's factor, as for contacts (`femic.contact.estimates`)
+# of the change by merged elements: their errors fall in proportion to their sides, and beside the edge of the
+# tractions, which rise there like a root, in proportion to the root of these
+OF_ELEMENTS, AT_EDGES = SAFETY, SAFETY / (np.sqrt(2) - 1)
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,10 @@ REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is
 }
 DRAWN_PLANES = 40  # plane scenes drawn
 DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # of their C, in turn
-DRAWN_AWAY = 0.1  # of the half-side: lines nearer to the outline need many cells; it has a row of its own
+DRAWN_AWAY = 0.1  # of the half-side: points nearer to the outline need many cells; it has a row of its own
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
-DRAWN_RANGE = f"ν, a/b 0.1 … 10, 0.1 … 1 mm, lines {DRAWN_AWAY:g} b or more off the outline"
-POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
+DRAWN_RANGE = "ν, a/b 0.1 … 10, 0.1 … 1 mm, points a tenth of a and b off the outline"
+POINTS = 102  # of a line, at least; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
 NO_CHANGES: Changes = {}
 
@@ -84,6 +84,14 @@ class Engines:
             f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
         )
         return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
+
+
+def points_off_outline(a: float, reach: float) -> int:
+    """Return how many points a line along x to +-reach [mm] has, none of them beside x = +-a."""
+    for points in range(POINTS, 2 * POINTS, 2):
+        if np.min(np.abs(np.abs(np.linspace(-reach, reach, points)) - a)) >= DRAWN_AWAY * a:
+            return points
+    raise ValueError(f"no line of points off x = {a:g} mm up to {reach:g} mm")
 
 
 def _off_the_outline(beside: float) -> float:
@@ -144,6 +152,7 @@ def flat(
     `distance` times the smaller half-side, the line beside the patch at `beside` times `size`.
     """
     b, a = size, size * aspect
+    reach = 25 * max(a, b)
     parameters = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / half-side": (distance, 25.0)}
     label = ", ".join(
         f"{name} = {value:.5g}" for name, (value, usual) in parameters.items() if value != usual
@@ -152,7 +161,7 @@ def flat(
         "lower": {"nu": nu},
         "upper": {"nu": nu},
         "patch": {"a": a, "b": b},
-        "lines": _lines(beside * b, distance * min(a, b), 25 * max(a, b), POINTS),
+        "lines": _lines(beside * b, distance * min(a, b), reach, points_off_outline(a, reach)),
     }
     return SceneCase(label, "flat", {**_comparison("lower"), **changes})
 
