@@ -88,8 +88,7 @@ def test_each_crossing_of_the_page_is_between_errors_within_and_beyond_its_toler
 def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_themselves():
     rows = [row.split(" | ") for row in decision_page.readme_table(NUMBERS).splitlines()[2:]]
     at = decision_page.nearest(NUMBERS, "rolling 0.4", "angles", 180.0)["errors"]["A"]
-    (half,) = (row for row in rows if row[0].startswith("| F_x, half"))
-    (free,) = (row for row in rows if row[0].startswith("| F_x where"))
+    half, free = (row for row in rows if row[0].startswith("| F_x, `rolling`, "))
     assert half[2] == f"{200 * at['half']['error']:+.1f} %".replace("-", "−")
     assert free[2] == f"{100 * at['free']['error']:+.1f} %".replace("-", "−")
     largest = decision_page.nearest(NUMBERS, "tall", "loads", 310e3)["errors"]["Bhat"]["p_max"]["error"]

@@ -26,7 +26,7 @@ OTHERS = {
 SPACE, PLUS_MINUS, DOTS = "\u00a0", "\u00a0±\u00a0", "\u00a0…\u00a0"  # lines do not break there
 CROSSING = f"{100 * SHOWN:g} % is passed"
 CROSSED = Look("ink", "", "circle-open")
-DRAWN = "rolling"  # the pair whose forces are drawn
+DRAWN, LOOSEST = "rolling", "arc-1.1"  # the pair whose forces are drawn, and the one that fits least
 OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
 
 
@@ -211,16 +211,15 @@ def readme_table(values: Mapping[str, Any]) -> str:
         at = nearest(values, name, key, place)
         of = [at["errors"][ics]["p_max"] for ics in ("A", "Bhat")]
         lines.append(_readme_row(f"p_max: {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
-    at = nearest(values, "rolling 0.4", "angles", 180.0)
-    for number, text in (
-        ("half", "F_x, half of friction × load, of itself"),
-        ("free", "F_x where C rolls freely, of friction × load"),
-    ):
+    half, free = "half of friction × load, of itself", "where C rolls freely, of friction × load"
+    for pair, number, where in ((DRAWN, "half", half), (DRAWN, "free", free), (LOOSEST, "half", half)):
+        at = nearest(values, f"{pair} 0.4", "angles", 180.0)
         factor = 1 / HALF if number == "half" else 1.0
         of = [
             {key: factor * value for key, value in at["errors"][ics][number].items()}
             for ics in ("A", "Bhat", "Bhat_prime")
         ]
+        text = f"F_x, {values['rolling'][pair]['short']}, {where}"
         lines.append(_readme_row(text, at["angle"], of[:2], of[2]))
     return "\n".join(lines)
 
