@@ -26,9 +26,11 @@ REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is
 }
 DRAWN_PLANES = 40  # plane scenes drawn
 DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # of their C, in turn
-DRAWN_AWAY = 0.1  # of the half-side: points nearer to the outline need many cells; it has a row of its own
+# the outline of the patch has a row of its own: near it, a tolerance of 0.001 needs a hundred thousand unknowns
+DRAWN_BESIDE = 1.5  # of half-sides, the nearest line beside the patch
+DRAWN_AWAY = 0.1  # of half-sides, how near to the outline points of lines through the patch are
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
-DRAWN_RANGE = "ν, a/b 0.1 … 10, 0.1 … 1 mm, points a tenth of a and b off the outline"
+DRAWN_RANGE = f"ν, a/b 0.1 … 10, 0.1 … 1 mm, a line {DRAWN_BESIDE:g} … 8 b beside the load"
 POINTS = 102  # of a line, at least; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
 NO_CHANGES: Changes = {}
@@ -70,12 +72,12 @@ class Engines:
         """Return the case with the largest error over its estimate among planes of a Latin hypercube."""
         reached: list[WithinLimit] = []
         used: list[float] = []
-        lowest, highest = np.array([[0.0, -1.0, -1.0, 0.5], [0.49, 1.0, 0.0, 8.0]])
+        lowest, highest = np.array([[0.0, -1.0, -1.0, DRAWN_BESIDE], [0.49, 1.0, 0.0, 8.0]])
         drawn = lowest + (highest - lowest) * LatinHypercube(4, rng=0).random(DRAWN_PLANES)
         for (nu, aspect, size, beside), tolerance in zip(
             drawn.tolist(), cycle(DRAWN_TOLERANCES), strict=False
         ):
-            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=_off_the_outline(beside))
+            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
             results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
             reached.append(_within_limit(scene_case, results, None))
             used.extend(share for _, _, share in each(results, None))
@@ -92,12 +94,6 @@ def points_off_outline(a: float, reach: float) -> int:
         if np.min(np.abs(np.abs(np.linspace(-reach, reach, points)) - a)) >= DRAWN_AWAY * a:
             return points
     raise ValueError(f"no line of points off x = {a:g} mm up to {reach:g} mm")
-
-
-def _off_the_outline(beside: float) -> float:
-    """Return the place of a line, in half-sides, no nearer to the outline of the patch than `DRAWN_AWAY`."""
-    away = beside - 1
-    return beside if abs(away) >= DRAWN_AWAY else 1 + DRAWN_AWAY * (1.0 if away >= 0 else -1.0)
 
 
 @dataclass(frozen=True)
