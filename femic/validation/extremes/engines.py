@@ -26,7 +26,7 @@ REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is
 }
 DRAWN_PLANES = 40  # plane scenes drawn
 DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # of their C, in turn
-# the outline of the patch has a row of its own: near it, a tolerance of 0.001 needs a hundred thousand unknowns
+# the outline of the patch has a row of its own: near it, a tolerance of 0.001 needs 100,000 unknowns
 DRAWN_BESIDE = 1.5  # of half-sides, the nearest line beside the patch
 DRAWN_AWAY = 0.1  # of half-sides, how near to the outline points of lines through the patch are
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
