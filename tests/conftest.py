@@ -48,7 +48,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session", autouse=True)
 def _pictures_once(request):
-    """Without slow tests, files of pictures are drawn once in a process by name and number of panels.
+    """Without slow tests, files of pictures are drawn once in a process by first word and kind of panels.
 
     Figures are made each time; their layout and file are what takes a third of the time of a page.
     """
@@ -58,7 +58,7 @@ def _pictures_once(request):
     drawn, save = {}, files.save
 
     def once(figure, path):
-        key = path.name, len(figure.axes)
+        key = path.stem.split("_")[0], path.suffix, *(axes.name for axes in figure.axes)
         if key not in drawn:
             drawn[key] = save(figure, path).read_bytes()
         path.write_bytes(drawn[key])

@@ -71,8 +71,8 @@ PLACES = ((0.0, 0.0), (0.7, 1.3), (1.0, 6.0), (2.9, 0.2))  # half-sides from the
     ("a", "b", "at"),
     [
         *((0.3, 3e-4, at) for at in PLACES),
-        *((2e-6, 0.5, at) for at in (PLACES[0], PLACES[-1])),
-        *(pytest.param(2e-6, 0.5, at, marks=pytest.mark.slow) for at in PLACES[1:-1]),
+        *((2e-6, 0.5, at) for at in PLACES[-1:]),
+        *(pytest.param(2e-6, 0.5, at, marks=pytest.mark.slow) for at in PLACES[:-1]),
     ],
 )
 def test_extreme_aspects(a, b, at):

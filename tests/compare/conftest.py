@@ -12,6 +12,7 @@ from compare.ics.errors import refinement_shares_of
 from femic.reference.run_options import RunOptions
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
+from tests.coarse import tuned_sections
 
 COARSE_ENGINE = """
 [engine]
@@ -59,6 +60,13 @@ def write_scene(tmp_path):
         return path
 
     return write
+
+
+@pytest.fixture
+def as_tuned():
+    """C as accurate as everywhere, in a file of tests with coarse C."""
+    with tuned_sections():
+        yield
 
 
 @pytest.fixture(scope="session")

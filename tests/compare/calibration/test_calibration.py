@@ -24,11 +24,19 @@ from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
+from tests.coarse import coarse_sections
 from tests.compare.conftest import scene_text
 from tests.pages import widest
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
 HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _coarse():
+    """How accurate C is does not matter here."""
+    with coarse_sections():
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +95,7 @@ def c_of_fit_and_scene(target, path, components, options):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("as_tuned")
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn", "xx"]])
 def test_fitted_c_of_wheel_equals_c_of_scene_with_any_components(tmp_path, components):
     text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
@@ -147,6 +156,7 @@ def test_second_calibration_solves_nothing(made, monkeypatch, calibrated):
     assert weighted.fits["combined"].effective != calibrated.fits["combined"].effective
 
 
+@pytest.mark.slow  # summary and answer of two scenes are below
 def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
     path, out = made
     other = path.parent / "other.toml"

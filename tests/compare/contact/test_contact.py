@@ -35,8 +35,8 @@ CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
 
 def test_loads_that_hardly_differ_are_separate_cases(tmp_path):
     """One that is given twice is refused: cases are known by their names."""
-    results = compute_contact(scene(loads=[3e3, 2000.0001, 2e3], elements=8, ics=["A"]))
-    assert list(to_dataset(results).case.values) == ["3000 N", "2000.0001 N", "2000 N"]
+    results = compute_contact(scene(loads=[2000.0001, 2e3], elements=8, ics=["A"]))
+    assert list(to_dataset(results).case.values) == ["2000.0001 N", "2000 N"]
     assert write_contact(results, tmp_path).is_file()
     for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
         with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):

@@ -265,7 +265,13 @@ STRANGE = {  # extra gaps at (x, s): what becomes of the contact
 }
 
 
-@pytest.mark.parametrize("name", STRANGE)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(pytest.param(name, marks=pytest.mark.slow) for name in STRANGE if "two" in name),
+        *(name for name in STRANGE if "two" not in name),
+    ],
+)
 def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
     """Nothing may touch at x = 0, approaches may be negative, and patches as narrow as an element."""
     x, s = (values.ravel() for values in np.meshgrid(*[np.linspace(-5, 5, 11)] * 2, indexing="ij"))

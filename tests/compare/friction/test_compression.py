@@ -74,7 +74,7 @@ def test_steps_of_load_are_halved_from_zero_on():
     assert in_halves([2.0, 5.0]) == [1.0, 2.0, 3.5, 5.0]
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.2])
+@pytest.mark.parametrize("friction", [0.1, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_estimates_bound_the_effect_of_steps_of_load(friction):
     """Against sixteen steps in the place of two, on the same elements: sliding is most sensitive to them."""
     few, many = (

@@ -18,7 +18,7 @@ from geometries.materials import both_bodies
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 SMALL = 2.0  # N: a patch of a degree in all
-XI = [-2e-3, -2e-4, 0.0, 2e-4, 2e-3]
+XI = [-2e-3, 0.0, 2e-3]
 
 
 def rolls(upper_radius=14.0, **contact):
@@ -34,7 +34,7 @@ def small():
 def test_small_contacts_have_the_slope_of_kalker(small):
     """The creep-force slope without force is G a b C11, where nearly all sticks."""
     of_bhat = small.sel(ics="Bhat", friction=0.3)
-    at = of_bhat.isel(xi=2)
+    at = of_bhat.isel(xi=1)
     G = both_bodies(*[rolls().bodies[name].material for name in ("upper", "lower")]).G
     c11 = creepage_coefficients(float(at.a), float(at.b), 0.3, degree=12).C11
     expected = G * float(at.a * at.b) * c11
@@ -73,7 +73,7 @@ def test_tractions_obey_coulombs_law(small):
 def conforming():
     """A patch over tens of degrees by A, B-hat, and the matrix of B-hat in the place of C."""
     of = rolls(
-        10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[-1e-3, 0.0, 1e-3]
+        10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[0.0, 1e-3]
     )
     patch = pytest.MonkeyPatch()
     patch.setattr(REFERENCE_ICS, bhat_as_c())

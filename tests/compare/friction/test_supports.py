@@ -13,17 +13,18 @@ from femic.reference.run_options import RunOptions
 from tests.compare.friction.conftest import SAME, SOFTER
 from tests.compare.friction.scenes import scene
 
-ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [-2e-3, 1e-4, 2e-3]}
+ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [1e-4, 2e-3], "ics": ["C"], "friction": [0.2]}
 COMPRESSION = {"motion": "compression", "loads": [1e3, 2e3]}
 KEYS = {"friction": [0.5, 0.2], "ics": ["A", "C"], "shift": 0.1}
 
 
-@pytest.fixture(scope="module", params=[ROLLING, COMPRESSION], ids=["rolling", "compression"])
+@pytest.fixture(scope="module")
 def supported(request, in_place_of_c):  # noqa: ARG001
-    of = scene(13.0, **KEYS, **request.param)
+    of = scene(13.0, **KEYS | request.param)
     return with_supports(of, compute_with_friction(of), RunOptions(1))
 
 
+@pytest.mark.parametrize("supported", [ROLLING, COMPRESSION], ids=["rolling", "compression"], indirect=True)
 def test_the_contact_with_the_least_friction_is_solved_with_other_supports(supported):
     """At the creepage nearest 0, or the last load: with the same supports it is the one of the arrays."""
     dataset, quantities = supported, OF_ROLLING if "xi" in supported.dims else OF_COMPRESSION
@@ -37,6 +38,14 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(suppo
     assert 1.05 < softer < 1.2  # the patch grows, too
 
 
+@pytest.mark.parametrize(
+    "supported",
+    [
+        pytest.param(ROLLING, id="rolling", marks=pytest.mark.slow),
+        pytest.param(COMPRESSION, id="compression"),
+    ],
+    indirect=True,
+)
 def test_page_has_a_table_of_changes_with_other_supports(supported, tmp_path):
     dataset = supported
     motion, place = ("rolling", "0.01%") if "xi" in dataset.dims else ("compression", "2000 N")

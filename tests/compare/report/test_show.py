@@ -50,7 +50,7 @@ def quarters(png):
 
 
 @pytest.mark.usefixtures("renders")
-@pytest.mark.parametrize("body", ["lower", "upper"])
+@pytest.mark.parametrize("body", ["lower", pytest.param("upper", marks=pytest.mark.slow)])
 def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
     assert exit_code(["show", str(write_scene()), "--body", body, "--load", "s"]) == DONE
     assert {path.name for path in FILES.iterdir()} == {f"{body}_s.vtu", f"{body}_s.png"}

@@ -74,6 +74,13 @@ values = [0.2, 0.15, 0.1]
 """  # the largest cell is too large for the narrower patches
 
 
+def all_are_large(monkeypatch, chunk=50.0):
+    """All datasets are written as large ones are."""
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
+    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
+        monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
+
+
 def campaign_in(folder, text, name="mine"):
     path = folder / f"{name}.toml"
     path.write_text(text, encoding="utf-8")

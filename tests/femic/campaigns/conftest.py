@@ -1,8 +1,18 @@
 """What tests of campaigns share: a cluster in this process, scenes that are not computed."""
 
+import shutil
+
 import pytest
 
-from tests.femic.campaigns.campaigns import LIGHT, campaign_in, in_this_process, light, register, swept
+from tests.femic.campaigns.campaigns import (
+    LIGHT,
+    all_are_large,
+    campaign_in,
+    in_this_process,
+    light,
+    register,
+    swept,
+)
 
 
 @pytest.fixture(scope="module")
@@ -11,17 +21,40 @@ def client():
         yield client
 
 
-@pytest.fixture
-def light_scenes(monkeypatch):
-    """A list of the scenes that are computed, which have the results of `light` only."""
-    computed = []
+def noted(computed):
+    """`light`, which appends to a list of the scenes that are computed."""
 
     def compute(scene, options):
         computed.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
         return light(scene, options)
 
-    register(monkeypatch, errors=compute)
+    return compute
+
+
+@pytest.fixture
+def light_scenes(monkeypatch):
+    """A list of the scenes that are computed, which have the results of `light` only."""
+    computed = []
+    register(monkeypatch, errors=noted(computed))
     return computed
+
+
+@pytest.fixture(scope="module")
+def finished_large(client, tmp_path_factory):
+    """The folder of a finished campaign `LIGHT`, whose dataset is large; tests copy it."""
+    folder = tmp_path_factory.mktemp("large")
+    with pytest.MonkeyPatch.context() as patch:
+        all_are_large(patch)
+        register(patch, errors=noted([]))
+        swept(campaign_in(folder, LIGHT), folder, client)
+    return folder
+
+
+@pytest.fixture
+def large_there(finished_large, tmp_path, monkeypatch):
+    """The folder of the test has a finished large dataset; further ones are large, too."""
+    shutil.copytree(finished_large, tmp_path, dirs_exist_ok=True)
+    all_are_large(monkeypatch)
 
 
 @pytest.fixture

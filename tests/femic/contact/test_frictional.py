@@ -33,7 +33,14 @@ LOAD = POINT.load
 FLAT = paraboloids(offset=(0.2, 0.3))
 GROOVE, OF_BOTH = groove(), groove(materials=MIXED)
 PROBLEMS = {"half-spaces": FLAT, "groove": GROOVE, "two materials": OF_BOTH}
-each_problem = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS)
+each_problem = pytest.mark.parametrize(
+    "problem",
+    [
+        pytest.param(problem, id=name, marks=pytest.mark.slow if name == "groove" else [])
+        for name, problem in PROBLEMS.items()  # two materials are in a groove, too
+    ],
+)
+FIRST_ORDER = pytest.param(1, marks=pytest.mark.slow)  # the second one contains it
 
 
 def shifted(problem, along_x=0.0, along_s=0.0):
@@ -58,7 +65,7 @@ def same(there, here, scale=1.0, tolerance=1e-5):
 
 
 @each_problem
-@pytest.mark.parametrize("friction", [0.1, 0.6])
+@pytest.mark.parametrize("friction", [pytest.param(0.1, marks=pytest.mark.slow), 0.6])
 @pytest.mark.parametrize("order", [1, 2])
 def test_coulombs_law_holds_on_each_element_in_rolling(problem, order, friction):
     problem = replace(problem, friction=friction)
@@ -161,7 +168,7 @@ def test_zero_friction_gives_the_frictionless_contact(problem, given):
 
 @each_problem
 @pytest.mark.parametrize("friction", [pytest.param(30.0, marks=pytest.mark.slow), 1e3])
-@pytest.mark.parametrize("order", [1, 2, None])
+@pytest.mark.parametrize("order", [FIRST_ORDER, 2, None])
 def test_large_friction_makes_almost_all_elements_stick(problem, order, friction):
     """But for elements at the edge with hardly a pressure."""
     problem = replace(problem, friction=friction)
@@ -206,7 +213,7 @@ def test_shift_agrees_with_cattaneo(direction):
 # ---- invariance
 
 
-@pytest.mark.parametrize("order", [1, 2, None])
+@pytest.mark.parametrize("order", [FIRST_ORDER, 2, None])
 def test_si_units_give_the_same_contact(order):
     grid, flat = OF_BOTH.grid, OF_BOTH.flat
     scaled = [
@@ -229,7 +236,7 @@ def test_si_units_give_the_same_contact(order):
 
 
 @pytest.mark.parametrize("decades", [-5, 5])
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [FIRST_ORDER, 2])
 def test_ten_decades_of_load_are_similar(order, decades):
     """Sizes and creepages in proportion to load^(1/3): pressures are, too."""
     size = 10.0 ** (decades / 3)
@@ -246,8 +253,11 @@ def test_ten_decades_of_load_are_similar(order, decades):
     )
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("problem", [GROOVE, OF_BOTH], ids=["groove", "two materials"])
+@pytest.mark.parametrize("order", [FIRST_ORDER, 2])
+@pytest.mark.parametrize(
+    "problem",
+    [pytest.param(GROOVE, marks=pytest.mark.slow, id="groove"), pytest.param(OF_BOTH, id="two materials")],
+)
 def test_rigid_motions_of_the_bodies_change_the_approach_of_rolling_only(problem, order):
     """Along z they move inclined places along s, too, as much on each element of a strip."""
     here = solve(problem, rolls(problem, order), Loading(LOAD))
@@ -266,7 +276,7 @@ def test_rigid_motions_along_z_change_the_approach_of_a_shift_only():
     assert np.max(np.abs(here.p[..., S])) > 0.05 * here.p.max()
 
 
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [FIRST_ORDER, 2])
 def test_ics_as_a_matrix_give_the_same_contact(order):
     problem = groove(14, 18)
     motion = rolls(problem, order)

@@ -37,8 +37,12 @@ def torque(contact, rolling):
 PRESCRIBED = {"longitudinal": 300.0, "lateral": 150.0, "spin": -200.0}
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("names", [NAMES[:1], NAMES[1:2], NAMES[:2], NAMES], ids=str)
+@pytest.mark.parametrize("order", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.parametrize(
+    "names",
+    [NAMES[:1], NAMES, *(pytest.param(names, marks=pytest.mark.slow) for names in (NAMES[1:2], NAMES[:2]))],
+    ids=str,
+)
 @pytest.mark.parametrize("problem", [FLAT, OF_BOTH], ids=["half-spaces", "two materials"])
 def test_solved_creepages_reproduce_forces_and_tractions(problem, names, order):
     wheel = wheel_on(problem, order=order)
@@ -173,7 +177,7 @@ def test_friction_takes_the_work_on_the_rigid_motion(yawed):
 # ---- mirrors
 
 
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_mirror_in_s_mirrors_the_contact(order):
     """Also what a mirror in x does, with the rolling turned round by a half turn about z."""
     here = wheel_on(OF_BOTH, order=order).contact(CREEPAGES, Loading(LOAD)).contact

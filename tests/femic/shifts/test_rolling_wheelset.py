@@ -59,6 +59,12 @@ def numbers(both, load=LOAD, ics="A", **rolling):
     return solved
 
 
+@cache
+def at_2():
+    """The wheelset on arcs, shifted by 2 mm, rolling freely."""
+    return numbers(sides(arcs_on_arcs("arcs"), 2.0))
+
+
 def test_small_creepages_of_cones_are_those_of_kalkers_linear_theory():
     """Nothing slips: F_x = G c^2 C11 xi, F_s = -G c^2 (C22 upsilon + c C23 phi).
 
@@ -112,6 +118,7 @@ def test_without_shift_both_wheels_only_push_aside():
     assert abs(mean - wheel.radius) > 0.04 * spread  # not the radius of the touching point
 
 
+@pytest.mark.slow  # without shift the test above compares both sides
 def test_the_mirrored_wheelset_has_the_mirrored_forces():
     """Shift, lateral velocity and yaw rate to the other side."""
     layout = arcs_on_arcs("arcs")
@@ -128,7 +135,7 @@ def test_the_mirrored_wheelset_has_the_mirrored_forces():
 
 def test_the_creepage_of_free_rolling_given_is_free_rolling():
     both = sides(arcs_on_arcs("arcs"), 2.0)
-    free = numbers(both)
+    free = at_2()
     given = numbers(both, longitudinal=free.axle.numbers["xi_0"])
     driven = numbers(both, longitudinal=free.axle.numbers["xi_0"] + 0.001)
     unit = FRICTION * LOAD * R_0
@@ -143,7 +150,7 @@ def test_the_creepage_of_free_rolling_given_is_free_rolling():
 
 def test_the_wheel_of_larger_radius_drives_and_the_wheelset_steers_back():
     """Shifted to the left: omega R > V there, the rail pushes this wheel ahead, which turns to the right."""
-    solved = numbers(sides(arcs_on_arcs("arcs"), 2.0))
+    solved = at_2()
     left, right = (solved.wheels[side].numbers for side in SIDES)
     assert left["xi"] > 0 > right["xi"]
     assert left["F_x"] > 0.01 * FRICTION * LOAD
@@ -165,7 +172,7 @@ def test_friction_opposes_lateral_motion_and_yaw():
     assert turning.axle.numbers["steering"] > 0
 
 
-@pytest.mark.parametrize("ics", ["A", "Bhat+sn:B"])
+@pytest.mark.parametrize("ics", [pytest.param("A", marks=pytest.mark.slow), "Bhat+sn:B"])
 def test_tractions_add_up_to_the_forces_in_the_track(ics):
     """Element by element, with a roll of 1 degree: forces turned by it, moments about the axle."""
     both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
@@ -196,7 +203,9 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
 
 def test_any_tractions_have_the_torque_of_their_moments_about_the_axle():
     """Moments about the line x = 0, z = R, which is parallel to y; random tractions on inclined elements."""
-    wheel = rolled(sides(arcs_on_arcs("arcs"), 1.0)).wheels[0]
+    side = sides(arcs_on_arcs("arcs"), 2.0)[0]
+    on_grid = pair_on_grid(side.problem, side.problem.grid)
+    wheel = RollingWheel.of(side.place, on_grid, approximation(on_grid, "A"), Friction(FRICTION), STRAIGHT)
     rolling, grid = wheel.problem.rolling, wheel.problem.problem.grid
     p = np.random.default_rng(7).normal(size=(grid.n_x, grid.n_s, 3))
     moment = 0.0
@@ -242,7 +251,7 @@ def test_work_of_friction_is_power_less_what_raises_the_wheel():
 
 
 def test_finer_elements_change_creep_forces_within_their_estimates():
-    coarse, fine = (numbers(sides(arcs_on_arcs("arcs"), 2.0, elements=n)) for n in (12, 24))
+    coarse, fine = at_2(), numbers(sides(arcs_on_arcs("arcs"), 2.0, elements=18))
     for side in SIDES:
         for name, error in coarse.wheels[side].errors.items():
             both = (solved.wheels[side].numbers[name] for solved in (coarse, fine))
@@ -280,5 +289,5 @@ def test_short_grids_become_longer():
     grid = left.problem.grid
     short = replace(left.problem, grid=Grid(grid.n_x - 16, grid.n_s, grid.dx, grid.ds, grid.s))
     longer = numbers((replace(left, problem=short), right))
-    full = numbers((left, right))
+    full = at_2()
     assert longer.wheels["left"].numbers["F_x"] == pytest.approx(full.wheels["left"].numbers["F_x"], rel=1e-2)

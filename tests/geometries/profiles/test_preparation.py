@@ -179,7 +179,10 @@ def test_arcs_stay_arcs_up_to_their_ends_however_much_is_smoothed():
     assert curve.smoothing.freedom < 4  # a place (two numbers) and a turn
 
 
-@pytest.mark.parametrize(("length", "spacing"), [(1.0, 0.2), (2.0, 0.2), (2.0, 0.4)])
+@pytest.mark.parametrize(
+    ("length", "spacing"),
+    [(2.0, 0.4), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((1.0, 0.2), (2.0, 0.2)))],
+)
 def test_noise_of_the_points_becomes_noise_of_the_curvature_as_stated(length, spacing):
     """sigma sqrt(h / (18 length^5)), here over 8 arcs of 120 mm with radius 300 mm: some 240 to 480 waves."""
     sigma, errors = 5 * UM, []
@@ -192,7 +195,9 @@ def test_noise_of_the_points_becomes_noise_of_the_curvature_as_stated(length, sp
     assert rms(errors) == pytest.approx(smoothing.curvature_noise(sigma), rel=0.15)
 
 
-@pytest.mark.parametrize("noise", [1 * UM, 5 * UM, 20 * UM])
+@pytest.mark.parametrize(
+    "noise", [20 * UM, *(pytest.param(noise * UM, marks=pytest.mark.slow) for noise in (1, 5))]
+)
 def test_noise_of_an_arc_changes_its_curvature_after_smoothing_by_less_than_one_tenth_percent_per_um(noise):
     """Radius 13 mm, 31 mm long, points 0.2 mm apart, tolerance = noise. Unsmoothed: 1000 times as much."""
     smoothed, raw = [], []
@@ -236,7 +241,7 @@ def test_a_tolerance_that_no_smooth_curve_reaches_is_refused_with_the_nearest():
         with_rms(1e-5)(fit)
 
 
-@pytest.mark.parametrize("tolerance", [0.0, 1 * UM, "cross-validation"])
+@pytest.mark.parametrize("tolerance", [0.0, 1 * UM, pytest.param("cross-validation", marks=pytest.mark.slow)])
 def test_line_stays_a_line(tolerance):
     y = np.linspace(-20, 20, 101)
     curve = prepare(rail([y, 0.3 * y]), tolerance)
@@ -373,7 +378,10 @@ def test_curvature_is_large_where_the_patch_is_wide_beside_the_radius():
     assert check_curvature(groove, 1.0).largest < 0
 
 
-@pytest.mark.parametrize(("name", "y"), [("site_b_hr.prr", 0.0), ("worn_high_mileage.prw", 60.0)])
+@pytest.mark.parametrize(
+    ("name", "y"),
+    [pytest.param("site_b_hr.prr", 0.0, marks=pytest.mark.slow), ("worn_high_mileage.prw", 60.0)],
+)
 def test_measured_profiles_become_contours_near_their_points(name, y):
     """A rail with an undercut face, and a wheel."""
     points = sample(name)[:, :: 1 if name.endswith("prr") else -1]

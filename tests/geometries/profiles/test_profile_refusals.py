@@ -223,6 +223,7 @@ def test_what_miniprof_may_have_is_read(tmp_path):
         np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12, err_msg=name)
 
 
+@pytest.mark.slow  # test_profile_crossing.py has other points that end fast
 def test_a_serpentine_ends_fast(tmp_path):
     """200 000 right angles without a crossing, each leg as wide as the step between two surfaces."""
     n = MAX_POINTS // 4 - 1

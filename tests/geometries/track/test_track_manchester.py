@@ -46,7 +46,7 @@ def manchester():
 
 @pytest.mark.parametrize(
     "shift",
-    [-5.9, 0.0, 4.7, *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-3.0, 1.1, 5.0))],
+    [-5.9, *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-3.0, 0.0, 1.1, 4.7, 5.0))],
 )
 def test_brute_force_finds_the_same_points(shift):
     layout = manchester()
@@ -65,6 +65,7 @@ def test_rail_tops_and_gauge_are_in_place():
     assert np.min(y[z > -14]) == pytest.approx(717.5, abs=1e-3)
 
 
+@pytest.mark.slow  # jumps are those of test_track_shifts.py
 def test_flange_and_tread_of_the_benchmark():
     """Beyond 4.8 mm the root of the flange touches; up to 6.3 mm the flange does not climb."""
     jumps = over_shifts(manchester(), [4.7, 5.0]).jumps

@@ -95,7 +95,13 @@ def test_distances_lead_to_points_of_the_wheel():
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize(("shift", "approach"), [(7.5, 0.05), (7.5, 0.4), (7.5, 1.5), (-8.4, 0.1)])
+@pytest.mark.parametrize(
+    ("shift", "approach"),
+    [
+        (7.5, 0.4),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in ((7.5, 0.05), (7.5, 1.5), (-8.4, 0.1))),
+    ],
+)
 def test_strips_are_where_a_dense_search_finds_overlaps(shift, approach, side):
     layout = symmetric()
     position = settle(layout, shift)

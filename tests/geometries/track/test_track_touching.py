@@ -24,7 +24,11 @@ from geometries.track.touching import refined, refined_near
 from geometries.track.wheelset import curves_in_place, settle
 
 CONE, CIRCLES = Cone(), Circles()
-SHIFTS = (-9.1, -1.7, 0.0, 0.9, 5.2, 8.6)  # the outer ones on a flange
+SHIFTS = (
+    -9.1,
+    0.9,
+    *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-1.7, 0.0, 5.2, 8.6)),
+)  # -9.1 and 8.6 on a flange
 
 
 # --- closed forms ----------------------------------------------------------------------------------
@@ -101,7 +105,9 @@ def test_without_roll_cones_have_their_angle(shift):
     assert position.left[0].angle == pytest.approx(cone.gamma, abs=1e-12)
 
 
-@pytest.mark.parametrize("shift", [-6.0, 5.0, 8.3])
+@pytest.mark.parametrize(
+    "shift", [*(pytest.param(shift, marks=pytest.mark.slow) for shift in (-6.0, 5.0)), 8.3]
+)
 def test_shifts_at_the_rails_lead_to_the_position_of_the_shift_of_the_axle(shift):
     layout = flanged()
     at_rails = settle(layout, shift, roll="about rails")
@@ -198,7 +204,9 @@ def test_nowhere_do_wheel_and_rail_overlap(shift):
         assert np.min(wheel.position(t_wheel)[1] - z) >= -1e-9
 
 
-@pytest.mark.parametrize("shift", [0.7, 4.9, 8.3])
+@pytest.mark.parametrize(
+    "shift", [*(pytest.param(shift, marks=pytest.mark.slow) for shift in (0.7, 4.9)), 8.3]
+)
 def test_mirrored_shift_swaps_the_sides(shift):
     layout = symmetric()
     one, other = settle(layout, shift), settle(layout, -shift)
@@ -217,7 +225,7 @@ def test_swapped_sections_mirror_the_curves():
     assert one.left[0].radius == pytest.approx(other.right[0].radius, abs=1e-9)
 
 
-@pytest.mark.parametrize("shift", [-3.3, 8.9])
+@pytest.mark.parametrize("shift", [pytest.param(-3.3, marks=pytest.mark.slow), 8.9])
 def test_origins_of_the_profiles_do_not_matter(shift):
     one = settle(flanged(), shift)
     other = settle(flanged(offset=(31.7, -8.1, -12.9, 5.3)), shift)
@@ -236,14 +244,14 @@ def test_origins_of_the_profiles_do_not_matter(shift):
 
 def test_a_wheelset_is_lifted_onto_its_flange_and_then_climbs():
     layout = symmetric()
-    positions = [settle(layout, shift) for shift in (0.0, 7.0, 8.0, 9.0, 9.5)]
+    positions = [settle(layout, shift) for shift in (7.0, 8.0, 9.5)]
     angles = np.degrees([position.left[0].angle for position in positions])
     assert np.all(np.diff(angles) > 0)
-    assert angles[1] < 4
-    assert angles[2] > 50  # on the flange
+    assert angles[0] < 4
+    assert angles[1] > 50  # on the flange
     # rolling without end, the wheelset rises by tan(angle) per shift of the flange over the rail
-    first, last = positions[2].left[0], positions[4].left[0]
-    risen = positions[4].heights[0] - positions[2].heights[0]
+    first, last = positions[1].left[0], positions[2].left[0]
+    risen = positions[2].heights[0] - positions[1].heights[0]
     assert risen > np.tan(first.angle) * 1.5 > 1
     assert last.s_wheel < first.s_wheel  # from the root of the flange towards its tip
     for shift, name in ((10.0, "left"), (-10.0, "right")):

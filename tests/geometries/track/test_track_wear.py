@@ -120,6 +120,7 @@ def test_worn_profiles_converge_with_the_samples_of_shifts():
     assert differences[2] < 1e-3
 
 
+@pytest.mark.slow
 def test_files_of_the_package_are_by_the_law():
     """Fewer samples than in the package: to the error of sampling, which the slow test above has."""
     for profile in worn_pair(replace(CHEAP, straight_samples=30, curve_samples=15)):

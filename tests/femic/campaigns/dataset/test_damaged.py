@@ -1,6 +1,7 @@
 """Datasets that something else has changed: their scenes are computed again, and a message says so."""
 
 import shutil
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -11,17 +12,14 @@ from femic.campaigns.dataset.integrity import value_checksums
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import Options
 from tests.femic.campaigns.campaigns import LONGER, assert_sums
-from tests.femic.campaigns.dataset.test_large import all_are_large
 
 PARTS = ("sum", "powers", "failure", "seconds", "digest", "checksum", "E", "nu", "power")
 
 
 @pytest.fixture
-def large(light_scenes, sweep, tmp_path, monkeypatch):  # noqa: ARG001
+def large(light_scenes, large_there, sweep, tmp_path):  # noqa: ARG001
     """A large dataset of 27 scenes, its path, and a function that continues it."""
-    all_are_large(monkeypatch)
-    _, first = sweep()
-    first.load()
+    first = open_sweep(tmp_path).load()
 
     def run_again():
         """The messages, and the dataset."""
@@ -55,19 +53,16 @@ def a_folder(path):
     path.mkdir()
 
 
-DAMAGES = (
-    deleted,
-    flipped,
-    a_folder,
-    *(pytest.param(damage, marks=pytest.mark.slow) for damage in (emptied, truncated)),
-)
+DAMAGES = (deleted, flipped, a_folder, emptied, truncated)
+SOME = ("sum", "failure", "digest", "E", "power")  # by default: numbers, texts, what is known of scenes, axes
+EACH_ONE = [pytest.param(PARTS, [damage], id=damage.__name__, marks=pytest.mark.slow) for damage in DAMAGES]
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_damaged_chunk_is_reported_and_restored(large, damage):
-    """After each damage the dataset is whole again."""
+@pytest.mark.parametrize(("parts", "damages"), [pytest.param(SOME, DAMAGES, id="in turn"), *EACH_ONE])
+def test_damaged_chunk_is_reported_and_restored(large, parts, damages):
+    """After each damage the dataset is whole again: each part of it, and each damage."""
     first, path, run_again = large
-    for part in PARTS:
+    for part, damage in zip(parts, cycle(damages)):
         damage(sorted(file for file in (path / part / "c").rglob("*") if file.is_file())[-1])
         messages, again = run_again()
         xr.testing.assert_identical(again, first)
@@ -76,18 +71,22 @@ def test_damaged_chunk_is_reported_and_restored(large, damage):
     assert run_again()[0] == []
 
 
-@pytest.mark.parametrize("damage", [deleted, flipped])
-def test_damaged_descriptions_are_restored(large, damage):
+@pytest.mark.parametrize(("parts", "damages"), [pytest.param(SOME, DAMAGES[:2], id="in turn"), *EACH_ONE[:2]])
+def test_damaged_descriptions_are_restored(large, parts, damages):
     """Not all of them say anything that matters."""
     first, path, run_again = large
-    for part in ("", *PARTS):
+    for part, damage in zip(("", *parts), cycle(damages)):
         damage(path / part / "zarr.json")
         xr.testing.assert_identical(run_again()[1], first)
 
 
-def test_missing_variable_is_reported_and_restored(large):
+@pytest.mark.parametrize(
+    "parts",
+    [pytest.param(("sum", "digest", "E"), id="some"), pytest.param(PARTS, id="all", marks=pytest.mark.slow)],
+)
+def test_missing_variable_is_reported_and_restored(large, parts):
     first, path, run_again = large
-    for part in PARTS:
+    for part in parts:
         shutil.rmtree(path / part)
         messages, again = run_again()
         xr.testing.assert_identical(again, first)

@@ -19,6 +19,7 @@ from tests.femic.campaigns.campaigns import (
     LIGHT,
     LONGER,
     RANDOM,
+    all_are_large,
     assert_sums,
     campaign_in,
     light,
@@ -27,7 +28,7 @@ from tests.femic.campaigns.campaigns import (
 )
 
 
-@pytest.mark.parametrize("chunk", [1, 50, 1e6])
+@pytest.mark.parametrize("chunk", [50, *(pytest.param(chunk, marks=pytest.mark.slow) for chunk in (1, 1e6))])
 @pytest.mark.usefixtures("light_scenes")
 def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk):
     campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
@@ -41,12 +42,6 @@ def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk
     assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
 
 
-def all_are_large(monkeypatch, chunk=50.0):
-    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
-    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
-        monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
-
-
 def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
     _, first = sweep()
@@ -57,11 +52,9 @@ def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path
     xr.testing.assert_identical(again.load(), first)
 
 
-def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path, monkeypatch):
+@pytest.mark.usefixtures("large_there")
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path):
     """More values at the end of both axes; nothing that is there is read back or computed."""
-    all_are_large(monkeypatch)
-    sweep()
-    del light_scenes[:]
     shutil.rmtree(tmp_path / "store")
     done, dataset = sweep(LONGER.replace("0.3]", "0.3, 0.4]"))
     assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
@@ -80,20 +73,17 @@ def test_random_points_are_appended_to_a_large_dataset(light_scenes, sweep, clie
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
-def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep, monkeypatch):
-    all_are_large(monkeypatch)
-    sweep()
+@pytest.mark.usefixtures("large_there")
+def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep):
     done, dataset = sweep(LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
-    assert (done.reused, len(light_scenes)) == (27, 36)
+    assert (done.reused, len(light_scenes)) == (27, 9)
     assert_sums(dataset)
 
 
 @pytest.fixture
-def taken(light_scenes, client, tmp_path, monkeypatch):  # noqa: ARG001
+def taken(light_scenes, large_there, tmp_path):  # noqa: ARG001
     """What a second run begins with: all 27 scenes of a large dataset."""
-    all_are_large(monkeypatch)
     campaign = campaign_in(tmp_path, LIGHT)
-    swept(campaign, tmp_path, client)
     collected = Collected(campaign, tmp_path)
     collected.begin(digests_in(campaign, tmp_path), code_of_dataset())
     return collected

@@ -3,6 +3,7 @@
 import os
 
 import numpy as np
+import pytest
 
 from compare.ics.compute import compute
 from femic.cache.store import Store
@@ -14,6 +15,7 @@ from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of
 
 
+@pytest.mark.slow  # test_parts.py has a model that kills workers without solving any
 def test_killed_worker_costs_one_task(tmp_path):
     """With one worker the task at hand is begun again; the results are those of a run by itself."""
     campaign, killed = campaign_in(tmp_path, OF_UPPER), []

@@ -9,9 +9,17 @@ from femic.cache.store import Store
 from femic.campaigns.running import plan as planning
 from femic.campaigns.running.plan import sweep_plan
 from femic.reference.run_options import RunOptions
+from tests.coarse import coarse_sections
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of, swept
 
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _coarse():
+    """How accurate C is does not matter here."""
+    with coarse_sections():
+        yield
 
 
 @pytest.fixture(scope="module")
