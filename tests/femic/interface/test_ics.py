@@ -19,7 +19,8 @@ COARSE = 0.3  # tolerance, about where cells stop growing
 PATCH = femic.Patch(a=0.3, b=0.2)
 LINES = (femic.line_along_x(1.6, 6.0, 9), femic.line_along_s(1.6, 6.0, 13))
 OPTIONS = femic.Options(tolerance=COARSE, workers=1)
-STORED = replace(OPTIONS, store="memory://ICs of geometry1")  # the scene's models are those of the pair
+NEAR = replace(OPTIONS, far_radius=60.0)
+STORED = replace(NEAR, store="memory://ICs of geometry1")  # the scene's models are those of the pair
 KEYS = {
     "patch": {"a": 0.3, "b": 0.2},
     "variants": ["A", "Bhat"],
@@ -27,7 +28,7 @@ KEYS = {
         {"along": "x", "s": 1.6, "reach": 6.0, "points": 9},
         {"along": "s", "x": 1.6, "reach": 6.0, "points": 13},
     ],
-    "engine": {"tolerance": COARSE, "check": False},
+    "engine": {"tolerance": COARSE, "far_radius": 60.0, "check": False},
 }
 
 
@@ -90,7 +91,7 @@ def test_points_give_the_ics_of_a_line_through_them(pair):
 
 
 def test_single_body_and_component_are_solved_alone(pair, ics):
-    one = femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=OPTIONS)
+    one = femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=NEAR)
     assert list(one.body.values) == ["lower"]
     assert bool(one.ic.sel(j="x").isnull().all())
     c, known = (ics.sel(body="lower", i="n", j="n")[name] for name in ("ic", "estimate"))
@@ -100,7 +101,7 @@ def test_single_body_and_component_are_solved_alone(pair, ics):
 
 def test_solved_models_are_kept_and_reported(pair, tmp_path):
     reports = []
-    options = replace(OPTIONS, store=str(tmp_path / "store"), report=reports.append)
+    options = replace(NEAR, store=str(tmp_path / "store"), report=reports.append)
     results = [
         femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=options)
         for _ in range(2)
@@ -157,7 +158,7 @@ GRID = femic.Grid(n_x=5, n_s=4, dx=0.6, ds=0.4, s=0.3)
 
 @pytest.fixture(scope="module")
 def c_matrix(pair):
-    return femic.compute_matrix(pair, GRID, "C", OPTIONS)
+    return femic.compute_matrix(pair, GRID, "C", NEAR)
 
 
 def test_matrix_has_its_grid_and_layout(pair):
@@ -186,9 +187,10 @@ def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
     assert float(off.sel(sn).max()) < 0.5 * float(np.abs(c_matrix.ic).sel(sn).max())
 
 
+@pytest.mark.slow  # that M_zz alone is taken: tests/femic/reference/test_discount_rules.py
 def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
     """Without it nn differs by M_zz of both bodies times the cosines at observer and load."""
-    whole = femic.compute_matrix(pair, GRID, "C", OPTIONS, discount="none")
+    whole = femic.compute_matrix(pair, GRID, "C", NEAR, discount="none")
     cosine = np.cos(c_matrix.observed.values / 10.0)  # of an arc of 10 mm
     rigid = (whole.ic - c_matrix.ic).sel(i="n", j="n").values / np.outer(cosine, cosine)
     mean = np.mean(rigid)
@@ -212,6 +214,7 @@ def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
     np.testing.assert_allclose(own, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow  # of a scene: tests/compare/calibration; in Python: test_docs.py
 def test_a_fit_gives_the_pair_a_b_hat_prime_that_is_closer_to_c(pair, ics):
     fitted = femic.fit_bhat_prime(pair, PATCH, options=OPTIONS)
     prime = femic.compute_ics(fitted.pair, PATCH, LINES[:1], ["Bhat", "Bhat_prime"], bodies=["combined"])

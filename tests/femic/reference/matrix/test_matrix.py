@@ -108,9 +108,9 @@ NARROW = Grid(2, 4, 0.2, 0.637)  # the half-space reaches one or two strips, as 
 @pytest.mark.parametrize(
     ("grid", "radius"),
     [
-        (SQUARE, np.inf),
+        pytest.param(SQUARE, np.inf, marks=pytest.mark.slow),
         pytest.param(SQUARE, 300.0, marks=pytest.mark.slow),
-        (SQUARE, 25.0),
+        pytest.param(SQUARE, 25.0, marks=pytest.mark.slow),
         (NARROW, 20.0),
     ],
 )
@@ -226,6 +226,7 @@ def test_sum_is_assessed_on_its_own_scale(on_arcs):
 # --- the circular contour ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # convergence of arcs: the sphere in test_harmonic.py; raw matrices of arcs: above
 def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
     """Inside half of the arc C_nn at equal lag agrees within 3e-3 of the line's maximum.
 
