@@ -16,6 +16,7 @@ from femic.cache.digests import results_digest
 from femic.cli.main import exit_code
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene_table import tables
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))  # what its programs import
@@ -170,12 +171,14 @@ def test_pages_of_other_code_are_named(docs, other, capsys):
     assert f"both.md: docs/numbers/a.json by code {other or 'unknown'}" in capsys.readouterr().err
 
 
-@pytest.fixture(scope="module")
-def quick_start(tmp_path_factory):
-    """Folder, number of blocks and names of docs/how-to/python.md, which runs once."""
+@pytest.fixture(scope="module", params=["B-hat as C", pytest.param("C", marks=pytest.mark.slow)])
+def quick_start(request, tmp_path_factory):
+    """Folder, number of blocks and names of docs/how-to/python.md, which runs once, or once more with C."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        if request.param != "C":
+            b_hat_as_c(patch)
         return folder, *run_blocks("docs/how-to/python.md")
 
 

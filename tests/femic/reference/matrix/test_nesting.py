@@ -13,13 +13,14 @@ from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import RunOptions
+from geometries.bodies import Domain
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import Load, Patch
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import changed
-from tests.femic.reference.matrix.test_matrix import ROUGH, matrix_job
+from tests.femic.reference.matrix.test_matrix import matrix_job
 
 GRID = Grid(10, 8, 0.4, 0.4)
 CONTOUR = arc(10.2, 0.12, 0.12)
@@ -31,10 +32,9 @@ SERVED = {
 }
 
 
-def job_on(grid, tolerance=ROUGH):
+def job_on(grid, tolerance=0.3):
     job = matrix_job(UPPER, CONTOUR, grid, radius=300.0, tolerance=tolerance)
-    domain = matrix_job(UPPER, CONTOUR, GRID, tolerance=tolerance).body.domain
-    return replace(job, body=replace(job.body, domain=domain))
+    return replace(job, body=replace(job.body, domain=Domain(100.0, np.inf)))
 
 
 def solved(job, store):
