@@ -149,8 +149,7 @@ def test_the_unit_of_force_does_not_matter(section):
     [
         ("SPRING", 0.0),
         pytest.param("SPRING", 100.0, marks=pytest.mark.slow),
-        pytest.param("BORDER", 1e-3, marks=pytest.mark.slow),
-        ("BORDER", 1e3),
+        *(pytest.param("BORDER", factor, marks=pytest.mark.slow) for factor in (1e-3, 1e3)),
     ],
 )
 def test_springs_and_border_change_nothing(monkeypatch, section, section_solver, constant, factor):

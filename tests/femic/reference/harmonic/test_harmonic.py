@@ -44,6 +44,7 @@ def reference(asked):
 # --- coarser cells ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # the estimates that it serves: test_estimates_bound_the_errors
 def test_coarser_cells_at_some_wavenumbers_give_the_error_of_all_wavenumbers():
     """The change is interpolated: it differs by less than 2 % from that of a whole model."""
     request = harmonic(job(40.0, 1.0), 2.0).request(Level())
@@ -177,6 +178,7 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
     assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
 
 
+@pytest.mark.slow  # of all components: test_the_ball_is_known_to_the_estimate
 def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     """A plane rolled up: what it adds to C_xn and C_nx is what turns A into B-hat, up to a tenth.
 
@@ -202,6 +204,7 @@ def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
 
 
+@pytest.mark.slow  # of nn on a grid: tests/femic/reference/matrix/test_components.py
 def test_components_of_a_wheel_do_not_depend_on_the_other_requested_ones():
     """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
     x = np.array([-16.0, 8.0, 16.0, 25.0])
@@ -253,7 +256,8 @@ def test_both_engines_agree_within_their_estimates(changes):
 # --- parts of sections, symmetry, units ---------------------------------------------------------------
 
 
-@pytest.mark.parametrize("side", [pytest.param(LOWER, marks=pytest.mark.slow), UPPER])
+@pytest.mark.slow  # of an outline: test_outlines.py::test_half_a_symmetric_section_serves_as_the_whole_one
+@pytest.mark.parametrize("side", [LOWER, UPPER])
 def test_halves_of_a_section_give_what_the_whole_gives(side):
     """Loads at the plane of symmetry, over its edge and beside it; observers on both sides."""
     body = Body(side, arc(10.0, 0.6, 0.6), STEEL, Domain(40.0, 40.0), 70.0 if side == UPPER else np.inf)
