@@ -60,8 +60,8 @@ def on_plane(request):
 
 @pytest.fixture(
     scope="module",
-    params=[("upper",), pytest.param(("lower", "upper"), marks=pytest.mark.slow)],
-    ids=["wheel", "both"],
+    params=[("lower",), pytest.param(("lower", "upper"), marks=pytest.mark.slow)],
+    ids=["rail", "both"],
 )
 def on_arcs(request):
     """A rail and a wheel of some radius with arcs continued by flanks, whose joints lie within the grid."""
