@@ -35,7 +35,7 @@ def short(outcomes):
     return [(outcome.attack, outcome.short) for outcome in outcomes if outcome.short]
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(60, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("change", ["scenes", "campaigns", "tables", "gaps"])
 def test_changed_files_are_taken_or_refused(change, count, tmp_path):
     outcomes = list(getattr(fuzz, change)(tmp_path, count, SEED))
@@ -54,10 +54,13 @@ def test_strange_contacts_obey_mechanics():
 QUICK = [command for command in COMMANDS if command.name in ("rolling", "compression")]
 
 
+# of a store: tests/femic/cache; of data sets and campaigns: tests/femic/campaigns
+@pytest.mark.slow
 def test_killed_command_continues(place):
     assert not short(kills(place, 1, SEED, QUICK[:1]))
 
 
+@pytest.mark.slow
 def test_damaged_files_are_recomputed(place):
     """A file of results and one of the store."""
     assert not short(damages(place, 2, SEED, QUICK[:1]))
@@ -68,6 +71,7 @@ def test_files_of_both_commands_are_recomputed_after_several_damages(place):
     assert not short(damages(place, 6, SEED, QUICK))
 
 
+@pytest.mark.slow
 def test_two_commands_in_one_folder_do_not_mix_results(place):
     (outcome,) = races(place, 1, SEED, QUICK[:1])
     assert not outcome.short

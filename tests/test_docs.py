@@ -16,6 +16,7 @@ from femic.cache.digests import results_digest
 from femic.cli.main import exit_code
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene_table import tables
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))  # what its programs import
@@ -26,11 +27,16 @@ FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "tests", "tools")
 PAGES = sorted(str(page.relative_to(ROOT)) for page in (ROOT / "README.md", *ROOT.glob("docs/**/*.md")))
 
 
-def run_blocks(document):
-    """Run the Python blocks of a document one after the other; returns how many, and their names."""
+def run_blocks(document, without=()):
+    """Run the Python blocks of a document one after the other; returns how many there are, and their names.
+
+    Blocks in which some words occur are left out.
+    """
     text, namespace = (ROOT / document).read_text(encoding="utf-8"), {}
     blocks = list(BLOCK.finditer(text))
     for block in blocks:
+        if any(word in block[1] for word in without):
+            continue
         above = "\n" * text.count("\n", 0, block.start(1))  # line numbers of the document
         exec(compile(above + block[1], ROOT / document, "exec"), namespace)
     return len(blocks), namespace
@@ -172,15 +178,29 @@ def test_pages_of_other_code_are_named(docs, other, capsys):
 
 @pytest.fixture(scope="module")
 def quick_start(tmp_path_factory):
-    """Folder, number of blocks and names of docs/how-to/python.md, which runs once."""
-    folder = tmp_path_factory.mktemp("docs")
+    """Names of docs/how-to/python.md, which runs once; a minute."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        return folder, *run_blocks("docs/how-to/python.md")
+        patch.chdir(tmp_path_factory.mktemp("docs"))
+        return run_blocks("docs/how-to/python.md")
 
 
+@pytest.mark.slow
 def test_the_quick_start_runs(quick_start):
-    _, blocks, names = quick_start
+    assert_fits(*quick_start)
+
+
+def test_the_quick_start_runs_with_b_hat_as_c_and_without_contacts(tmp_path, monkeypatch):
+    """Contacts: tests/femic/interface/test_contact.py and the pages below."""
+    monkeypatch.chdir(tmp_path)
+    b_hat_as_c(monkeypatch)
+    assert_fits(*run_blocks("docs/how-to/python.md", CONTACTS))
+
+
+CONTACTS = ("solve_contact", "compute_shifts", "compressed")
+
+
+def assert_fits(blocks, names):
+    """C is known to the tolerance, and what is fitted follows it."""
     assert blocks == 14
     errors = names["errors"].error.sel(variant="C", j="n")
     assert np.all(errors <= 0.1)
@@ -198,9 +218,10 @@ def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
     assert "import femic" in rolling
 
 
+@pytest.mark.slow
 def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
     """A wheel that is driven pushes; sliding shares shrink as the load grows; stiffness goes like the ICs."""
-    _, _, names = quick_start
+    _, names = quick_start
     np.testing.assert_allclose(names["pressed"]["load"].sel(case="4000 N"), 4e3, rtol=1e-6)
     force = names["curve"].F_x.sel(ics="C").squeeze().values
     assert np.all(np.diff(force) > 0)
@@ -209,9 +230,10 @@ def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
     assert np.all(soft > stiff)
 
 
+@pytest.mark.slow
 def test_profiles_of_the_quick_start_are_on_a_wheelset_whose_sides_are_alike(quick_start):
     """The written standard is read with the rms error it is smoothed by; the middle has no side."""
-    _, _, names = quick_start
+    _, names = quick_start
     assert np.sqrt(np.mean(names["measured"].data.residual.values ** 2)) == pytest.approx(0.005, rel=1e-3)
     left, right = (names["study"].p_max.sel({"shift": 0.0, "side": side}) for side in ("left", "right"))
     np.testing.assert_allclose(left, right, rtol=1e-9)

@@ -36,6 +36,9 @@ class Page(HTMLParser):
         self.ids |= {attributes.get("id"), attributes.get("name")}
 
 
+pytestmark = pytest.mark.slow  # links of pages: tests/test_docs.py
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The folder of the site, whose gallery shows the scripts without running them."""

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -13,6 +14,14 @@ from femic.cli.main import exit_code
 from femic.installation import Finding, SelfTest
 
 GOOD = Finding("numpy", True, "2.4")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _distributions_once():
+    """What packages install is read once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(metadata, "packages_distributions", cache(metadata.packages_distributions))
+        yield
 
 
 def test_import_names_lead_here():

@@ -9,6 +9,7 @@ from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
 from tests.approx.new_forms import register
 from tests.compare.conftest import scene_text
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 NEW = "Btilde", "Bfaded"
 HARMONIC = "[engine]\nfar_radius = 60.0\ntolerance = 0.5\n"
@@ -41,6 +42,7 @@ def scene(tmp_path):
 
 def test_run_compares_new_variants_with_c(scene, tmp_path, monkeypatch):
     register(monkeypatch)
+    b_hat_as_c(monkeypatch)
     assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
     loaded = load_scene(str(tmp_path / "mine.toml"))
     with xr.open_dataset(tmp_path / "out/ics.nc", engine="h5netcdf") as dataset:

@@ -10,6 +10,8 @@ import femic
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
+from femic.contact.operators.dense import Asymmetry
+from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator
 
 STEEL = femic.Material(E=210e3, nu=0.3)
 PAIR = femic.Pair(
@@ -20,7 +22,7 @@ SETUP = femic.ContactSetup(elements=8)
 OPTIONS = femic.Options(tolerance=0.3, workers=1)
 LOAD, FRICTION = 10e3, 0.3
 GRID = femic.Grid(n_x=16, n_s=20, dx=1.1, ds=0.55)
-ROLLING = femic.Rolling(LOAD, FRICTION, longitudinal=(-0.004, 0.0, 0.004))
+ROLLING = femic.Rolling(LOAD, FRICTION, longitudinal=(0.0, 0.004))
 MOTIONS = {
     "none": femic.Frictionless([LOAD]),
     "rolling": ROLLING,
@@ -36,6 +38,11 @@ def scene(**contact):
     upper = lower | {"contour": wide, "rolling_radius": 500.0}
     keys = {"lower": lower, "upper": upper, "engine": {"tolerance": 0.3}}
     return femic.load_scene("flat", keys | {"contact": {"elements": 8, "loads": [LOAD], **contact}})
+
+
+def motions(*quick):
+    """All motions; those that are not named are slow."""
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in MOTIONS]
 
 
 def same(ours, theirs):
@@ -65,16 +72,16 @@ def test_friction_by_angle_is_that_of_a_scene():
 
 
 def test_rolling_of_a_pair_equals_that_of_its_scene():
-    ours = femic.solve_contact(PAIR, ROLLING, ["Bhat"], SETUP)
-    keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [-0.004, 0.0, 0.004]}
-    same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
-    assert np.all(np.diff(ours.F_x.sel(ics="Bhat", friction=FRICTION)) > 0)  # driven wheels push
+    ours = femic.solve_contact(PAIR, ROLLING, ["A"], SETUP)
+    keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [0.0, 0.004]}
+    same(ours, compute_with_friction(scene(ics=["A"], **keys)))
+    assert np.all(np.diff(ours.F_x.sel(ics="A", friction=FRICTION)) > 0)  # driven wheels push
 
 
 def test_transient_rolling_of_a_pair_equals_that_of_its_scene():
-    ours = femic.solve_contact(PAIR, MOTIONS["transient"], ["Bhat"], SETUP)
+    ours = femic.solve_contact(PAIR, MOTIONS["transient"], ["A"], SETUP)
     keys = {"motion": "transient", "friction": [FRICTION], "creepage": 0.004, "distance": 9.0}
-    same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
+    same(ours, compute_with_friction(scene(ics=["A"], **keys)))
     force = ours.F_x.squeeze()  # of a driven wheel, which pushes from the first step on
     assert force[0] == 0
     assert np.all(force[1:] > 0)
@@ -82,20 +89,35 @@ def test_transient_rolling_of_a_pair_equals_that_of_its_scene():
 
 @pytest.fixture(scope="module")
 def c():
-    """C on the grid, without friction's directions of rolling."""
-    return femic.compute_matrix(PAIR, GRID, "C", OPTIONS)
+    """B-hat on the grid under the name of C, with an estimate: C takes half a minute."""
+    b_hat = femic.compute_matrix(PAIR, GRID, "Bhat").ic.values
+    return femic.label_matrix(b_hat, GRID, "C", 0.02 * np.abs(b_hat))
 
 
-def test_c_given_as_a_matrix_gives_the_contact_of_c(c):
-    """Both differ in their models alone: those of nn have fewer loads."""
+def test_a_matrix_named_c_gives_the_contact_of_that_c(c, monkeypatch):
+    """With the same ICs in the place of those that the pair's models have."""
+    nn, estimate = (part.sel(i="n", j="n").values for part in (c.ic, c.estimate))
+    own = ReferenceICs(
+        normal_operator(nn), normal_operator(nn + estimate), 0.02, Asymmetry(0.0, "nn"), 1.0, 0.0
+    )
+    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", lambda *_: own)
     setup = replace(SETUP, grid=GRID)
+    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
+    for name in ("p_max", "approach", "a", "b", "estimate_p_max", "estimate_approach"):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_c_given_as_a_matrix_gives_the_contact_of_c():
+    """Both differ in their models alone: those of nn have fewer loads."""
+    setup, c = replace(SETUP, grid=GRID), femic.compute_matrix(PAIR, GRID, "C", OPTIONS)
     ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
     for name in ("p_max", "approach", "a", "b"):
         np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-6)
         np.testing.assert_allclose(ours[f"estimate_{name}"], theirs[f"estimate_{name}"], rtol=0.01)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", motions("none", "transient"))
 def test_an_approximation_given_as_a_matrix_is_the_approximation(motion):
     """Of the wheel as a prismatic body: fast operators take it so."""
     prismatic = replace(PAIR, upper=replace(PAIR.upper, rolling_radius=np.inf))
@@ -106,7 +128,7 @@ def test_an_approximation_given_as_a_matrix_is_the_approximation(motion):
         np.testing.assert_allclose(mine, theirs, rtol=1e-6)  # to the solvers' tolerance
 
 
-@pytest.mark.parametrize("motion", ["rolling", "compression"])
+@pytest.mark.parametrize("motion", [pytest.param("rolling", marks=pytest.mark.slow), "compression"])
 def test_errors_of_given_ics_reach_the_estimates(motion):
     b_hat = femic.compute_matrix(PAIR, GRID, "Bhat")
     exact, unsure = (
@@ -118,7 +140,7 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
     assert np.all(both.estimate_approach.sel(ics="unsure") > both.estimate_approach.sel(ics="exact"))
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", motions("none", "transient", "compression"))
 def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
     monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", None)
     contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
@@ -153,7 +175,7 @@ def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_ex
     assert contact.position.item() != 0.0
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", motions("none", "compression"))  # of rolling: tests/compare/friction
 def test_each_motion_has_a_figure(motion):
     figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
     labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}

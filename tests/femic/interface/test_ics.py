@@ -14,11 +14,14 @@ from approx.matrix import matrix
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from femic.interface.matrices import grid_of
+from geometries.patches import COMPONENTS
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 COARSE = 0.3  # tolerance, about where cells stop growing
 PATCH = femic.Patch(a=0.3, b=0.2)
 LINES = (femic.line_along_x(1.6, 6.0, 9), femic.line_along_s(1.6, 6.0, 13))
 OPTIONS = femic.Options(tolerance=COARSE, workers=1)
+NEAR = replace(OPTIONS, far_radius=60.0)
 STORED = replace(OPTIONS, store="memory://ICs of geometry1")  # the scene's models are those of the pair
 KEYS = {
     "patch": {"a": 0.3, "b": 0.2},
@@ -38,14 +41,24 @@ def pair():
 
 @pytest.fixture(scope="module")
 def ics(pair):
+    """ICs with B-hat as C."""
+    with pytest.MonkeyPatch.context() as patch:
+        b_hat_as_c(patch)
+        return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=OPTIONS)
+
+
+@pytest.fixture(scope="module")
+def with_c(pair):
+    """ICs with C itself, for slow tests."""
     return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=STORED)
 
 
 @pytest.fixture(scope="module")
 def of_scene():
     """ICs of the same scene by its own route, with all components, and their errors."""
-    components = [i + j for i in "xsn" for j in "xsn"]
-    results = compute(femic.load_scene("geometry1", KEYS | {"components": components}), STORED.run)
+    with pytest.MonkeyPatch.context() as patch:
+        b_hat_as_c(patch)
+        results = compute(femic.load_scene("geometry1", KEYS | {"components": list(COMPONENTS)}), OPTIONS.run)
     dataset = to_dataset(results)
     return dataset, errors(results, dataset)
 
@@ -71,8 +84,15 @@ def test_equal_bodies_have_no_combined_xn_of_a(ics):
     assert np.all(xn.sel(body="combined") == 0)
 
 
-def test_c_is_symmetric_about_the_load_within_its_estimate(ics):
-    nn = ics.sel(i="n", j="n", body="lower")
+@pytest.mark.slow
+def test_c_of_a_pair_is_that_of_its_scene(with_c):
+    results = compute(femic.load_scene("geometry1", KEYS | {"components": list(COMPONENTS)}), STORED.run)
+    xr.testing.assert_equal(with_c.ic, to_dataset(results).ic)
+
+
+@pytest.mark.slow
+def test_c_is_symmetric_about_the_load_within_its_estimate(with_c):
+    nn = with_c.sel(i="n", j="n", body="lower")
     across = nn.isel(point=nn.line.values == "x = 1.6 mm")
     c, estimate = across.ic.sel(variant="C").values, across.estimate.values
     assert np.all(np.abs(c - c[::-1]) <= estimate + estimate[::-1])
@@ -89,23 +109,28 @@ def test_points_give_the_ics_of_a_line_through_them(pair):
     assert [str(name) for name in dict.fromkeys(scattered.line.values)] == ["mine", "s = 1.6 mm"]
 
 
-def test_single_body_and_component_are_solved_alone(pair, ics):
+@pytest.mark.slow
+def test_single_body_and_component_agree_with_all(pair, with_c):
     one = femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=OPTIONS)
-    assert list(one.body.values) == ["lower"]
-    assert bool(one.ic.sel(j="x").isnull().all())
-    c, known = (ics.sel(body="lower", i="n", j="n")[name] for name in ("ic", "estimate"))
+    c, known = (with_c.sel(body="lower", i="n", j="n")[name] for name in ("ic", "estimate"))
     off = np.abs(one.ic.sel(variant="C", body="lower", i="n", j="n") - c.sel(variant="C"))
     assert np.all(off <= 2 * known)
 
 
-def test_solved_models_are_kept_and_reported(pair, tmp_path):
+def test_a_single_body_and_component_are_solved_alone_and_their_models_are_kept(pair, tmp_path):
     reports = []
-    options = replace(OPTIONS, store=str(tmp_path / "store"), report=reports.append)
+    options = replace(NEAR, store=str(tmp_path / "store"), report=reports.append)
     results = [
-        femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=options)
+        femic.compute_ics(
+            pair, PATCH, LINES, ["Bhat", "C"], bodies=["lower"], components=["nn"], options=options
+        )
         for _ in range(2)
     ]
     xr.testing.assert_equal(results[0].ic, results[1].ic)
+    assert list(results[0].body.values) == ["lower"]
+    assert bool(results[0].ic.sel(j="x").isnull().all())
+    c, b_hat = (results[0].ic.sel(body="lower", i="n", j="n", variant=name) for name in ("C", "Bhat"))
+    assert float(abs(c - b_hat).max()) < COARSE * float(b_hat.max())
     assert len(list((tmp_path / "store").rglob("*.nc"))) >= 1
 
 
@@ -157,6 +182,7 @@ GRID = femic.Grid(n_x=5, n_s=4, dx=0.6, ds=0.4, s=0.3)
 
 @pytest.fixture(scope="module")
 def c_matrix(pair):
+    """C itself, for slow tests."""
     return femic.compute_matrix(pair, GRID, "C", OPTIONS)
 
 
@@ -170,6 +196,15 @@ def test_matrix_has_its_grid_and_layout(pair):
     assert labelled.ic.dims == ("lag", "observed", "loaded", "i", "j")
 
 
+def test_c_of_a_matrix_is_the_sum_of_both_bodies(pair, monkeypatch):
+    b_hat_as_c(monkeypatch, 0.02)
+    c, b_hat = (femic.compute_matrix(pair, GRID, ics, OPTIONS) for ics in ("C", "Bhat"))
+    np.testing.assert_allclose(c.ic, b_hat.ic, rtol=1e-9, atol=1e-12 * float(b_hat.ic.max()))
+    assert float(c.estimate.max()) == pytest.approx(0.02 * float(c.ic.max()), rel=1e-6)
+    assert c.attrs["ics"] == "C"
+
+
+@pytest.mark.slow  # of one body: tests/femic/reference/matrix
 def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
     """C(I, J) = C(J, I)^T at lag 0; B-hat of equal bodies comes close in nn, and has the signs of sn."""
     at_zero = c_matrix.isel(lag=0)
@@ -186,6 +221,7 @@ def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
     assert float(off.sel(sn).max()) < 0.5 * float(np.abs(c_matrix.ic).sel(sn).max())
 
 
+@pytest.mark.slow  # that M_zz alone is taken: tests/femic/reference/test_discount_rules.py
 def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
     """Without it nn differs by M_zz of both bodies times the cosines at observer and load."""
     whole = femic.compute_matrix(pair, GRID, "C", OPTIONS, discount="none")
@@ -196,9 +232,10 @@ def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
     assert abs(mean) > 1e-3 * float(c_matrix.ic.max())
 
 
-def test_foreign_matrix_is_labelled_the_same_way(c_matrix):
-    mine = femic.label_matrix(c_matrix.ic.values, GRID, "C", c_matrix.estimate.values)
-    xr.testing.assert_identical(mine, c_matrix)
+def test_foreign_matrix_is_labelled_the_same_way(pair, monkeypatch):
+    b_hat_as_c(monkeypatch)
+    c = femic.compute_matrix(pair, GRID, "C", OPTIONS)
+    xr.testing.assert_identical(femic.label_matrix(c.ic.values, GRID, "C", c.estimate.values), c)
 
 
 def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
@@ -212,11 +249,12 @@ def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
     np.testing.assert_allclose(own, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
-def test_a_fit_gives_the_pair_a_b_hat_prime_that_is_closer_to_c(pair, ics):
+@pytest.mark.slow  # of a scene: tests/compare/calibration; in Python: test_docs.py
+def test_a_fit_gives_the_pair_a_b_hat_prime_that_is_closer_to_c(pair, with_c):
     fitted = femic.fit_bhat_prime(pair, PATCH, options=OPTIONS)
     prime = femic.compute_ics(fitted.pair, PATCH, LINES[:1], ["Bhat", "Bhat_prime"], bodies=["combined"])
     xn = prime.ic.sel(body="combined", i="x", j="n")
-    c = ics.ic.sel(variant="C", body="combined", i="x", j="n")
+    c = with_c.ic.sel(variant="C", body="combined", i="x", j="n")
     c = c.isel(point=c.line.values == "s = 1.6 mm")
     off = np.abs(xn - c.values).max("point")
     assert off.sel(variant="Bhat_prime") < 0.3 * off.sel(variant="Bhat")

@@ -67,7 +67,7 @@ CASES = {
 }
 
 
-REPEATED = ("upper", "off centre")  # each of their parts is in other cases, too
+REPEATED = ("symmetric", "upper", "off centre")  # each of their parts is in other cases, too
 
 
 @pytest.fixture(

@@ -19,6 +19,7 @@ from femic.reference.solid.record import SOLID
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import UPPER
+from tests.femic.reference.closed_engine import CLOSED
 from tests.femic.reference.conftest import COARSE, JOB, LINES, PATCH, changed
 
 
@@ -77,10 +78,11 @@ def test_too_large_model_is_refused_with_numbers_and_remedies(models):
         next_level(changed(job, most_unknowns=10_000), reference)
 
 
-def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
+@pytest.mark.parametrize("engine", [CLOSED, pytest.param(SOLID, marks=pytest.mark.slow)])
+def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice(engine):
     asked = []
     watch = Watch(asked.append)
-    job = changed(JOB, tolerance=0.002)
+    job = changed(JOB, tolerance=0.002, engine=engine)
     result = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
     assert len(asked) > 1
     flat = [task.level for tasks in asked for task in tasks]

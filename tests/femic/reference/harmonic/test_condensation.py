@@ -50,10 +50,26 @@ def fields_are_cheap():
         yield
 
 
-@pytest.fixture(scope="module", params=[WHOLE, SYMMETRIC], ids=["whole", "half"])
-def section(request):
-    found = build_section(replace(TASK.request, body=request.param, loads=LOADS, cells=CELLS))
-    assert found.half_section == (request.param is SYMMETRIC)
+CASES = {
+    (body, seen): {"whole": WHOLE, "half": SYMMETRIC}[body] for body in ("whole", "half") for seen in SEEN
+}
+QUICK = {("whole", "few observers"), ("half", "many")}
+
+
+@pytest.fixture(
+    scope="module",
+    params=[case if case in QUICK else pytest.param(case, marks=pytest.mark.slow) for case in CASES],
+    ids=["-".join(case) for case in CASES],
+)
+def case(request):
+    """A section and how many observers it has; two pairs are slow."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def section(case):
+    found = build_section(replace(TASK.request, body=CASES[case], loads=LOADS, cells=CELLS))
+    assert found.half_section == (case[0] == "half")
     return found
 
 
@@ -62,13 +78,14 @@ def assembled(section):
     return assemble(section)
 
 
-@pytest.fixture(scope="module", params=SEEN)
-def section_solver(section, request):
+@pytest.fixture(scope="module")
+def section_solver(section, case):
     """Responses at a few observers, for which the border has G, or at many, for which fields are solved."""
-    respond = SectionSolver(section, LOADS, SEEN[request.param], SHARES)
+    seen = case[1]
+    respond = SectionSolver(section, LOADS, SEEN[seen], SHARES)
     prepared = prepared_by(respond)
-    assert (prepared.in_border is prepared.observers) == (request.param == "few observers")
-    return respond, SEEN[request.param]
+    assert (prepared.in_border is prepared.observers) == (seen == "few observers")
+    return respond, SEEN[seen]
 
 
 def by_fields(section, model, s, k, share):
@@ -92,7 +109,7 @@ def by_fields(section, model, s, k, share):
     return signs[..., None] * np.einsum("icn,lcn->lin", axes, u)
 
 
-@pytest.mark.parametrize("k", [0.0, 0.02, 0.3, 8.0])
+@pytest.mark.parametrize("k", [0.0, 0.02, pytest.param(0.3, marks=pytest.mark.slow), 8.0])
 def test_responses_are_those_of_the_fields_with_either_far_arc(section, assembled, section_solver, k):
     """Loads and observers on both sides of y = 0, over it and beside it."""
     respond, s = section_solver
@@ -128,7 +145,12 @@ def test_the_unit_of_force_does_not_matter(section):
 
 
 @pytest.mark.parametrize(
-    ("constant", "factor"), [("SPRING", 0.0), ("SPRING", 100.0), ("BORDER", 1e-3), ("BORDER", 1e3)]
+    ("constant", "factor"),
+    [
+        ("SPRING", 0.0),
+        pytest.param("SPRING", 100.0, marks=pytest.mark.slow),
+        *(pytest.param("BORDER", factor, marks=pytest.mark.slow) for factor in (1e-3, 1e3)),
+    ],
 )
 def test_springs_and_border_change_nothing(monkeypatch, section, section_solver, constant, factor):
     respond, s = section_solver
@@ -310,7 +332,7 @@ class FakeWaves:
         self.responses[name], self.residuals[name] = solution
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_cost_has_the_worst_residual_of_stored_waves_too(workers):
     waves, few_waves = FakeWaves(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
     first = engine.solve(few_waves, cache=waves, workers=workers).cost.residual

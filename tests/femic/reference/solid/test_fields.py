@@ -22,7 +22,7 @@ CENTRED, ASIDE = Patch(0.3, 0.5), Patch(0.3, 0.5, s=1.2)
 STRAIN = np.array([[1.0, 0.3, -0.2], [0.1, -0.7, 0.4], [0.5, -0.6, 0.8]])  # a displacement gradient
 
 
-@pytest.fixture(scope="module", params=["quarter", "half", "wheel"])
+@pytest.fixture(scope="module", params=[pytest.param("quarter", marks=pytest.mark.slow), "half", "wheel"])
 def model(request):
     if request.param == "wheel":
         return assemble(build_mesh(request_for(SYMMETRIC, side=UPPER, rolling_radius=60.0)))

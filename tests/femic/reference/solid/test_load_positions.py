@@ -42,9 +42,11 @@ def after_discount(reference):
     return reference.c.ic
 
 
-@pytest.fixture(
-    scope="module", params=[BODIES["rail"], pytest.param(BODIES["wheel"], marks=pytest.mark.slow)], ids=BODIES
-)
+# of raw displacements: test_solid.py; discounted: tests/femic/reference/matrix/test_matrix.py
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module", params=BODIES.values(), ids=BODIES)
 def both_ways(request):
     side, radius, cells = request.param
     body = request_for(UNSYMMETRIC, side=side, rolling_radius=radius).body
@@ -75,7 +77,6 @@ def test_the_discount_itself_is_reciprocal(both_ways):
     np.testing.assert_allclose(rigid, reverse.T, atol=1e-12 * np.abs(rigid).max())
 
 
-@pytest.mark.slow
 def test_a_load_at_s_is_the_mirrored_load_at_minus_s_on_the_mirrored_section():
     side, radius, cells = BODIES["wheel"]
     y = np.linspace(-12, 12, 41)

@@ -151,7 +151,7 @@ def test_ics_fall_with_the_modulus():
     np.testing.assert_allclose(softer, 7 * one, rtol=1e-5, atol=SOLVED * np.abs(softer).max())
 
 
-@pytest.mark.parametrize("k", [1e-3, 25.4])
+@pytest.mark.parametrize("k", [1e-3, pytest.param(25.4, marks=pytest.mark.slow)])
 def test_the_unit_of_length_does_not_matter(k):
     """Lengths times k: displacements per unit force fall by k; in m and N/m^2 instead of mm and MPa too."""
     one = request_for(UNSYMMETRIC)

@@ -22,7 +22,7 @@ def coverage_by_number(contacts):
 
 @pytest.mark.parametrize(
     ("study", "count"),
-    [("frictionless", 4), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
+    [("frictionless", 2), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
 )
 def test_estimates_of_some_random_contacts_nearly_always_hold(study, count):
     """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
@@ -56,7 +56,7 @@ def test_a_random_contact_is_the_same_each_time_and_others_differ():
 
 
 def test_contacts_are_stored_one_by_one_and_those_without_a_solution_too(tmp_path, monkeypatch):
-    """Every second contact has none: more than a quarter, so that too few are left of eight."""
+    """Every second contact has none: more than a quarter, so that too few are left of four."""
     tried = []
 
     def study(case):
@@ -69,11 +69,12 @@ def test_contacts_are_stored_one_by_one_and_those_without_a_solution_too(tmp_pat
     monkeypatch.setattr(module, "SPARE", 2.0)
     options = RunOptions(1, Store(tmp_path))
     contacts = stored_comparisons("made", 1, 3, options)
-    assert [contact.numbers["F"] for contact in contacts] == [random_contact(1, n).load for n in (1, 3, 5)]
+    assert [contact.numbers["F"] for contact in contacts] == [tried[n].load for n in (1, 3, 5)]
+    assert tried[1].load == random_contact(1, 1).load
     assert len(tried) == 6
     again = stored_comparisons("made", 1, 3, options)
     assert again == contacts
     assert len(tried) == 6
     monkeypatch.setattr(module, "SPARE", 1.25)
-    with pytest.raises(Failure, match="only 5 of 10"):
-        stored_comparisons("made", 1, 8, options)
+    with pytest.raises(Failure, match="only 2 of 5"):
+        stored_comparisons("made", 1, 4, options)

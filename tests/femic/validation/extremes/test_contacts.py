@@ -350,6 +350,7 @@ def test_each_case_beyond_has_a_message_with_its_number(part):
         assert not result.failed, (name, result)
 
 
+@pytest.mark.slow  # they are among those of the test above
 def test_contacts_that_leave_their_contours_are_refused_when_they_are_solved_and_no_others():
     """All others are refused before (the test above)."""
     every = [case.func.__self__ for part in (CONTACT, FRICTION) for _, case in refused(part)]
