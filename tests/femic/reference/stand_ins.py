@@ -13,7 +13,6 @@ from femic.reference.matrix.job import MatrixJob
 from femic.reference.models import Cost
 from femic.reference.result import Reference
 from geometries.materials import one_body
-from geometries.patches import N
 
 NAMES = (  # of `references` and `matrices`, where they are used
     ("compare.ics.compute.references", "references"),
@@ -24,7 +23,7 @@ COST = Cost(1, 1, "B-hat", (), 0.0, {}, 0.0)
 
 
 def b_hat_as_c(monkeypatch, estimate=0.01):
-    """Let C be B-hat of each body, with an estimate of a share of its largest nn."""
+    """Let C be B-hat of each body, with an estimate of a share of each IC."""
 
     def references(jobs, *_, **__):
         return {name: _reference(job, estimate) for name, job in jobs.items()}
@@ -45,7 +44,7 @@ def _b_hat(body, patch, x, s):
 
 def _estimated(ic, share):
     zero = np.zeros_like(ic)
-    return EstimatedICs(ic, np.full_like(ic, share * np.max(ic[N, N])), zero, zero)
+    return EstimatedICs(ic, share * np.abs(ic), zero, zero)
 
 
 def _reference(job, share):
