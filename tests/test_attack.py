@@ -78,7 +78,8 @@ def test_two_commands_in_one_folder_do_not_mix_results(place):
     assert outcome.answer in ("done and refused", "done and done")
 
 
-def test_changed_results_broken_files_and_tracebacks_are_noticed(place):
+@pytest.mark.slow
+def test_changed_results_and_broken_files_are_noticed(place):
     (rolling, *_), reference = QUICK, place.reference(QUICK[0])[0]
     at = place.copy(reference, "other")
     path = at / rolling.folder / "contact.nc"
@@ -92,6 +93,9 @@ def test_changed_results_broken_files_and_tracebacks_are_noticed(place):
     assert "contact.nc was left broken" in broken(at)
     path.unlink()
     assert rolling.differences(at, reference) == "contact.nc: is missing"
+
+
+def test_tracebacks_and_crashes_are_noticed():
     assert (
         Ended(1, "Traceback (most recent call last):\n  x\nKeyError: 3").trouble == "traceback: KeyError: 3"
     )

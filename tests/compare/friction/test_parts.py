@@ -50,7 +50,13 @@ def same(first, second):
     xr.testing.assert_equal(first.drop_vars(COSTS), second.drop_vars(COSTS))
 
 
-@pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        pytest.param(ROLLING, id="rolling", marks=pytest.mark.slow),
+        pytest.param(COMPRESSION, id="compression"),
+    ],
+)
 def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path):
     calls, interrupted = solved.calls, solved.interrupted
     of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
