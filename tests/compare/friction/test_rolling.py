@@ -73,7 +73,7 @@ def test_tractions_obey_coulombs_law(small):
 def conforming():
     """A patch over tens of degrees by A, B-hat, and the matrix of B-hat in the place of C."""
     of = rolls(
-        10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[0.0, 1e-3]
+        10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[-1e-3, 0.0, 1e-3]
     )
     patch = pytest.MonkeyPatch()
     patch.setattr(REFERENCE_ICS, bhat_as_c())
@@ -129,7 +129,7 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
         raise Failure("no contact")
 
     monkeypatch.setattr("femic.contact.pairs.solved_curve._curve", failing)
-    dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
+    dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[-1e-3, 0.0, 1e-3]))
     assert labels == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
     assert not np.any(np.isnan(dataset.F_x))

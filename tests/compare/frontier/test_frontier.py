@@ -341,8 +341,9 @@ def test_auto_chooses_what_advise_names(made, tolerance, kind):
     chosen = choose(str(path), question_of(scene), RunOptions(2, store))
     question = Question("combined", scene.components, tolerance)
     dataset = compute_frontier(str(path), request_for(str(path), question), RunOptions(2, store))
-    way = advise(dataset, question).way
-    assert chosen.advice.way == way
+    way = chosen.advice.way
+    if kind == "harmonic":  # approximations take milliseconds, measured anew: any of them may be the fastest
+        assert advise(dataset, question).way == way
     assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
     assert dataset.kind.sel(way=way) == kind
     if kind == "approximation":
