@@ -12,14 +12,14 @@ import numpy as np
 
 from compare.contact.compute import map_names, reference_name, require_solvable
 from femic.contact.frictional import FrictionalProblem
-from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.pairs.solved_compression import in_steps
-from femic.contact.pairs.variations import if_possible, on_larger_elements
+from femic.contact.pairs.variations import if_possible, on_larger_elements, with_perturbed_ics
+from femic.contact.rolling import RollingContact
 from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.damage.estimates import RollingSolution
 from femic.reference.run_options import RunOptions
@@ -172,15 +172,10 @@ def _rolls(pair: PairWithFriction, name: str) -> EstimatedRolling:
     own = _with_force(pair, problem, label)
     pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
     larger = on_larger_elements(pair, problem, label, _with_force)
-    changed = () if (operator := pair.perturbed(name)) is None else (_changed(pair, operator, label),)
+    solve_changed = partial(with_perturbed_ics, pair, friction, name, label, _with_force)
+    known = pair.perturbed(name) is not None
+    changed = (if_possible(pair, "not in estimates", solve_changed),) if known else ()
     return EstimatedRolling(own, tuple(larger), changed)
-
-
-def _changed(pair: PairWithFriction, operator: FullOperator, label: str) -> RollingSolution | None:
-    """Return the contact with ICs plus their estimated errors, None where there is none."""
-    problem = pair.frictional(operator, pair.specification.coefficients[0])
-    solve = partial(_with_force, pair, problem, f"{label} plus its estimate")
-    return if_possible(pair, "not in estimates", solve)
 
 
 def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> RollingSolution:
@@ -188,11 +183,18 @@ def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) 
     along = Continuation.of(pair, problem, label)
     share = pair.specification.equal_force
     rolling = along.with_force(share * along.largest, [along.first()])
+    return RollingSolution(along.problem, rolling, pair.loads[0], _slope(along, share, rolling))
+
+
+def _slope(along: Continuation, share: float, rolling: RollingContact) -> float:
+    """Return dF_x/dxi [N] of the creep-force curve from a contact to one of less force; nan without this."""
     less = share - np.copysign(STEP, share)
-    nearer_zero = along.with_force(less * along.largest, [rolling])
-    rise = rolling.creepages.longitudinal - nearer_zero.creepages.longitudinal
-    slope = float((share - less) * along.largest / rise)
-    return RollingSolution(along.problem, rolling, pair.loads[0], slope)
+    solve = partial(along.with_force, less * along.largest, [rolling])
+    beside = if_possible(along.pair, "no slope of the creep-force curve", solve)
+    if beside is None:
+        return np.nan
+    rise = rolling.creepages.longitudinal - beside.creepages.longitudinal
+    return float((share - less) * along.largest / rise)
 
 
 def _compressed(pair: PairWithFriction) -> Contacts:

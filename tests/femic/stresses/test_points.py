@@ -62,10 +62,18 @@ def test_points_that_are_not_inside_are_refused_with_their_place_and_a_remedy(bo
         require_inside(body, points)
 
 
-def test_points_at_the_boundaries_are_inside():
-    require_inside(BLOCK, section_points([-5.0, 0.0, 5.0], [0.0]))
-    require_inside(BLOCK, line_into_depth(0.0, 0.0, [39.9]))
-    require_inside(curved(-1), line_into_depth(0.0, 0.0, [0.0, 80.0]))
+@pytest.mark.parametrize(
+    ("body", "inside", "beyond"),
+    [
+        (BLOCK, section_points([-5.0, 0.0, 5.0], [0.0]), section_points([5.0], [-0.01])),
+        (BLOCK, line_into_depth(0.0, 0.0, [39.9]), line_into_depth(0.0, 0.0, [40.1])),
+        (curved(-1), line_into_depth(0.0, 0.0, [0.0, 80.0]), line_into_depth(0.0, 0.0, [-0.01])),
+    ],
+)
+def test_points_at_the_boundaries_are_inside_and_those_just_beyond_are_not(body, inside, beyond):
+    require_inside(body, inside)
+    with pytest.raises(WrongInput):
+        require_inside(body, beyond)
 
 
 def test_a_point_in_the_air_is_refused_by_coordinates_too():
