@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.stresses import contacts as module
 from compare.stresses import lattice
 from compare.stresses.answers import summary
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
@@ -21,12 +22,13 @@ from femic.damage.equivalent_stress import equivalent_stress
 from femic.damage.laws import EnergyLaw
 from femic.damage.sliding import sliding_of, utilised_friction
 from femic.damage.wear import depth
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import RunOptions, Watch
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.half_space import half_space_field
 from femic.stresses.measures import tresca, von_mises
+from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.patches import N
 from tests.compare.friction.scenes import RADIUS, scene
@@ -120,6 +122,18 @@ def test_rolls_at_largest_friction_and_prescribed_force(rolling):
     results, _, _ = rolling
     for solved in results.contacts.rolling.values():
         assert solved.own.contact.force[0] == pytest.approx(0.5 * 0.4 * 5e3, rel=1e-3)  # equal_force is 0.5
+
+
+def test_without_a_contact_beside_it_the_slope_is_not_known():
+    said = []
+
+    def fails(*_):
+        raise Failure("no contact")
+
+    pair = SimpleNamespace(options=RunOptions(watch=Watch(on_stage=said.append)))
+    along = SimpleNamespace(largest=1.0, with_force=fails, pair=pair)
+    assert np.isnan(module._slope(along, 0.5, None))
+    assert said == ["  no slope of the creep-force curve: no contact"]
 
 
 def numbers_with(rolling, **damage):

@@ -1,5 +1,7 @@
 """Estimates of wear and fatigue numbers bound the differences to exact numbers, and to finer elements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -224,3 +226,15 @@ def test_a_prescribed_creepage_is_exact():
         lambda wheel: at_creepages(wheel, SIDEWAYS), lambda one: {"xi": one.rolling.creepages.longitudinal}
     )
     assert errors["xi"] == 0
+
+
+def test_without_a_slope_creepage_and_t_gamma_are_not_known():
+    solve, bodies = random_rolling(0)
+    solution = solve(wheel_on(bodies(16, 18)))
+    own = Solved(replace(solution, slope=np.nan), all_numbers(solution))
+    errors = estimated_errors(own, [own, own])
+    assert {name for name, error in errors.items() if np.isnan(error)} == {
+        "xi",
+        "t_gamma",
+        "t_gamma_with_spin",
+    }
