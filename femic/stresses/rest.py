@@ -6,6 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from femic.cache.threads import in_threads, one_blas_thread
+from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.request import FAR_REACH
 from femic.reference.harmonic.section import SectionMesh, section_mesh
 from femic.reference.harmonic.section_size import SectionSize
@@ -16,7 +17,7 @@ from femic.stresses.half_space import on_half_space
 from femic.stresses.near_surface import samples_of
 from femic.stresses.points import InnerPoints
 from femic.stresses.resolution import Resolution
-from femic.stresses.section_fields import COMPONENTS, WaveSolver, wave_solver
+from femic.stresses.section_fields import COMPONENTS, WaveSolver
 from femic.stresses.spectra import Spectra
 from femic.stresses.staircase import staircase
 from femic.stresses.tractions import SurfaceTractions
@@ -74,7 +75,7 @@ class SectionUnderWaves:
         mesh, start = self.section.mesh, perf_counter()
         k = self.spectra.wavenumbers(self.resolution.spacing)
         places, place = np.unique(points.in_section(self.section.body), axis=1, return_inverse=True)
-        solver = wave_solver(self.section, self.spectra, places)
+        solver = WaveSolver.of(self.section, self.spectra, places)
         assembled = perf_counter()
         fields, residual = _solved(solver, k, workers)
         u, stress = self._at(points, k, fields, place.ravel())
@@ -91,7 +92,7 @@ class SectionUnderWaves:
         places, place = np.unique(flat.in_section(self.section.body), axis=1, return_inverse=True)
         fields = np.zeros((len(k), 2, places.shape[1], COMPONENTS))
         for share, sign in ((NEARER, 1.0), (1.0, -1.0)):
-            solver = wave_solver(self.section, self.spectra, places, share)
+            solver = WaveSolver.of(self.section, self.spectra, places, share)
             fields[far] += sign * _solved(solver, k[far], workers)[0]
         inside = np.hypot(*places) < NEARER * self.section.body.domain.far_radius
         fields[:, :, ~inside] = 0.0
@@ -108,8 +109,9 @@ class SectionUnderWaves:
 def _solved(solver: WaveSolver, k: Array, workers: int) -> tuple[Array, float]:
     """Waves (len(k), 2, places, c) at wavenumbers [1/mm], and the worst residual."""
     with one_blas_thread():
-        fields, residuals = zip(*in_threads(solver, k.tolist(), workers), strict=True)
-    return np.stack(fields), max(residuals)
+        parts = in_parts(k.tolist(), solver.together, workers)
+        fields, residuals = zip(*in_threads(solver, parts, workers), strict=True)
+    return np.concatenate(fields), float(np.max(np.concatenate(residuals)))
 
 
 def strip_blocks(grid: Grid, cells: float) -> Array:

@@ -5,12 +5,15 @@ other half of the waves has the sines and cosines exchanged and U and k of the o
 same stiffness K(k) but for the sign of U: so all elements together are two columns of forces.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
-from femic.reference.harmonic.equations import factors_of, require_small
+from femic.reference.harmonic.elimination import Elimination
+from femic.reference.harmonic.equations import not_solved, require_small
+from femic.reference.harmonic.fronts import Equations
 from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import assemble
 from femic.stresses.cells import interpolation
@@ -21,43 +24,77 @@ from geometries.quadrature import on_panels
 
 GAUSS_POINTS = 5  # per part of an edge
 COMPONENTS = 9  # u_x, u_y, u_z, strains xx, yy, zz and shears yz, xz, xy
-WaveSolver = Callable[[float], tuple[Array, float]]
 EXCHANGED = np.array([True, False, False, False, False, False, False, True, True])  # with sines for cosines
+OF_U = np.array([-1.0, 1.0, 1.0])  # signs of U, V, W in the second half of the waves
 
 
-def wave_solver(section: SectionMesh, spectra: Spectra, points: Array, share: float = 1.0) -> WaveSolver:
-    """Return a function from k [1/mm] to fields at points (2, n), and the residual that proves them.
+@dataclass(frozen=True, eq=False)
+class WaveSolver:
+    """A function from wavenumbers k [1/mm] to fields at points (2, n), and the residuals that prove them.
 
-    Fields have shape (2, n, `COMPONENTS`): factors of cos(k xi), then of sin(k xi), in section axes. The far
-    arc lies at a `share` of its radius. The function raises NotConverged.
+    Fields have shape (k, 2, n, `COMPONENTS`): factors of cos(k xi), then of sin(k xi), in section axes. The
+    function raises NotConverged.
     """
-    model, at_points = assemble(section), interpolation(section, points)
-    free = ~(section.supported | _beyond(section, share)[:, None]).ravel()[model.amplitudes]
-    numbers, stiffness = model.amplitudes[free], model.stiffness.restricted(free)
-    forces = strip_forces(section, spectra.tractions.grid)[numbers]
-    body, n_nodes = section.body, section.mesh.doflocs.shape[1]
-    stretch = 1 - body.side * points[1] / body.rolling_radius
-    bend = body.side / (body.rolling_radius * stretch)
-    signs = np.array([-1.0, 1.0, 1.0])  # of U in the second half of the waves
 
-    def solve(k: float) -> tuple[Array, float]:
-        cos, sin = spectra.amplitudes(k)
+    section: SectionMesh
+    spectra: Spectra
+    points: Array
+    at_points: csr_matrix
+    elimination: Elimination
+    forces: csc_matrix  # (amplitudes, 3 n_s) of unit line loads on strips, in the order of elimination
+
+    @classmethod
+    def of(cls, section: SectionMesh, spectra: Spectra, points: Array, share: float = 1.0) -> "WaveSolver":
+        """Prepare the equations with the far arc at a `share` of its radius."""
+        free = ~(section.supported | _beyond(section, share)[:, None])
+        forces = strip_forces(section, spectra.tractions.grid)
+        loaded = np.diff(csr_matrix(forces).indptr) > 0
+        both = csr_matrix(np.repeat(loaded[:, None], 2, axis=1).astype(float))
+        none = np.zeros(len(free), dtype=bool)
+        elimination = Elimination.of(Equations(assemble(section), free, none, both, csr_matrix(both.T)[:0]))
+        ordered = csc_matrix(forces[elimination.amplitudes])
+        return cls(section, spectra, points, interpolation(section, points), elimination, ordered)
+
+    @property
+    def together(self) -> int:
+        """For how many wavenumbers one call takes memory, at most."""
+        return self.elimination.together
+
+    def __call__(self, k: Sequence[float]) -> tuple[Array, Array]:
+        """Fields and residuals (k,) at wavenumbers [1/mm]."""
+        loads = np.stack([self._forces(one) for one in k])  # (k, amplitudes, 2)
+        loaded = np.diff(self.elimination.forces.indptr) > 0
+        try:
+            eliminated = self.elimination.at(k, loads[:, loaded].reshape(len(k), -1))
+        except np.linalg.LinAlgError as error:
+            raise not_solved(max(k), loads.shape[1], str(error)) from error
+        solution = eliminated.fields(np.zeros((len(k), 0, 2)), np.eye(2))
+        unbalanced, load = (
+            np.linalg.norm(part, axis=(1, 2)) for part in (eliminated.forces(solution) - loads, loads)
+        )
+        residuals = unbalanced / np.where(load > 0, load, 1.0)
+        for one, residual in zip(k, residuals, strict=True):
+            require_small(float(residual), one, loads.shape[1])
+        return np.stack([self._strained(*pair) for pair in zip(k, solution, strict=True)]), residuals
+
+    def _forces(self, k: float) -> Array:
+        """Forces (amplitudes, 2) of both halves of the waves."""
+        cos, sin = self.spectra.amplitudes(k)
         along_x = np.array([True, False, False])
-        columns = np.stack([np.where(along_x, sin, cos), signs * np.where(along_x, cos, sin)])
-        loads = forces @ columns.reshape(2, -1).T  # (free amplitudes, 2)
-        matrix = stiffness.at(k)
-        solution = factors_of(matrix, k).solve(loads)
-        unbalanced, load = (float(np.linalg.norm(part)) for part in (matrix @ solution - loads, loads))
-        residual = unbalanced / (load or 1.0)
-        require_small(residual, k, stiffness.size)
-        fields = np.zeros((3 * n_nodes, 2))
-        fields[numbers] = solution
-        at = np.asarray(at_points @ fields.reshape(n_nodes, 6)).reshape(3, -1, 3, 2)
-        at[:, :, 0, 1] *= -1
-        halves = np.stack([_strained(at[..., c], k * sign, stretch, bend) for c, sign in ((0, 1), (1, -1))])
-        return np.where(EXCHANGED, halves[::-1], halves), residual
+        columns = np.stack([np.where(along_x, sin, cos), OF_U * np.where(along_x, cos, sin)])
+        return np.asarray(self.forces @ columns.reshape(2, -1).T)
 
-    return solve
+    def _strained(self, k: float, solution: Array) -> Array:
+        """Fields (2, n, `COMPONENTS`) at the points from amplitudes (amplitudes, 2)."""
+        n_nodes, body = self.section.mesh.doflocs.shape[1], self.section.body
+        fields = np.zeros((3 * n_nodes, 2))
+        fields[self.elimination.amplitudes] = solution
+        at = np.asarray(self.at_points @ fields.reshape(n_nodes, 6)).reshape(3, -1, 3, 2)
+        at[:, :, 0, 1] *= -1
+        stretch = 1 - body.side * self.points[1] / body.rolling_radius
+        bend = body.side / (body.rolling_radius * stretch)
+        halves = np.stack([_strained(at[..., c], k * sign, stretch, bend) for c, sign in ((0, 1), (1, -1))])
+        return np.where(EXCHANGED, halves[::-1], halves)
 
 
 def _beyond(section: SectionMesh, share: float) -> Mask:

@@ -17,6 +17,7 @@ import numpy as np
 
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.accuracy import NotConverged
+from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.entry import NOT_STORED, StoredWaves, WaveSolution
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
@@ -97,8 +98,13 @@ def _sampled(
     section, respond = builder.of(request, request.shares)
     solutions.progress(0)
 
+    def both_arcs(k: Sequence[float]) -> list[WaveSolution]:
+        return _with_both_arcs(request, respond, k)
+
     def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
-        return solutions.at("", lambda k: _with_both_arcs(request, respond, k), wavenumbers)
+        felt = [k for k in wavenumbers if k < request.felt]
+        groups = felt, [k for k in wavenumbers if k >= request.felt]
+        return solutions.at("", both_arcs, groups, respond.together)
 
     with builder.timed("solution"):
         a = min(load.patch.a for load in request.loads)
@@ -110,8 +116,13 @@ def _with_coarser_cells(
 ) -> Array:
     """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
     _, respond = builder.of(request.coarser, (1.0,))
+
+    def at_arc(k: Sequence[float]) -> list[WaveSolution]:
+        responses, residuals = respond(k)
+        return list(zip(responses, residuals.tolist(), strict=True))
+
     with builder.timed("solution"):
-        return np.concatenate(solutions.at("coarser_", respond, wavenumbers.tolist()))
+        return np.concatenate(solutions.at("coarser_", at_arc, [wavenumbers.tolist()], respond.together))
 
 
 @dataclass(eq=False)
@@ -146,7 +157,7 @@ class _SectionBuilder:
 
 @dataclass(eq=False)
 class _WaveSolutions:
-    """Solves wavenumbers in parallel threads, or takes their solutions from a cache."""
+    """Solves wavenumbers, a few at once and in parallel threads, or takes their solutions from a cache."""
 
     workers: int
     progress: Progress
@@ -154,32 +165,48 @@ class _WaveSolutions:
     residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
 
     def at(
-        self, kind: str, respond: Callable[[float], WaveSolution], wavenumbers: Sequence[float]
+        self,
+        kind: str,
+        respond: Callable[[Sequence[float]], list[WaveSolution]],
+        groups: Iterable[Sequence[float]],
+        together: int,
     ) -> list[Array]:
-        """Return the responses at wavenumbers [1/mm]; `kind` begins the names of their solutions."""
+        """Return the responses at groups of wavenumbers [1/mm], in their order.
+
+        No two groups are solved together, and no more than `together` of one. `kind` begins the names of
+        their solutions.
+        """
+        parts = [part for group in groups for part in in_parts(group, together, self.workers)]
         all_responses = []
-        solutions = in_threads(lambda k: self._solution(kind, respond, k), wavenumbers, self.workers)
-        for responses, residual in solutions:
-            all_responses.append(responses)
-            self.residuals.append(residual)
-            self.progress(len(self.residuals))
+        for solutions in in_threads(lambda part: self._solutions(kind, respond, part), parts, self.workers):
+            for responses, residual in solutions:
+                all_responses.append(responses)
+                self.residuals.append(residual)
+                self.progress(len(self.residuals))
         return all_responses
 
-    def _solution(self, kind: str, respond: Callable[[float], WaveSolution], k: float) -> WaveSolution:
-        name = f"{kind}k{float(k)!r}"
-        solution = self.cache.get(name)
-        if solution is None:
-            solution = respond(k)
-            self.cache.put(name, solution)
-        return solution
+    def _solutions(
+        self, kind: str, respond: Callable[[Sequence[float]], list[WaveSolution]], k: Sequence[float]
+    ) -> list[WaveSolution]:
+        """The solutions at some wavenumbers [1/mm], of which those are solved that are not stored."""
+        names = {one: f"{kind}k{float(one)!r}" for one in k}
+        stored = {one: self.cache.get(name) for one, name in names.items()}
+        missing = [one for one, solution in stored.items() if solution is None]
+        solved = dict(zip(missing, respond(missing) if missing else (), strict=True))
+        for one, solution in solved.items():
+            self.cache.put(names[one], solution)
+        return [solved[one] if found is None else found for one, found in stored.items()]
 
 
-def _with_both_arcs(request: HarmonicRequest, respond: SectionSolver, k: float) -> WaveSolution:
-    """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
+def _with_both_arcs(
+    request: HarmonicRequest, respond: SectionSolver, k: Sequence[float]
+) -> list[WaveSolution]:
+    """Responses (2, load, 3, len(s)) with both far arcs at wavenumbers [1/mm], and the worse residuals.
 
-    Beyond `request.felt` the far arc has no effect, and an outline has none: one solution serves both.
+    Beyond `request.felt` the far arc has no effect on any of them, and an outline has none: one solution
+    serves both.
     """
-    if k < request.felt and len(request.shares) > 1:
-        return respond(k, request.shares)
-    at_arc, residual = respond(k)
-    return np.concatenate([at_arc, at_arc]), residual
+    shares = request.shares if min(k) < request.felt else request.shares[:1]
+    responses, residuals = respond(k, shares)
+    both = responses if len(shares) > 1 else np.repeat(responses, 2, axis=1)
+    return list(zip(both, residuals.tolist(), strict=True))

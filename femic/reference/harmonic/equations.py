@@ -1,13 +1,11 @@
-"""The equations of a section at a wavenumber: their matrix, its factors, and what proves a solution."""
-
-from dataclasses import dataclass
+"""What proves a solution of the equations of a section at a wavenumber."""
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, norm, splu
+from scipy.sparse import spmatrix
+from scipy.sparse.linalg import norm
 
 from femic.reference.accuracy import NotConverged
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array
 
 # A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
 # less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
@@ -16,52 +14,7 @@ from geometries.arrays import Array, Mask
 LARGEST_RESIDUAL = 1e-5
 
 
-@dataclass(frozen=True, eq=False)
-class Stiffness:
-    """A matrix K(k) = K0 + k K1 + k^2 K2, whose parts have the same sparsity pattern."""
-
-    pattern: csc_matrix
-    parts: tuple[Array, Array, Array]  # data of K0, K1, K2 in this pattern
-
-    @property
-    def size(self) -> int:
-        """Number of rows."""
-        return int(self.pattern.shape[0])
-
-    def restricted(self, chosen: Mask) -> "Stiffness":
-        """The rows and columns that are chosen."""
-        rows, starts = self.pattern.indices, self.pattern.indptr
-        entries = np.flatnonzero(chosen[rows] & np.repeat(chosen, np.diff(starts)))
-        numbers = (np.cumsum(chosen) - 1).astype(rows.dtype)
-        new_starts = np.append(0, np.searchsorted(entries, starts[1:])[chosen])
-        k0, k1, k2 = (part[entries] for part in self.parts)
-        n = len(new_starts) - 1
-        pattern = csc_matrix((np.ones(len(entries)), numbers[rows[entries]], new_starts), shape=(n, n))
-        return Stiffness(pattern, (k0, k1, k2))
-
-    def data(self, k: float) -> Array:
-        """The data of the matrix at a wavenumber [1/mm] in its pattern."""
-        return self.parts[0] + k * (self.parts[1] + k * self.parts[2])
-
-    def at(self, k: float) -> csc_matrix:
-        """The matrix at a wavenumber [1/mm]."""
-        return csc_matrix((self.data(k), self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape)
-
-
-def factors_of(matrix: csc_matrix, k: float) -> SuperLU:
-    """The LU factors of a matrix at a wavenumber [1/mm], in its own order.
-
-    Raises NotConverged where SuperLU finds none.
-    """
-    try:
-        return splu(
-            matrix, permc_spec="NATURAL", panel_size=1, diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError as error:  # SuperLU met a pivot that is 0
-        raise not_solved(k, matrix.shape[0], str(error)) from error
-
-
-def column_weights(forces: csc_matrix) -> Array:
+def column_weights(forces: spmatrix) -> Array:
     """Weights of the columns of forces (unknowns, n) in a sum that proves all their solutions, shape (n,).
 
     Each column is divided by its norm, which keeps large columns from hiding small ones, and multiplied by a

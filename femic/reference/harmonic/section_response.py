@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron
 
 from femic.reference.harmonic.condensation import Condensation
+from femic.reference.harmonic.fronts import Equations
 from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import SectionModel, assemble
 from femic.reference.symmetry import Parity, Y, parities
@@ -28,10 +29,10 @@ Case = tuple[int, float]  # parity in y, and the share of the far radius at whic
 
 
 class SectionSolver:
-    """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
+    """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumbers.
 
     A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N] with the far arc at its radius and at
-    further shares of it, shape (share, load, 3, len(s)), and the residual of the solved equations.
+    further shares of it, shape (k, share, load, 3, len(s)), and the residuals of the solved equations.
     """
 
     def __init__(
@@ -54,26 +55,31 @@ class SectionSolver:
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
-    def __call__(self, k: float, shares: Sequence[float] = (1.0,)) -> tuple[Array, float]:
-        """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
-        in_global_axes = np.zeros((len(shares), self._n_loads, 3, self._axes.shape[2]))
-        residuals = []
+    @property
+    def together(self) -> int:
+        """For how many wavenumbers one call takes memory, at most."""
+        return min(shared.condensation.elimination.together for shared in self._shared)
+
+    def __call__(self, k: Sequence[float], shares: Sequence[float] = (1.0,)) -> tuple[Array, Array]:
+        """Amplitudes [mm^2/N] at wavenumbers [1/mm], and the worst residuals (k,); raises NotConverged."""
+        in_global_axes = np.zeros((len(k), len(shares), self._n_loads, 3, self._axes.shape[2]))
+        worst = np.zeros(len(k))
         for shared in self._shared:
             cases = [case for case in shared.free if case[1] in shares]
             if not cases:
                 continue
-            condensed = shared.condensation.at(k)
-            for y, share in cases:
+            free = [shared.free[case] for case in cases]
+            of_cases, residuals = shared.condensation.at(k).responses(free)
+            worst = np.maximum(worst, residuals)
+            for (y, share), responses in zip(cases, of_cases, strict=True):
                 part = self._parts[y]
-                responses, residual = condensed.responses(shared.free[y, share])
-                residuals.append(residual)
-                at_places = responses.reshape(-1, 3, responses.shape[1])
-                observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
-                in_global_axes[shares.index(share), part.load_numbers] += (
-                    part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
+                at_places = responses.reshape(len(k), -1, 3, responses.shape[2])
+                observed = part.observer_signs[..., None] * at_places[:, self._place_of_observer]
+                in_global_axes[:, shares.index(share), part.load_numbers] += (
+                    part.signs[:, None, None] * np.transpose(observed, (0, 3, 2, 1))[:, part.columns]
                 )
-        in_local_axes = np.einsum("icn,alcn->alin", self._axes, in_global_axes)
-        return np.asarray(self._signs * in_local_axes), max(residuals)
+        in_local_axes = np.einsum("icn,kalcn->kalin", self._axes, in_global_axes)
+        return np.asarray(self._signs * in_local_axes), worst
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,17 +94,18 @@ class _SharedFactorisation:
 
     @classmethod
     def of(
-        cls, model: SectionModel, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
+        cls,
+        model: SectionModel,
+        held: Mapping[Case, Mask],
+        last: Mask,
+        forces: csr_matrix,
+        seen: csr_matrix,
     ) -> "_SharedFactorisation":
-        """Prepare cases by what they hold, (n_nodes, 3); the model has the nodes of `_differing` last."""
-        always_held = np.all(list(held.values()), axis=0)
-        free = model.amplitudes[~always_held.ravel()[model.amplitudes]]
-        n_retained = int(np.sum(~always_held[_differing(held)]))
-        retained = free[len(free) - n_retained :]
-        stiffness = model.stiffness.restricted(~always_held.ravel()[model.amplitudes])
-        condensation = Condensation.of(
-            stiffness, n_retained, csc_matrix(forces[free]), csr_matrix(seen[:, free]), len(held)
-        )
+        """Prepare cases by what they hold, (n_nodes, 3); they differ at the `last` nodes (n_nodes,) alone."""
+        free = ~np.all(list(held.values()), axis=0)
+        condensation = Condensation.of(Equations(model, free, last, forces, seen), len(held))
+        amplitudes = condensation.elimination.amplitudes
+        retained = amplitudes[len(amplitudes) - condensation.retained :]
         return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
 
 
@@ -106,11 +113,11 @@ def _shared_factorisations(
     section: SectionMesh, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
 ) -> list[_SharedFactorisation]:
     """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
-    differing = _differing(held)
+    model, differing = assemble(section), _differing(held)
     if 3 * np.sum(differing) <= MOST_RETAINED:
-        return [_SharedFactorisation.of(assemble(section, differing), held, forces, seen)]
-    model = assemble(section)
-    return [_SharedFactorisation.of(model, {case: mask}, forces, seen) for case, mask in held.items()]
+        return [_SharedFactorisation.of(model, held, differing, forces, seen)]
+    none = np.zeros_like(differing)
+    return [_SharedFactorisation.of(model, {case: mask}, none, forces, seen) for case, mask in held.items()]
 
 
 def _differing(held: Mapping[Case, Mask]) -> Mask:

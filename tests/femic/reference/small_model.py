@@ -32,7 +32,7 @@ def main(location: str, log: str) -> None:
 
     def counted(self, k, shares=(1.0,)):
         with Path(log).open("a") as lines:
-            lines.write(f"{k!r}\n")
+            lines.writelines(f"{one!r}\n" for one in k)
         return respond(self, k, shares)
 
     SectionSolver.__call__ = counted

@@ -46,8 +46,8 @@ def request(body, patch, x, s, growth=0.4):
 def at_wavenumber(body, patch, s, k, growth=0.4):
     """Amplitudes (load, i, observer) [mm^2/N] at a wavenumber."""
     asked = request(body, patch, np.zeros(len(s)), s, growth)
-    responses, _ = SectionSolver(build_section(asked), asked.loads, np.array(s))(k)
-    return responses[0]
+    responses, _ = SectionSolver(build_section(asked), asked.loads, np.array(s))([k])
+    return responses[0, 0]
 
 
 def solved(body, patch, x, s, growth=0.4):

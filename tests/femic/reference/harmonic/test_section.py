@@ -186,7 +186,7 @@ def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it
         section = build_section(request)
         beside = [load for load in request.loads if abs(abs(load.patch.s) - 0.2) < 0.1]
         assert len(beside) == 6
-        return section.knots, SectionSolver(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
+        return section.knots, SectionSolver(section, beside, np.array([-0.2, 0.2]))([0.3])[0]
 
     knots, result = responses(aside)
     knots_of_none, expected = responses(0.0)

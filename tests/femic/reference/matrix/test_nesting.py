@@ -52,7 +52,7 @@ def store():
 def factored(monkeypatch):
     """Wavenumbers that are solved from here on."""
     result, at = [], Condensation.at
-    monkeypatch.setattr(Condensation, "at", lambda self, k: result.append(k) or at(self, k))
+    monkeypatch.setattr(Condensation, "at", lambda self, k: result.extend(k) or at(self, k))
     return result
 
 
