@@ -1,7 +1,7 @@
 """Compute the IC matrix of a scene and write it strip by strip."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -192,17 +192,18 @@ class _Accumulator:
             matrix[:, :, strip] = _directions_last(self.solved[body].raw_column(strip))
         for body, matrix in self.discounted.items():
             matrix[:, :, strip] = _directions_last(columns[body].ic)
+        by_source = {body: reference.column(strip, SOURCE) for body, reference in self.solved.items()}
         for body, c in columns.items():
             jobs = [self.solved[part].job for part in parts_of(body)]
             self.errors[body].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
-            self._add_deviations(body, strip, jobs)
+            self._add_deviations(body, strip, total([by_source[part] for part in parts_of(body)]))
         return columns
 
-    def _add_deviations(self, body: str, strip: int, jobs: Sequence[MatrixJob]) -> None:
+    def _add_deviations(self, body: str, strip: int, c: EstimatedICs) -> None:
         """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
+        jobs = [self.solved[part].job for part in parts_of(body)]
         grid, deviations = self.scene.grid, self.deviations[body]
         variants, solid = _variants(self.scene, body), solids(self.scene)[body]
-        c = total([self.solved[part].column(strip, SOURCE) for part in parts_of(body)])
         column = ReferenceColumn(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
         approximated = approximations(variants, solid, grid, strip)
         differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}

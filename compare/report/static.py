@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize, SymLogNorm
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
@@ -87,7 +88,7 @@ def picture(chart: Chart) -> Figure:
     width, height = (max(size[k] for size in sizes) for k in (0, 1))
     columns = max(len(row) for row in rows)
     with mpl.rc_context(RC):
-        figure = Figure((width * columns, height * chart.heights * len(rows) + 0.5), layout="constrained")
+        figure = Figure((width * columns, height * chart.heights * len(rows) + 0.5))
         grid = figure.subplots(len(rows), columns, squeeze=False)
         for axes_row, row in zip(grid, rows, strict=True):
             for axes in axes_row[len(row) :]:
@@ -95,6 +96,7 @@ def picture(chart: Chart) -> Figure:
             for axes, (step, cell) in zip(axes_row, row, strict=False):
                 _draw(figure, axes, cell, step)
         _add_legend(figure, chart)
+        ConstrainedLayoutEngine().execute(figure)  # once; an engine of the figure would at each drawing
     return figure
 
 
@@ -140,7 +142,13 @@ def _draw_surface(figure: Figure, axes: Axes, surface: Surface) -> None:
     space.set_aspect("equal")
     space.view_init(elev=35, azim=-135)
     space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
-    figure.colorbar(ScalarMappable(norm, COLOURS["sequential"]), ax=space, label=surface.unit, shrink=0.6)
+    figure.colorbar(
+        ScalarMappable(norm, COLOURS["sequential"]),
+        ax=space,
+        label=surface.unit,
+        shrink=0.6,
+        use_gridspec=False,
+    )
 
 
 def draw_panel(axes: Axes, panel: Panel) -> None:
@@ -217,7 +225,7 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
     edges = _edges(drawn.x, log=drawn.log_x), _edges(drawn.y, log=drawn.log_y)
     shades = axes.pcolormesh(*edges, masked, rasterized=True, **style)
     _scale(axes, drawn)
-    figure.colorbar(shades, ax=axes, label=drawn.unit, **ticks)
+    figure.colorbar(shades, ax=axes, label=drawn.unit, use_gridspec=False, **ticks)
     for curve in drawn.curves:
         for line in _draw_curve(axes, curve):
             line.set_path_effects(HALO)

@@ -13,7 +13,7 @@ import numpy as np
 
 from geometries.arrays import Array, Indices, Mask
 
-CELLS_OF_A_LEAF = 2  # up to which parts are not halved: more cells have larger, fewer matrices
+CELLS_OF_A_LEAF = 4  # up to which parts are not halved: more cells have larger, fewer matrices
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,8 @@ from scipy.sparse import csr_matrix
 from femic.reference.harmonic.fronts import Equations, Front, Half, Order
 from geometries.arrays import Array, Indices
 
-MOST_NUMBERS = 16_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
-MOST_TOGETHER = 4  # wavenumbers: more are not faster
+MOST_NUMBERS = 24_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
+MOST_TOGETHER = 8  # wavenumbers: more are not faster
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 from approx.halfspace import HalfSpace
 from femic.reference.harmonic.synthesis import WAVE_REACH, Responses
 from femic.reference.harmonic.wavenumbers import Samples
-from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.reference.harmonic.waves import SINES, Tail, spectrum, synthesis_weights
 from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
 from geometries.materials import one_body
@@ -143,8 +143,7 @@ def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
 
     The last axis counts the strips apart, from -m to m.
     """
-    ahead = np.stack(
-        [tail(half_space, grid.element, k_max, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1
-    )
+    tail = Tail.of(half_space, grid.element, k_max, grid.lags)
+    ahead = np.stack([tail.at(grid.ds * n) for n in range(m + 1)], axis=-1)
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

@@ -10,8 +10,8 @@ from femic.reference.harmonic.expected import expected_samples
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.models import BASE_MEMORY, ExpectedCost
 
-FACTOR, FACTOR_GROWTH = 0.46 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
-IN_PARALLEL = 0.75  # speed-up over the number of workers, which share the memory
+FACTOR, FACTOR_GROWTH = 0.28 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
+IN_PARALLEL = 0.65  # speed-up over the number of workers, which share the memory
 START, PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly: in any case, and per unknown
 MEMORY = 0.02  # MB per unknown
 

@@ -8,7 +8,7 @@ import numpy as np
 from approx.halfspace import HalfSpace
 from femic.cache.threads import one_blas_thread
 from femic.reference.harmonic.wavenumbers import Samples
-from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.reference.harmonic.waves import SINES, Tail, spectrum, synthesis_weights
 from femic.reference.level import HIGHER
 from femic.reference.models import Cost, Points, RawICs
 from geometries.arrays import Array, Indices, Mask
@@ -103,10 +103,10 @@ class _UnderPatch:
     loads: list[Load]  # on the same patch
     points: Points
     observer: Indices  # number of each point's arc length in the responses
-    stretch: float  # chart length over arc length at the load
     distance: Indices  # number of each point's |xi| in the shares
     sign: Array  # of each point's xi
     shares: dict[float, tuple[Array, Array]]  # at |xi| without repetitions, by the largest wavenumber
+    tails: dict[float, Array]  # the half-space's share [mm/N], (3, 3, n_points), by the largest wavenumber
 
     @classmethod
     def of(
@@ -122,12 +122,14 @@ class _UnderPatch:
             k_max: spectrum(k_max, solved.body.rolling_radius).shares(patch.a * stretch, distances)
             for k_max in largest
         }
-        return cls(solved, loads, points, observer, stretch, distance, np.sign(xi), shares)
+        half_space = HalfSpace(one_body(solved.body.material, solved.body.side))
+        tails = {k_max: _tail(half_space, patch, k_max * stretch, points) for k_max in shares}
+        return cls(solved, loads, points, observer, distance, np.sign(xi), shares, tails)
 
     def displacements(self, samples: Samples, k_max: float) -> Array:
         """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
 
-        The half-space's share is added (`tail`).
+        The half-space's share is added.
         """
         wavenumbers = spectrum(k_max, self.solved.body.rolling_radius)
         even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, self.shares[k_max])
@@ -137,15 +139,17 @@ class _UnderPatch:
             responses = samples.responses[:, self.solved.loads.index(load)]
             for i, is_odd in enumerate(SINES[:, load.direction]):
                 u[row, i] = np.einsum("kp,kp->p", responses[:, i, self.observer], weights[int(is_odd)])
-        self._add_tail(u, wavenumbers.k_max * self.stretch)
-        return u
-
-    def _add_tail(self, u: Array, k_max: float) -> None:
-        """Add the half-space's share of the displacements, k_max [1/mm] being the largest k at the load."""
-        body, patch, points = self.solved.body, self.loads[0].patch, self.points
-        half_space = HalfSpace(one_body(body.material, body.side))
         directions = [load.direction for load in self.loads]
-        for s in np.unique(points.s[np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max]):
-            on_strip = points.s == s
-            beyond = tail(half_space, patch, k_max, points.x[on_strip], s - patch.s)
-            u[..., on_strip] += np.swapaxes(beyond, 0, 1)[directions]
+        return u + np.swapaxes(self.tails[k_max], 0, 1)[directions]
+
+
+def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> Array:
+    """The half-space's share of displacements (3, 3, n_points); k_max [1/mm] is the largest k at the load."""
+    u = np.zeros((3, 3, len(points.x)))
+    near = np.flatnonzero(np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max)
+    if len(near):
+        tail = Tail.of(half_space, patch, k_max, points.x[near])
+        for s in np.unique(points.s[near]):
+            on_strip = np.flatnonzero(points.s[near] == s)
+            u[..., near[on_strip]] = tail.at(s - patch.s, on_strip)
+    return u

@@ -94,8 +94,9 @@ class MatrixReference:
 
     def _column(self, strip: int, name: Discount) -> EstimatedICs:
         """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
+        unit = self._motions(strip)
         by_variation = {
-            variation: self._varied(strip, name, variation)
+            variation: self._varied(strip, name, variation, unit)
             for variation in self._syntheses
             if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
         }
@@ -110,18 +111,23 @@ class MatrixReference:
         arc of half the radius.
         """
         name = self.job.discounts[0]
-        return self._varied(strip, name, variation) if name == "source" else self.raw_column(strip, variation)
+        if name != "source":
+            return self.raw_column(strip, variation)
+        return self._varied(strip, name, variation, self._motions(strip))
 
     def approach(self, variation: str = "") -> float:
         """Return M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
         name = self.job.discounts[0]
         return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
 
-    def _varied(self, strip: int, name: Discount, variation: str) -> Array:
-        """A variation of C [mm/N] after a discount, shape (3, 3, n_x, n_s)."""
+    def _motions(self, strip: int) -> Array:
+        """The `motions` of all elements under loads on one strip, shape (7, 3, 3, n_x, n_s)."""
         elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
-        unit_motions = motions(self.job.body, elements, float(self.job.grid.strips[strip]))
-        rigid = discount(self._compliances[name][variation], unit_motions)
+        return motions(self.job.body, elements, float(self.job.grid.strips[strip]))
+
+    def _varied(self, strip: int, name: Discount, variation: str, unit: Array) -> Array:
+        """A variation of C [mm/N] after a discount, from its `motions`, shape (3, 3, n_x, n_s)."""
+        rigid = discount(self._compliances[name][variation], unit)
         return np.asarray(self.raw_column(strip, variation) - rigid)
 
 
