@@ -19,7 +19,7 @@ from tests.femic.reference.harmonic.fields import stiffness
 from tests.femic.reference.small_model import BODY, TASK
 
 K = [0.0, 0.4, 7.0]
-SMALL = replace(TASK.request, body=replace(BODY, domain=Domain(8.0, np.inf)), cells=Cells(0.3, 0.6, 0.6))
+SMALL = replace(TASK.request, body=replace(BODY, domain=Domain(2.0, np.inf)), cells=Cells(0.5, 0.9, 0.9))
 
 
 @pytest.fixture(scope="module")
