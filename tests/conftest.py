@@ -9,7 +9,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
-from compare.report import files  # noqa: E402
+from compare.report import files, static  # noqa: E402
 from tests.pages import started  # noqa: E402
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -52,7 +52,8 @@ def pytest_collection_modifyitems(items):
 def _pictures_once(request):
     """Without slow tests, files of pictures are drawn once in a process by first word and kind of panels.
 
-    Figures are made each time; their layout and file are what takes a third of the time of a page.
+    Figures are made each time; their layout and file are what takes a third of the time of a page. No room is
+    made around axes, but where layout itself is tested.
     """
     if request.config.getoption("markexpr") != "not slow":
         yield
@@ -68,6 +69,7 @@ def _pictures_once(request):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(files, "save", once)
+        patch.setattr(static, "lay_out", lambda _: None)
         yield
 
 

@@ -96,8 +96,13 @@ def picture(chart: Chart) -> Figure:
             for axes, (step, cell) in zip(axes_row, row, strict=False):
                 _draw(figure, axes, cell, step)
         _add_legend(figure, chart)
-        ConstrainedLayoutEngine().execute(figure)  # once; an engine of the figure would at each drawing
+        lay_out(figure)
     return figure
+
+
+def lay_out(figure: Figure) -> None:
+    """Make room for what stands around axes, once: an engine of the figure would do so at each drawing."""
+    ConstrainedLayoutEngine().execute(figure)
 
 
 def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
