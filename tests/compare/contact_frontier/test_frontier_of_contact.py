@@ -238,4 +238,4 @@ def test_c_on_a_finer_grid_is_the_reference(write, tmp_path, browser):
     assert np.all(dataset.ics_seconds.where(dataset.kind == "harmonic", drop=True) > 0)
     again = compute_contact_frontier(path, ContactRequest(("p_max",)), RunOptions(2, store))
     assert again.ics_seconds.sel(way=dataset.attrs["best"]) == best.ics_seconds  # as they were stored
-    assert widest(browser, write_contact_frontier(dataset, tmp_path), 800) <= 800
+    assert max(widest(browser, write_contact_frontier(dataset, tmp_path), 800)) <= 800
