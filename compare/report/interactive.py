@@ -20,6 +20,7 @@ TICKS = 8  # at most, on the longest axis of a drawing in 3D
 DIGITS = 6  # of the numbers on a page
 COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu", "positive": "YlOrRd"}
 EYE = {"x": -1.2, "y": -1.2, "z": 1.1}  # whence a cube is seen
+MOST_DECADES = 8  # with a tick each on a logarithmic axis
 
 
 @cache
@@ -71,8 +72,11 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
     }
     for number, axis in enumerate(("xaxis", "yaxis")):
-        if "dtick" in layout[axis] and not _has_decades([curve.points[number] for curve in panel.curves]):
-            del layout[axis]["dtick"]  # Plotly then labels ticks between powers of ten
+        if "dtick" in layout[axis]:
+            decades = _decades([curve.points[number] for curve in panel.curves])
+            layout[axis]["dtick"] = max(1, -(-decades // MOST_DECADES))
+            if decades < 1:
+                del layout[axis]["dtick"]  # Plotly then labels ticks between powers of ten
     for axis, limits in (("xaxis", panel.limits_x), ("yaxis", panel.limits_y)):
         if limits is not None:
             layout[axis]["range"] = list(limits)
@@ -93,11 +97,11 @@ def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
     return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
 
 
-def _has_decades(lines: Sequence[Array]) -> bool:
-    """Return whether two powers of ten lie within the positive values of lines, (n,) each."""
+def _decades(lines: Sequence[Array]) -> int:
+    """Return how many whole decades lie within the positive values of lines, (n,) each; 1 without values."""
     values = np.concatenate([np.zeros(0), *lines])
     powers = np.log10(values[np.isfinite(values) & (values > 0)])
-    return not powers.size or bool(np.floor(powers.max()) > np.ceil(powers.min()))
+    return int(np.floor(powers.max()) - np.ceil(powers.min())) if powers.size else 1
 
 
 def _share_scale(layout: dict[str, Any]) -> None:

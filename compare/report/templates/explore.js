@@ -62,12 +62,25 @@
     });
   };
 
+  // The outlines of markers, of Plotly's names: corners at radii in turn, the first at an angle in quarter turns.
+  const corners = (count, first, radii = [4], wide = 1) => Array.from({ length: count * radii.length }, (_, k) => {
+    const angle = (first + (4 * k) / (count * radii.length)) * (Math.PI / 2), radius = radii[k % radii.length];
+    return `${(14 + wide * radius * Math.cos(angle)).toFixed(2)},${(6 + radius * Math.sin(angle)).toFixed(2)}`;
+  }).join(" ");
+  const outlines = {
+    "circle": corners(24, 0, [3.5]), "square": corners(4, 0.5, [4.5]), "diamond": corners(4, 0, [4.5]),
+    "diamond-tall": corners(4, 0, [5], 0.6), "triangle-up": corners(3, -1, [4.5]), "triangle-down": corners(3, 1, [4.5]),
+    "triangle-left": corners(3, 2, [4.5]), "triangle-right": corners(3, 0, [4.5]), "star": corners(5, -1, [5, 2]),
+    "pentagon": corners(5, -1), "hexagon": corners(6, 0), "octagon": corners(8, 0.25),
+    "cross": corners(4, 0.5, [1.8, 4.2, 4.2]), "x": corners(4, 0, [1.8, 4.2, 4.2]),
+  };
   const swatch = ({ colour, dash, marker }) => {
     const dashes = { solid: "", dash: "6 3", dot: "2 3", dashdot: "6 2 2 2", longdash: "10 3", longdashdot: "10 2 2 2" };
     const line = dash ? `<line x1="1" x2="27" y1="6" y2="6" stroke-width="2" stroke-dasharray="${dashes[dash]}"/>` : "";
-    const mark = marker && !dash ? '<circle cx="14" cy="6" r="3.5" fill="none" stroke-width="1.6"/>' : "";
+    const name = marker.replace("-open", ""), fill = name === marker ? "" : "none";
+    const mark = marker && !dash ? `<polygon points="${outlines[name]}" style="fill:${fill}"/>` : "";
     const stroke = colour === "ink" ? "var(--ink)" : colour;
-    return `<svg width="28" height="12" aria-hidden="true" style="stroke:${stroke}">${line}${mark}</svg>`;
+    return `<svg width="28" height="12" aria-hidden="true" style="stroke:${stroke};fill:${stroke}">${line}${mark}</svg>`;
   };
   const legend = chart => {
     const list = document.createElement("div");

@@ -1,6 +1,8 @@
 """Charts as data, as JSON for pages, and as pictures for paper."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -82,6 +84,23 @@ def test_the_legend_has_markers_where_the_curves_have_some():
             chart_of("", [Panel("", "", "", [Curve("A", points, points, LOOKS["A"])])]).legend["A"].marker
             == marker
         )
+
+
+def test_pages_can_draw_every_marker_in_their_legends():
+    script = (Path(interactive.__file__).parent / "templates" / "explore.js").read_text(encoding="utf-8")
+    outlines = script.partition("const outlines = {")[2].partition("};")[0]
+    looks = {look.marker.removesuffix("-open") for look in (*OWN.values(), *FURTHER)} - {""}
+    assert set(re.findall(r'"([a-z-]+)": corners', outlines)) == looks | set(static.MARKERS) - {""}
+    assert len(re.findall(r"corners\([^)]*\)", outlines)) == len(
+        set(re.findall(r"corners\([^)]*\)", outlines))
+    )  # no two alike
+
+
+@pytest.mark.parametrize(("decades", "apart"), [(2, 1), (8, 1), (9, 2), (16, 2), (17, 3)])
+def test_many_decades_are_not_all_labelled(decades, apart):
+    y = np.array([1e-3, 10.0 ** (decades - 3)])
+    drawn = json.loads(interactive.as_json(chart_of("", [Panel("", "", "", [Curve("A", y, y)], log_y=True)])))
+    assert drawn["steps"][0][0]["layout"]["yaxis"]["dtick"] == apart
 
 
 def test_the_slider_begins_with_the_last_step_or_the_one_named(chart):
