@@ -86,7 +86,7 @@ MUTATIONS = {  # what is wrong, where, and the statement that must say so
         "bound",
         lambda self, p: 3 * BOUND(self, p),
         creep_forces,
-        34,
+        36,
     ),
     "approach moves surfaces the other way": (Shift, "given_at", turned_back, compressions, 37),
 }
