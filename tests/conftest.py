@@ -53,7 +53,7 @@ def _pictures_once(request):
     """Without slow tests, files of pictures are drawn once in a process by first word and kind of panels.
 
     Figures are made each time; their layout and file are what takes a third of the time of a page. No room is
-    made around axes, but where layout itself is tested.
+    made around axes.
     """
     if request.config.getoption("markexpr") != "not slow":
         yield

@@ -1,8 +1,8 @@
-"""The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
+"""The response of a section at wavenumbers: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
 only one of them. Even and odd parts, and far arcs at several radii, differ in their supports only: one
-factorisation serves them all, unless they differ at too many nodes.
+elimination serves them all, unless they differ at too many nodes.
 """
 
 from collections.abc import Mapping, Sequence
