@@ -12,122 +12,34 @@ from functools import cached_property
 
 import numpy as np
 
+from femic.contact import coupled
 from femic.contact.bound_constrained import pressures
-from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.coupled import Coupled, Guess
+from femic.contact.edges import Extent, extents, near_ends
 from femic.contact.error_floors import SlipState
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
 from femic.contact.friction.force_limit import ForcesBeyondFriction
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
+from femic.contact.friction.strips import Strips
+from femic.contact.frictional_problem import TANGENTIAL, FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalProblem, PotentialAreaTooSmall
-from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.protocols import FullOperator, Operator
-from femic.contact.operators.ring import RingInverse
+from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.resultants import in_global_axes
 from geometries.arrays import Array, Mask
-from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.errors import Failure
+from geometries.patches import N, S
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
-MOST_ALTERNATIONS = 200  # between normal and tangential problem
-FIRST_CHANGE = 0.1  # assumed before the first alternation
-UNDAMPED_ALTERNATIONS = 5  # after these, elements whose tractions oscillate take a share of the steps
+MOST_TURNS = 200  # of normal and tangential problem
+FIRST_CHANGE = 0.1  # assumed before the first turn
+UNDAMPED_TURNS = 5  # after these, elements whose tractions oscillate take a share of the steps
 BACK, ON = 0.7, 1.1  # factors of this share
 LEAST_PRESSED = 0.05  # share of a load that tangential tractions on inclined places must leave to pressures
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which the solution does not begin on a coarser grid
 COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
-TANGENTIAL = (X, S)
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionalProblem:
-    """Two bodies on a grid, with friction: their ICs in all directions, distance, and how surfaces incline.
-
-    `distance` [mm], (n_x, n_s), as in `NormalProblem`; `inclination` [rad], (n_s,); `flat` are the ICs of
-    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more, which each
-    strip has times its `factor`, (n_s,), None: 1. Beside the contact `margin` elements are needed.
-    """
-
-    grid: Grid
-    operator: FullOperator
-    flat: Convolution
-    distance: Array
-    inclination: Array
-    friction: float
-    margin: int = MARGIN
-    factor: Array | None = None
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.friction < np.inf:
-            raise WrongInput(f"friction = {self.friction!r}: must be zero or positive, and finite")
-        if self.factor is not None:
-            _require_factors(self.factor, self.grid.n_s)
-
-    @property
-    def coefficients(self) -> Array | float:
-        """Coefficients of friction of the strips, shape (n_s,), or of all of them."""
-        return self.friction if self.factor is None else self.friction * self.factor
-
-    def bound(self, pressures: Array) -> Array:
-        """Return the largest tangential tractions [MPa] at pressures (n_x, n_s) [MPa], of this shape."""
-        return np.asarray(self.coefficients * pressures)
-
-    @cached_property
-    def normal(self) -> NormalProblem:
-        """The problem of the pressures without tangential tractions; raises as `NormalProblem`."""
-        return NormalProblem(
-            self.grid,
-            self.operator.restricted((N,)),
-            self.flat.restricted((N,)),
-            self.distance,
-            np.cos(self.inclination),
-        )
-
-    @cached_property
-    def tangential(self) -> Operator:
-        """The ICs of tangential tractions and displacements."""
-        return self.operator.restricted(TANGENTIAL)
-
-    @property
-    def has_coarser(self) -> bool:
-        """Whether the grid can be made of elements twice as large."""
-        return self.grid.n_x % 2 == 0 and self.grid.n_s % 2 == 0
-
-    @cached_property
-    def coarsened(self) -> "FrictionalProblem":
-        """The problem on elements twice as large, the same tractions on four at a time.
-
-        One element beside its contact is enough: the area is the same, and ends of fewer elements only make
-        a reading of the edges less accurate.
-        """
-        normal, factor = self.normal.coarsened, self.factor
-        inclination = self.inclination.reshape(-1, 2).mean(axis=1)
-        return FrictionalProblem(
-            normal.grid,
-            self.operator.coarsened(),
-            self.flat.coarsened(),
-            normal.distance,
-            inclination,
-            self.friction,
-            margin=1,
-            factor=None if factor is None else factor.reshape(-1, 2).mean(axis=1),
-        )
-
-
-def _require_factors(factor: Array, n_s: int) -> None:
-    """Raise WrongInput unless there is a factor of friction for each strip, zero or positive."""
-    if np.shape(factor) != (n_s,):
-        raise WrongInput(f"factor of friction, shape {np.shape(factor)}: one per strip, shape ({n_s},)")
-    wrong = np.flatnonzero(~((np.asarray(factor) >= 0) & np.isfinite(factor)))
-    if len(wrong):
-        raise WrongInput(
-            f"factor of friction = {factor[wrong[0]]!r} at strip {wrong[0]}: must be zero or positive, and "
-            "finite"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +58,7 @@ class FrictionalContact:
     gap: Array
     approach: float
     tangential: Tangential
-    alternations: int
+    turns: int  # of the normal and the tangential problem, 0 where both were solved at once
     coarser: "FrictionalContact | None" = None
 
     @property
@@ -248,15 +160,15 @@ def solve(
     where both do not agree after `MOST_ALTERNATIONS`, and where the contact comes too near to an end of the
     grid.
     """
-    contact = _Alternation(problem, motion, loading, tolerance).from_start(start)
+    contact = _Solution(problem, motion, loading, tolerance).from_start(start)
     if ends := near_ends(contact.in_contact, problem.margin):
         raise PotentialAreaTooSmall(ends, loading)
     return contact
 
 
 @dataclass(frozen=True, eq=False)
-class _Alternation:
-    """Normal and tangential problem, solved alternately."""
+class _Solution:
+    """How a contact is found."""
 
     problem: FrictionalProblem
     motion: Motion
@@ -267,12 +179,14 @@ class _Alternation:
         """Return the contact, from one to begin with, or from those on coarser grids."""
         if start is not None:
             same = len(start.amplitudes) == len(self.motion.free)
-            return self.robustly(start.p, start.amplitudes if same else np.zeros(len(self.motion.free)))
+            amplitudes = start.amplitudes if same else np.zeros(len(self.motion.free))
+            return self.robustly(Guess(start.p, amplitudes, start.approach))
         coarser = self.coarser()
         if coarser is None:
             nothing = np.zeros((*self.problem.distance.shape, 3))
-            return self.robustly(nothing, np.zeros(len(self.motion.free)))
-        contact = self.robustly(coarser.p.repeat(2, axis=0).repeat(2, axis=1), coarser.amplitudes)
+            return self.robustly(Guess(nothing, np.zeros(len(self.motion.free)), 0.0))
+        p = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
+        contact = self.robustly(Guess(p, coarser.amplitudes, coarser.approach))
         return replace(contact, coarser=coarser)
 
     def coarser(self) -> FrictionalContact | None:
@@ -281,28 +195,41 @@ class _Alternation:
         if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
             return None
         tolerance = max(self.tolerance, COARSE_TOLERANCE)
-        alternations = _Alternation(self.problem.coarsened, self.motion.coarsened(), self.loading, tolerance)
+        solution = _Solution(self.problem.coarsened, self.motion.coarsened(), self.loading, tolerance)
         try:
-            return alternations.from_start(None)
+            return solution.from_start(None)
         except Failure:
             return None
 
-    def robustly(self, p: Array, amplitudes: Array) -> FrictionalContact:
+    def robustly(self, guess: Guess) -> FrictionalContact:
         """Return the contact, with the motion in a simpler form if it is not found in its own."""
         try:
-            return self.end(p, amplitudes)
+            return self.at_once(guess) or self.in_turns(guess)
         except ForcesBeyondFriction:
             raise
         except Failure:
             if self.motion.simpler is None:
                 raise
-        return replace(self, motion=self.motion.simpler).robustly(p, amplitudes)
+        return replace(self, motion=self.motion.simpler).robustly(guess)
 
-    def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
-        """Return the contact at which neither problem changes the other; `p` are the first tractions."""
+    def at_once(self, guess: Guess) -> FrictionalContact | None:
+        """Return the contact by Newton's method for all tractions, None where a guess does not lead to it."""
+        if not np.any(guess.p):
+            return None
+        system = Coupled(self.problem, self.motion, self.loading, self.strips)
+        solution = coupled.solve(system, guess, self.tolerance)
+        if solution is None or self.share_of_pressures(solution.p) < LEAST_PRESSED:
+            return None
+        gap = np.where(solution.contact, 0.0, solution.gap)
+        of_contact = solution.p, solution.u, gap, solution.approach, solution.tangential
+        return FrictionalContact(self.problem, self.motion, *of_contact, turns=0)
+
+    def in_turns(self, guess: Guess) -> FrictionalContact:
+        """Return the contact at which neither problem changes the other."""
+        p, amplitudes = guess.p, guess.amplitudes
         change, sharpest = FIRST_CHANGE, SHARPER / self.largest_coefficient  # of bounds, too
         damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
-        for alternation in range(1, MOST_ALTERNATIONS + 1):
+        for turn in range(1, MOST_TURNS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
             p, approach, gap = self.pressed(p, sharp)
             tangential = self.slipped(p, approach, amplitudes, sharp)
@@ -311,10 +238,8 @@ class _Alternation:
             pressed_too_little = self.share_of_pressures(p) < LEAST_PRESSED
             if (max(change, sharp) <= self.tolerance and not pressed_too_little) or not np.any(p):
                 u = self.problem.operator(p)
-                return FrictionalContact(
-                    self.problem, self.motion, p, u, gap, approach, tangential, alternation
-                )
-            damping = damping.after((p - before)[..., :N], begins=alternation > UNDAMPED_ALTERNATIONS)
+                return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
+            damping = damping.after((p - before)[..., :N], begins=turn > UNDAMPED_TURNS)
             p = _joined(before[..., :N] + damping.share * damping.step, p)
         if pressed_too_little:
             raise Failure(
@@ -323,8 +248,8 @@ class _Alternation:
             )
         raise Failure(
             f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
-            f"largest pressure after {MOST_ALTERNATIONS} alternations, not {self.tolerance:.1e}; use smaller "
-            "steps of load or less friction"
+            f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
+            "or less friction"
         )
 
     @property
@@ -358,7 +283,7 @@ class _Alternation:
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
         law = Coulomb(
             lambda q: motion.slip_of(problem.tangential(q)),
-            self.inverse,
+            self.strips,
             motion.given_at(approach) + motion.slip_of(of_pressures),
             bound,
             LeadingEdge.of(bound, motion.depth),
@@ -376,9 +301,9 @@ class _Alternation:
         return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)
 
     @cached_property
-    def inverse(self) -> RingInverse:
-        """Approximately the tractions that cause a slip."""
-        return self.problem.flat.restricted(TANGENTIAL).inverse_on_ring(self.motion.symbol)
+    def strips(self) -> Strips:
+        """How half-spaces slip: a preconditioner."""
+        return Strips.of(self.problem.flat.restricted(TANGENTIAL), self.motion)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,18 @@
 """Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
 
 The unknowns are tractions p with |p| <= g on each element; the slip s = L p + w + B c vanishes where |p| < g,
-and is opposite to p elsewhere. So p is the projection of p - r s onto the disc of radius g, for any r > 0
-(Alart and Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375). The steps are
+and is opposite to p elsewhere. The steps are
 
-1. elements stick where |p - r s| <= g, else they slip: r s = 0 there, p = g (p - r s) / |p - r s| here;
-2. these equations are made linear, with those of the forces that determine free amplitudes c;
-3. they are solved by GMRES, with the inverse of L on a ring where elements stick as a preconditioner;
+1. it is decided which elements stick, and which slip (`law`);
+2. their equations are made linear, with those of the forces that determine free amplitudes c;
+3. they are solved by GMRES, preconditioned by the same equations of strips on half-spaces (`strips`);
 4. the step is halved until the residual falls.
 
 Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SIAM Journal on Optimization 13,
 865-888). L need not be symmetric: in steady rolling it is not.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,8 +21,10 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from femic.contact.friction.centred import Linear
 from femic.contact.friction.force_limit import require_attainable
+from femic.contact.friction.law import Law
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
+from femic.contact.friction.strips import Strips
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
@@ -55,12 +56,12 @@ class FreeAmplitudes:
 class Coulomb:
     """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
 
-    `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements. Friction
+    `strips` say how half-spaces slip. Tractions at a leading edge follow those of other elements. Friction
     opposes the slip at the centres of elements, which `motion` finds from s; it vanishes where s does.
     """
 
     compliance: Linear
-    inverse: Linear
+    strips: Strips
     rigid: Array
     bound: Array
     edge: LeadingEdge
@@ -79,7 +80,7 @@ class Tangential:
     slip: Array
     stick: Mask
     amplitudes: Array
-    residuals: Sequence[float]
+    residuals: Sequence[float] = ()
 
 
 def tractions(
@@ -117,19 +118,32 @@ def _idle(residuals: Sequence[float]) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Tractions q (m, 2) of the free elements and amplitudes c, and the residuals of the law."""
+    """Amplitudes c, L p + B c (n_x, n_s, 2), and the law at tractions of the free elements."""
 
-    q: Array
     c: Array
-    linear: Array  # L p + B c, (n_x, n_s, 2)
-    slip: Array  # with w
-    centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
-    stick: Mask  # (m,)
-    direction: Array  # p - r s over its length, (m, 2)
-    share: Array  # g / |p - r s|, at most 1, (m, 1)
-    residual: Array  # (2 m + k,), in units of tractions
-    defect: float  # norm of p less the projection of p - r s, continuous where elements begin to slip
-    bound: float
+    linear: Array
+    law: Law
+    of_forces: Array  # (k,), in units of tractions
+
+    @property
+    def q(self) -> Array:
+        """Tractions of the free elements, shape (m, 2)."""
+        return self.law.q
+
+    @cached_property
+    def residual(self) -> Array:
+        """Residuals, in units of tractions, shape (2 m + k,)."""
+        return np.concatenate([self.law.residual.ravel(), self.of_forces])
+
+    @cached_property
+    def defect(self) -> float:
+        """Norm of the law's defects and the residuals of forces, continuous where elements begin to slip."""
+        return float(np.hypot(np.linalg.norm(self.law.defect), np.linalg.norm(self.of_forces)))
+
+    @property
+    def bound(self) -> float:
+        """The largest bound."""
+        return float(np.max(self.law.g, initial=1e-300))
 
     @property
     def largest(self) -> float:
@@ -163,14 +177,12 @@ class _Newton:
 
         Where all elements slip in one direction, amplitudes do not change the forces, and no step leads on.
         """
-        if not len(given.c) or np.any(given.stick) or given.largest <= LOOSEST:
+        if not len(given.c) or np.any(given.law.stick) or given.largest <= LOOSEST:
             yield given
         if not len(given.c):
             return
-        slip = (given.linear + self.problem.rigid)[self.mask]
-        residual = np.concatenate([self.scale * slip.ravel(), given.residual[slip.size :]])
-        stick = np.full(len(slip), True)
-        dq, dc = self.step(replace(given, stick=stick, residual=residual), tolerance, OF_FULL_STICK)
+        all_stick = replace(given, law=replace(given.law, sticking=True))
+        dq, dc = self.step(all_stick, tolerance, OF_FULL_STICK)
         q = given.q + dq
         size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
@@ -181,16 +193,10 @@ class _Newton:
         while len(residuals) - before <= MOST_STEPS and not _idle(residuals[before:]):
             residuals.append(state.largest)
             if state.largest <= tolerance:
-                stick = self.everywhere(state.stick)
-                return Tangential(self.spread(state.q), state.centred, stick, state.c, residuals)
+                stick = self.problem.edge.with_followers(state.law.stick)
+                return Tangential(self.spread(state.q), state.law.centred, stick, state.c, residuals)
             state = self.next(state, tolerance)
         return None
-
-    def everywhere(self, stick: Mask) -> Mask:
-        """Return which elements stick: free ones, and those that follow them, (n_x, n_s)."""
-        of_free = np.zeros(self.mask.shape, bool)
-        of_free[self.mask] = stick
-        return np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
 
     def spread(self, q: Array) -> Array:
         """Return tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
@@ -206,18 +212,8 @@ class _Newton:
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
         """Return the state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
-        slip = linear + self.problem.rigid
-        centred = self.problem.motion.at_elements(slip)
-        trial = q - self.scale * centred[self.mask]
-        length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
-        stick, direction = np.ravel(length <= self.g), trial / length
-        share = np.minimum(self.g / length, 1.0)
-        of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
-        of_forces = self.forces(q) - self.problem.free.targets / self.sums
-        residual = np.concatenate([of_elements.ravel(), of_forces])
-        defect = float(np.linalg.norm(np.concatenate([(q - share * trial).ravel(), of_forces])))
-        bound = float(np.max(self.g, initial=1e-300))
-        return _State(q, c, linear, slip, centred, stick, direction, share, residual, defect, bound)
+        law = Law(self.problem.motion, self.scale, self.mask, q, self.g, linear + self.problem.rigid)
+        return _State(c, linear, law, self.forces(q) - self.problem.free.targets / self.sums)
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
@@ -241,26 +237,13 @@ class _Newton:
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
-        m, k = len(state.q), len(state.c)
-        at_elements = self.problem.motion.derivative_at_elements(state.slip)
-
-        def of_elements(q: Array, slip: Array) -> Array:
-            """Return the derivative of the law by tractions and slip."""
-            moved = q - self.scale * at_elements(slip)[self.mask]
-            across = moved - state.direction * np.sum(state.direction * moved, axis=1, keepdims=True)
-            return np.where(state.stick[:, None], self.scale * slip[self.mask], q - state.share * across)
+        m, k, law = len(state.q), len(state.c), state.law
 
         def derivative(v: Array) -> Array:
             q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
-            return np.concatenate([of_elements(q, self.slip(q, c)).ravel(), self.forces(q)])
+            return np.concatenate([law.derivative(q, self.slip(q, c)).ravel(), self.forces(q)])
 
-        def inverse(v: Array) -> Array:
-            residual = np.zeros(self.problem.rigid.shape)
-            residual[self.mask] = np.where(state.stick[:, None], v.reshape(m, 2), 0.0)
-            of_sticking = self.problem.inverse(residual)[self.mask] / self.scale
-            return np.where(state.stick[:, None], of_sticking, v.reshape(m, 2))
-
-        bordered = _Bordered.of(self, inverse, of_elements, m, k)
+        bordered = _Bordered.of(self, law)
         size = 2 * m + k
         reduction = tolerance * state.bound / np.max(np.abs(state.residual))
         solution, _ = gmres(
@@ -282,18 +265,18 @@ class _Bordered:
     inverse: Linear
     of_amplitudes: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
     of_forces: Array  # (k, k): the inverse of how amplitudes change forces, where they do
-    m: int
 
     @classmethod
-    def of(
-        cls, newton: _Newton, inverse: Linear, of_elements: Callable[[Array, Array], Array], m: int, k: int
-    ) -> "_Bordered":
-        none, modes = np.zeros((m, 2)), newton.problem.free.modes
-        columns = np.reshape([inverse(of_elements(none, mode)) for mode in modes], (k, m, 2))
+    def of(cls, newton: _Newton, law: Law) -> "_Bordered":
+        problem, none = newton.problem, np.zeros_like(law.q)
+        inverse, modes = problem.strips.inverse(law, problem.edge), problem.free.modes
+        k, shape = len(modes), none.shape
+        columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
         complement = -np.reshape([newton.forces(column) for column in columns], (k, k)).T
-        return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR), m)
+        return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR))
 
     def __call__(self, v: Array) -> Array:
-        q = self.inverse(v[: 2 * self.m])
-        c = self.of_forces @ (v[2 * self.m :] - self.newton.forces(q))
+        m = self.of_amplitudes.shape[1]
+        q = self.inverse(v[: 2 * m].reshape(m, 2))
+        c = self.of_forces @ (v[2 * m :] - self.newton.forces(q))
         return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

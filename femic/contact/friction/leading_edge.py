@@ -46,6 +46,12 @@ class LeadingEdge:
         own = self.followed == np.arange(len(self.followed))[:, None]
         return np.asarray(own & (self.ratio > 0))
 
+    def with_followers(self, of_free: Mask) -> Mask:
+        """Return which elements have what some free ones (m,) have, with those that follow, (n_x, n_s)."""
+        everywhere = np.zeros(self.followed.shape, bool)
+        everywhere[self.free] = of_free
+        return np.take_along_axis(everywhere, self.followed, axis=0)
+
     def spread(self, p: Array) -> Array:
         """Return tractions of all elements from those of the free ones, shape (n_x, n_s, 2)."""
         return np.asarray(np.take_along_axis(p, self.followed[..., None], axis=0) * self.ratio[..., None])

@@ -16,15 +16,12 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femic.contact.block_mean import block_mean
 from femic.contact.friction.centred import Linear, centred, centred_derivative
 from femic.contact.friction.leading_edge import DEPTH
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-
-DAMPING = np.pi  # of waves of the preconditioner over the length of the grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +81,6 @@ class Motion:
     def of_free(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
         return np.reshape([free.slip for free in self.free], (len(self.free), *self.rigid.shape))
-
-    def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """Return what `slip_of` multiplies waves by that turn by these angles from element to element."""
-        return np.full_like(angles, 1.0, dtype=complex)
 
     def coarsened(self) -> Self:
         """Return the motion on elements twice as large."""
@@ -173,11 +166,6 @@ class SteadyRolling(Motion):
         slips = [self._half_way(free.slip) for free in self.free]
         return np.reshape(slips, (len(slips), *self.rigid.shape))
 
-    def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """Return what `slip_of` multiplies waves by; those that hardly change along x are damped."""
-        damping = DAMPING / len(self.rigid)
-        return np.asarray((1 - np.exp(1j * angles - damping)) / self.dx)
-
     def coarsened(self) -> "SteadyRolling":
         """Return the rolling on elements twice as large."""
         return replace(super().coarsened(), dx=2 * self.dx)
@@ -202,10 +190,6 @@ class RollingStep(SteadyRolling):
         """The slip without displacements, shape (n_x, n_s, 2)."""
         before = 0.0 if self.before is None else ahead(self.before) / self.dx
         return super().given - before
-
-    def symbol(self, angles: Array) -> NDArray[np.complex128]:
-        """Return what `slip_of` multiplies waves by."""
-        return np.full_like(angles, 1 / self.dx, dtype=complex)
 
 
 def ahead(values: Array) -> Array:

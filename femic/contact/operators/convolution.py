@@ -1,6 +1,6 @@
 """Operators that are sums of 2D convolutions between factors that vary with s."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from femic.contact.operators.ring import RingInverse
+from femic.contact.operators.ring import Waves
 from geometries.arrays import Array
 
 Complex = NDArray[np.complex128]
@@ -76,17 +76,28 @@ class Convolution:
         )
 
     @cached_property
-    def ring_inverse(self) -> RingInverse:
+    def ring_inverse(self) -> Waves:
         """The approximate inverse of an operator without factors, such as A of half-spaces."""
-        return self.inverse_on_ring(np.ones_like)
+        return Waves.inverse(self._without_factors, self.padded)
 
-    def inverse_on_ring(self, along_x: Callable[[Array], Array | Complex]) -> RingInverse:
-        """Return the same where displacements are multiplied by `along_x`, as `RingInverse.of` says."""
+    @cached_property
+    def strips_alone(self) -> Waves:
+        """What changes displacements to those by tractions on the same strip, for one without factors."""
+        return Waves.strips_alone(self._without_factors, self.padded)
+
+    @property
+    def own_strip(self) -> Array:
+        """Kernels at all lags along x within a strip, (2 n_x - 1, m, m), of one without factors."""
+        return self._without_factors[:, self.shape[1] - 1]
+
+    @property
+    def _without_factors(self) -> Array:
+        """The kernels at all lags, shape (2 n_x - 1, 2 n_s - 1, m, m)."""
         m = len(self.directions)
         kernels = np.zeros((*(2 * n - 1 for n in self.shape), m, m))
         for ((i, _), (j, _)), kernel in self.kernels.items():
             kernels[..., self.directions.index(i), self.directions.index(j)] += kernel
-        return RingInverse.of(kernels, self.padded, along_x)
+        return kernels
 
     @property
     def padded(self) -> tuple[int, int]:

@@ -1,0 +1,336 @@
+"""Pressures and tangential tractions together: a semismooth Newton method for a contact with friction.
+
+The unknowns are pressures, tangential tractions, amplitudes of free slips and, where a load is given, the
+approach. Each step decides which elements are in contact (those with pressure or overlap) and which of these
+stick (`friction.law`), makes gaps, law, forces and load linear there, and solves all of them by GMRES. Its
+preconditioner takes pressures from gaps (on a ring of half-spaces), then tangential tractions from the law
+(`friction.strips`) at the bounds of these pressures. It is the method of Alart and Curnier (1991), Computer
+Methods in Applied Mechanics and Engineering 92, 353-375; for the contact area see Hintermueller, Ito and
+Kunisch (2003), SIAM Journal on Optimization 13, 865-888. Steps are full ones, so it should begin near the
+contact, and may not find it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from femic.contact.friction.centred import Linear
+from femic.contact.friction.coulomb import Tangential
+from femic.contact.friction.law import Law
+from femic.contact.friction.leading_edge import LeadingEdge
+from femic.contact.friction.motion import Motion
+from femic.contact.friction.strips import Strips
+from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.loading import Loading
+from geometries.arrays import Array, Mask
+from geometries.patches import N
+
+MOST_STEPS = 20
+MOST_IDLE_STEPS = 5  # in which the error does not fall below the least one before
+LOOSEST = 0.1  # relative residual of the linear equations
+SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
+MOST_VECTORS = 80  # of GMRES
+SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
+LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Tractions (n_x, n_s, 3) [MPa], amplitudes of free slips (k,) and approach [mm]."""
+
+    p: Array
+    amplitudes: Array
+    approach: float
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """A contact with friction after a motion, under a load or at an approach."""
+
+    problem: FrictionalProblem
+    motion: Motion
+    loading: Loading
+    strips: Strips
+
+    @cached_property
+    def own(self) -> tuple[float, float]:
+        """Gap [mm] and slip of an element due to its own pressure and tangential traction, per MPa."""
+        middle = tuple(n // 2 for n in self.problem.distance.shape)
+        unit = np.zeros((*self.problem.distance.shape, 3))
+        unit[middle] = 1.0
+        pressed, sheared = (self.problem.operator(unit * part) for part in ([0, 0, 1.0], [1.0, 1.0, 0]))
+        return float(pressed[middle][N]), float(np.mean(self.motion.slip_of(sheared[..., :N])[middle]))
+
+    @cached_property
+    def pressures_of(self) -> Linear:
+        """Approximately the pressures that cause gaps, shape (n_x, n_s, 1) each."""
+        return self.problem.flat.restricted((N,)).ring_inverse
+
+    @cached_property
+    def cosine(self) -> Array:
+        """Gap that a vertical approach closes, shape (n_x, n_s)."""
+        return np.broadcast_to(np.cos(self.problem.inclination), self.problem.distance.shape)
+
+    @cached_property
+    def modes(self) -> Array:
+        """Slips (k, n_x, n_s, 2) per unit of what is unknown besides tractions.
+
+        These are the amplitudes, and the approach in units of pressure where a load is given.
+        """
+        if self.loading.load is None:
+            return self.motion.of_free
+        per_approach = self.motion.given_at(1.0) - self.motion.given_at(0.0)
+        return np.concatenate([self.motion.of_free, self.own[0] * per_approach[None]])
+
+    @cached_property
+    def weights(self) -> Array:
+        """What tractions contribute to the forces in question, the load last, (k, n_x, n_s, 3) [mm^2]."""
+        weights = [free.weights for free in self.motion.free]
+        if self.loading.load is not None:
+            sine = np.broadcast_to(np.sin(self.problem.inclination), self.cosine.shape)
+            weights.append(self.problem.grid.area * np.stack([0 * sine, -sine, self.cosine], axis=-1))
+        return np.reshape(weights, (len(weights), *self.cosine.shape, 3))
+
+    @cached_property
+    def targets(self) -> Array:
+        """The forces that are given, shape (k,) [N]."""
+        load = [] if self.loading.load is None else [self.loading.load]
+        return np.array([*(free.force for free in self.motion.free), *load])
+
+    def split(self, unknowns: Array) -> tuple[Array, float]:
+        """Return amplitudes and approach [mm] from all unknowns besides tractions."""
+        if self.loading.load is None:
+            return unknowns, 0.0
+        return unknowns[:-1], float(unknowns[-1]) * self.own[0]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Tractions p and displacements u (n_x, n_s, 3), amplitudes c, approach, and what is in contact.
+
+    `bound` (n_x, n_s) [MPa] is that of tangential tractions, `edge` the leading edge.
+    """
+
+    coupled: Coupled
+    p: Array
+    u: Array
+    c: Array
+    approach: float
+    bound: Array
+    edge: LeadingEdge
+
+    @classmethod
+    def of(cls, coupled: Coupled, guess: Guess) -> "State":
+        """Return the state of a guess, without negative pressures and tractions outside contact.
+
+        Elements with overlap join, with little pressure; those of a leading edge follow others.
+        """
+        pressures = np.maximum(guess.p[..., N], 0.0)
+        state = cls._in_contact(
+            coupled, guess, np.where(np.isfinite(coupled.problem.distance), pressures, 0.0)
+        )
+        overlaps = ~state.contact & (state.gap < 0)
+        if not np.any(overlaps):
+            return state
+        joined = np.where(overlaps, LEAST_PRESSURE * np.max(pressures), state.p[..., N])
+        return cls._in_contact(coupled, guess, joined)
+
+    @classmethod
+    def _in_contact(cls, coupled: Coupled, guess: Guess, pressures: Array) -> "State":
+        bound = coupled.problem.bound(pressures)
+        edge = LeadingEdge.of(bound, coupled.motion.depth)
+        p = np.concatenate([edge.spread(guess.p[..., :N]), pressures[..., None]], axis=-1)
+        u = coupled.problem.operator(p)
+        return cls(coupled, p, u, guess.amplitudes, guess.approach, bound, edge)
+
+    @property
+    def contact(self) -> Mask:
+        """The elements in contact, shape (n_x, n_s)."""
+        return self.p[..., N] > 0
+
+    @cached_property
+    def gap(self) -> Array:
+        """Gaps [mm], shape (n_x, n_s)."""
+        coupled = self.coupled
+        return np.asarray(self.u[..., N] + coupled.problem.distance - self.approach * coupled.cosine)
+
+    @cached_property
+    def law(self) -> Law:
+        """The law of friction."""
+        motion, free = self.coupled.motion, self.edge.free
+        slip = motion.slip_of(self.u[..., :N]) + motion.given_at(self.approach)
+        slip = slip + np.tensordot(self.c, motion.of_free, 1)
+        q, g = self.p[free][:, :N], self.bound[free][:, None]
+        return Law(motion, 1 / self.coupled.own[1], free, q, g, slip)
+
+    @property
+    def tangential(self) -> Tangential:
+        """Tangential tractions with their slip, and which elements stick."""
+        return Tangential(self.p[..., :N], self.law.centred, self.edge.with_followers(self.law.stick), self.c)
+
+    @property
+    def largest(self) -> float:
+        """The largest pressure [MPa]."""
+        return float(np.max(self.p[..., N]))
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The equations made linear: unknowns are changes of pressures, free tractions and all else.
+
+    They are one vector, of sizes a for elements in contact, 2 m for free ones, and k. Residuals have the same
+    order, and the unit of tractions.
+    """
+
+    state: State
+
+    @property
+    def coupled(self) -> Coupled:
+        """The problem."""
+        return self.state.coupled
+
+    @cached_property
+    def contact(self) -> Mask:
+        """The elements in contact, shape (n_x, n_s)."""
+        return self.state.contact
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """Coefficients of friction, shape (n_x, n_s)."""
+        return np.broadcast_to(self.coupled.problem.coefficients, self.contact.shape)
+
+    @cached_property
+    def residual(self) -> Array:
+        """What the step should remove."""
+        gaps = self.state.gap[self.contact] / self.coupled.own[0]
+        missing = self.sums(self.state.p) - self.coupled.targets / self.unit_forces
+        return np.concatenate([gaps, self.state.law.residual.ravel(), missing])
+
+    @cached_property
+    def unit_forces(self) -> Array:
+        """Forces (k,) of tractions of 1 MPa."""
+        return np.sum(np.abs(self.coupled.weights[:, self.contact]), axis=(1, 2))
+
+    def sums(self, p: Array) -> Array:
+        """Return the forces of tractions (n_x, n_s, 3), shape (k,), in units of tractions."""
+        return np.asarray(np.tensordot(self.coupled.weights, p, 3) / self.unit_forces)
+
+    def parts(self, v: Array) -> tuple[Array, Array, Array]:
+        """Return the parts of a vector: (a,), (m, 2) and (k,)."""
+        a, k = np.count_nonzero(self.contact), len(self.coupled.targets)
+        return v[:a], v[a : len(v) - k].reshape(-1, 2), v[len(v) - k :]
+
+    def tractions(self, pressures: Array, q: Array) -> tuple[Array, Array]:
+        """Return changes of all tractions (n_x, n_s, 3), and of bounds (n_x, n_s), from (a,) and (m, 2)."""
+        p, edge = np.zeros((*self.contact.shape, 3)), self.state.edge
+        p[self.contact, N] = pressures
+        p[edge.free, :N] = q
+        bound = self.coefficients * p[..., N]
+        followers = bound - edge.ratio * np.take_along_axis(bound, edge.followed, axis=0)
+        p[..., :N] = edge.spread(p[..., :N]) + self.of_bounds * followers[..., None]
+        return p, bound
+
+    @cached_property
+    def of_bounds(self) -> Array:
+        """Tangential tractions as shares of bounds, (n_x, n_s, 2), 0 where there are none."""
+        tangential, bound = self.state.p[..., :N], self.state.bound[..., None]
+        return np.divide(tangential, bound, out=np.zeros_like(tangential), where=bound > 0)
+
+    def derivative(self, v: Array) -> Array:
+        """Return the change of residuals."""
+        pressures, q, others = self.parts(v)
+        coupled, law = self.coupled, self.state.law
+        p, bound = self.tractions(pressures, q)
+        u = coupled.problem.operator(p)
+        slip = coupled.motion.slip_of(u[..., :N]) + np.tensordot(others, coupled.modes, 1)
+        gaps = u[..., N] - coupled.split(others)[1] * coupled.cosine
+        of_law = law.derivative(q, slip, bound[law.free][:, None])
+        return np.concatenate([gaps[self.contact] / coupled.own[0], of_law.ravel(), self.sums(p)])
+
+    def inverse(self, v: Array) -> Array:
+        """Return approximately the unknowns that change the residuals by a vector."""
+        of_gaps, of_law, of_forces = self.parts(v)
+        pressures, q = self.inner(of_gaps, of_law)
+        others = self.complement @ (of_forces - self.sums(self.tractions(pressures, q)[0]))
+        for amount, (of_one, q_of_one) in zip(others, self.columns, strict=True):
+            pressures, q = pressures - amount * of_one, q - amount * q_of_one
+        return np.concatenate([pressures, q.ravel(), others])
+
+    def inner(self, of_gaps: Array, of_law: Array) -> tuple[Array, Array]:
+        """Return pressures (a,) and tractions (m, 2) for residuals of gaps and of the law."""
+        gaps = np.zeros((*self.contact.shape, 1))
+        gaps[self.contact, 0] = of_gaps * self.coupled.own[0]
+        pressures = self.coupled.pressures_of(gaps)[..., 0]
+        law = self.state.law
+        bound = (self.coefficients * pressures)[law.free][:, None]
+        slides = np.where(law.stick[:, None], 0.0, bound * law.direction)
+        return pressures[self.contact], self.of_law(of_law + slides)
+
+    @cached_property
+    def of_law(self) -> Linear:
+        """The approximate inverse of the law."""
+        return self.coupled.strips.inverse(self.state.law, self.state.edge)
+
+    @cached_property
+    def columns(self) -> list[tuple[Array, Array]]:
+        """Tractions that undo the residuals of unit values of all else."""
+        coupled, law = self.coupled, self.state.law
+        columns = []
+        for mode, unit in zip(coupled.modes, np.eye(len(coupled.modes)), strict=True):
+            gaps = -coupled.split(unit)[1] * coupled.cosine[self.contact] / coupled.own[0]
+            columns.append(self.inner(gaps, law.derivative(np.zeros_like(law.q), mode)))
+        return columns
+
+    @cached_property
+    def complement(self) -> Array:
+        """The inverse of how all else changes forces, (k, k), where it does."""
+        k = len(self.columns)
+        of_each = [-self.sums(self.tractions(*column)[0]) for column in self.columns]
+        return np.linalg.pinv(np.reshape(of_each, (k, k)).T, rcond=SINGULAR)
+
+    @cached_property
+    def error(self) -> float:
+        """Estimated error of a traction as a share of the largest pressure."""
+        pressures, q, _ = self.parts(self.inverse(self.residual))
+        largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q))
+        return largest / self.state.largest
+
+    def taken(self, tolerance: float) -> Guess:
+        """Return what the solution of the equations leads to."""
+        size = (len(self.residual),) * 2
+        solution, _ = gmres(
+            LinearOperator(size, matvec=self.derivative, dtype=float),
+            -self.residual,
+            rtol=min(LOOSEST, max(SHARPER * tolerance / self.error, self.error)),
+            restart=MOST_VECTORS,
+            maxiter=1,
+            M=LinearOperator(size, matvec=self.inverse, dtype=float),
+        )
+        pressures, q, others = self.parts(solution)
+        amplitudes, approach = self.coupled.split(others)
+        state = self.state
+        p = state.p + self.tractions(pressures, q)[0]
+        return Guess(p, state.c + amplitudes, state.approach + approach)
+
+
+def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
+    """Return the contact, its tractions right to a share of the largest pressure, or None if not found."""
+    errors: list[float] = []
+    while len(errors) <= MOST_STEPS and not _idle(errors):
+        state = State.of(coupled, guess)
+        if not np.any(state.contact):
+            return None
+        step = Step(state)
+        errors.append(step.error)
+        if step.error <= SHARPER * tolerance:
+            return state
+        guess = step.taken(tolerance)
+    return None
+
+
+def _idle(errors: list[float]) -> bool:
+    """Return whether the last errors are all larger than one before."""
+    before, last = errors[:-MOST_IDLE_STEPS], errors[-MOST_IDLE_STEPS:]
+    return bool(before) and min(last) > min(before)

@@ -1,0 +1,104 @@
+"""A contact with friction: ICs of two bodies on a grid, how far apart they are, and how their surfaces incline."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from femic.contact.edges import MARGIN
+from femic.contact.normal import NormalProblem
+from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.protocols import FullOperator, Operator
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+from geometries.patches import N, S, X
+
+TANGENTIAL = (X, S)
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalProblem:
+    """Two bodies on a grid, with friction: their ICs in all directions, distance, and how surfaces incline.
+
+    `distance` [mm], (n_x, n_s), as in `NormalProblem`; `inclination` [rad], (n_s,); `flat` are the ICs of
+    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more, which each
+    strip has times its `factor`, (n_s,), None: 1. Beside the contact `margin` elements are needed.
+    """
+
+    grid: Grid
+    operator: FullOperator
+    flat: Convolution
+    distance: Array
+    inclination: Array
+    friction: float
+    margin: int = MARGIN
+    factor: Array | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.friction < np.inf:
+            raise WrongInput(f"friction = {self.friction!r}: must be zero or positive, and finite")
+        if self.factor is not None:
+            _require_factors(self.factor, self.grid.n_s)
+
+    @property
+    def coefficients(self) -> Array | float:
+        """Coefficients of friction of the strips, shape (n_s,), or of all of them."""
+        return self.friction if self.factor is None else self.friction * self.factor
+
+    def bound(self, pressures: Array) -> Array:
+        """Return the largest tangential tractions [MPa] at pressures (n_x, n_s) [MPa], of this shape."""
+        return np.asarray(self.coefficients * pressures)
+
+    @cached_property
+    def normal(self) -> NormalProblem:
+        """The problem of the pressures without tangential tractions; raises as `NormalProblem`."""
+        return NormalProblem(
+            self.grid,
+            self.operator.restricted((N,)),
+            self.flat.restricted((N,)),
+            self.distance,
+            np.cos(self.inclination),
+        )
+
+    @cached_property
+    def tangential(self) -> Operator:
+        """The ICs of tangential tractions and displacements."""
+        return self.operator.restricted(TANGENTIAL)
+
+    @property
+    def has_coarser(self) -> bool:
+        """Whether the grid can be made of elements twice as large."""
+        return self.grid.n_x % 2 == 0 and self.grid.n_s % 2 == 0
+
+    @cached_property
+    def coarsened(self) -> "FrictionalProblem":
+        """The problem on elements twice as large, the same tractions on four at a time.
+
+        One element beside its contact is enough: the area is the same, and ends of fewer elements only make
+        a reading of the edges less accurate.
+        """
+        normal, factor = self.normal.coarsened, self.factor
+        inclination = self.inclination.reshape(-1, 2).mean(axis=1)
+        return FrictionalProblem(
+            normal.grid,
+            self.operator.coarsened(),
+            self.flat.coarsened(),
+            normal.distance,
+            inclination,
+            self.friction,
+            margin=1,
+            factor=None if factor is None else factor.reshape(-1, 2).mean(axis=1),
+        )
+
+
+def _require_factors(factor: Array, n_s: int) -> None:
+    """Raise WrongInput unless there is a factor of friction for each strip, zero or positive."""
+    if np.shape(factor) != (n_s,):
+        raise WrongInput(f"factor of friction, shape {np.shape(factor)}: one per strip, shape ({n_s},)")
+    wrong = np.flatnonzero(~((np.asarray(factor) >= 0) & np.isfinite(factor)))
+    if len(wrong):
+        raise WrongInput(
+            f"factor of friction = {factor[wrong[0]]!r} at strip {wrong[0]}: must be zero or positive, and "
+            "finite"
+        )
