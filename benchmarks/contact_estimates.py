@@ -18,7 +18,7 @@ from tables import print_table
 
 from femic.contact.compression import compressed
 from femic.contact.estimates import Measured, errors
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, kinds, measured

@@ -19,7 +19,7 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, RollingKinematics
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator

@@ -14,7 +14,7 @@ import numpy as np
 from compare.contact.crossings import QUANTITIES, Deviation, Law
 from femic.contact.error_floors import floors
 from femic.contact.estimates import Measured, Numbers, changes, errors, from_grids
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.given_ics import C

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from compare.contact.compute import map_names, reference_name, require_solvable
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.given_ics import GivenICs

@@ -14,7 +14,7 @@ from femic.advice.features import features_of, saturation
 from femic.advice.scenes import CREEPAGES, ELEMENTS, RandomScene
 from femic.contact.estimates import Numbers
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femic.contact.friction.motion import Shift
-from femic.contact.frictional import FrictionalContact, FrictionalProblem, solve
+from femic.contact.frictional import FrictionalContact, solve
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from geometries.errors import WrongInput
 

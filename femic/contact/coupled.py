@@ -17,11 +17,9 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from femic.contact.friction.centred import Linear
-from femic.contact.friction.coulomb import Tangential
 from femic.contact.friction.law import Law
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
-from femic.contact.friction.strips import Strips
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from geometries.arrays import Array, Mask
@@ -52,7 +50,6 @@ class Coupled:
     problem: FrictionalProblem
     motion: Motion
     loading: Loading
-    strips: Strips
 
     @cached_property
     def own(self) -> tuple[float, float]:
@@ -62,11 +59,6 @@ class Coupled:
         unit[middle] = 1.0
         pressed, sheared = (self.problem.operator(unit * part) for part in ([0, 0, 1.0], [1.0, 1.0, 0]))
         return float(pressed[middle][N]), float(np.mean(self.motion.slip_of(sheared[..., :N])[middle]))
-
-    @cached_property
-    def pressures_of(self) -> Linear:
-        """Approximately the pressures that cause gaps, shape (n_x, n_s, 1) each."""
-        return self.problem.flat.restricted((N,)).ring_inverse
 
     @cached_property
     def cosine(self) -> Array:
@@ -166,9 +158,9 @@ class State:
         return Law(motion, 1 / self.coupled.own[1], free, q, g, slip)
 
     @property
-    def tangential(self) -> Tangential:
-        """Tangential tractions with their slip, and which elements stick."""
-        return Tangential(self.p[..., :N], self.law.centred, self.edge.with_followers(self.law.stick), self.c)
+    def stick(self) -> Mask:
+        """The elements that stick, shape (n_x, n_s)."""
+        return self.edge.with_followers(self.law.stick)
 
     @property
     def largest(self) -> float:
@@ -262,7 +254,7 @@ class Step:
         """Return pressures (a,) and tractions (m, 2) for residuals of gaps and of the law."""
         gaps = np.zeros((*self.contact.shape, 1))
         gaps[self.contact, 0] = of_gaps * self.coupled.own[0]
-        pressures = self.coupled.pressures_of(gaps)[..., 0]
+        pressures = self.coupled.problem.ring_inverse(gaps)[..., 0]
         law = self.state.law
         bound = (self.coefficients * pressures)[law.free][:, None]
         slides = np.where(law.stick[:, None], 0.0, bound * law.direction)
@@ -271,7 +263,8 @@ class Step:
     @cached_property
     def of_law(self) -> Linear:
         """The approximate inverse of the law."""
-        return self.coupled.strips.inverse(self.state.law, self.state.edge)
+        strips = self.coupled.problem.strips(self.coupled.motion)
+        return strips.inverse(self.state.law, self.state.edge)
 
     @cached_property
     def columns(self) -> list[tuple[Array, Array]]:
@@ -288,7 +281,7 @@ class Step:
         """The inverse of how all else changes forces, (k, k), where it does."""
         k = len(self.columns)
         of_each = [-self.sums(self.tractions(*column)[0]) for column in self.columns]
-        return np.linalg.pinv(np.reshape(of_each, (k, k)).T, rcond=SINGULAR)
+        return np.asarray(np.linalg.pinv(np.reshape(of_each, (k, k)).T, rcond=SINGULAR), float)
 
     @cached_property
     def error(self) -> float:

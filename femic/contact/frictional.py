@@ -14,7 +14,8 @@ import numpy as np
 
 from femic.contact import coupled
 from femic.contact.bound_constrained import pressures
-from femic.contact.coupled import Coupled, Guess
+from femic.contact.box import Box
+from femic.contact.coupled import Coupled, Guess, State
 from femic.contact.edges import Extent, extents, near_ends
 from femic.contact.error_floors import SlipState
 from femic.contact.friction import coulomb
@@ -22,8 +23,7 @@ from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
 from femic.contact.friction.force_limit import ForcesBeyondFriction
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
-from femic.contact.friction.strips import Strips
-from femic.contact.frictional_problem import TANGENTIAL, FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.resultants import in_global_axes
@@ -39,6 +39,7 @@ BACK, ON = 0.7, 1.1  # factors of this share
 LEAST_PRESSED = 0.05  # share of a load that tangential tractions on inclined places must leave to pressures
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which the solution does not begin on a coarser grid
+ROOM_KEPT = 2  # elements beside a contact in a box
 COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
 
 
@@ -213,16 +214,33 @@ class _Solution:
         return replace(self, motion=self.motion.simpler).robustly(guess)
 
     def at_once(self, guess: Guess) -> FrictionalContact | None:
-        """Return the contact by Newton's method for all tractions, None where a guess does not lead to it."""
-        if not np.any(guess.p):
+        """Return the contact by Newton's method for all tractions, None where a guess does not lead to it.
+
+        It is sought near the guess, and on the whole grid if it is not confined to a box there.
+        """
+        if not np.any(guess.p[..., N] > 0):
             return None
-        system = Coupled(self.problem, self.motion, self.loading, self.strips)
-        solution = coupled.solve(system, guess, self.tolerance)
-        if solution is None or self.share_of_pressures(solution.p) < LEAST_PRESSED:
-            return None
-        gap = np.where(solution.contact, 0.0, solution.gap)
-        of_contact = solution.p, solution.u, gap, solution.approach, solution.tangential
-        return FrictionalContact(self.problem, self.motion, *of_contact, turns=0)
+        whole = Box.whole(guess.p.shape)
+        for box in (Box.around(guess.p[..., N] > 0), whole):
+            system = Coupled(self.problem.within(box), self.motion.within(box), self.loading)
+            solution = coupled.solve(system, replace(guess, p=box.of(guess.p)), self.tolerance)
+            if solution is None:
+                return None
+            contact = self.on_grid(solution, box)
+            if box == whole or (box.confines(contact.in_contact, ROOM_KEPT) and np.all(contact.gap >= 0)):
+                return contact if self.share_of_pressures(contact.p) >= LEAST_PRESSED else None
+            guess = Guess(contact.p, contact.amplitudes, contact.approach)
+        return None
+
+    def on_grid(self, solution: State, box: Box) -> FrictionalContact:
+        """Return a contact in a box as one on the whole grid."""
+        problem, shape = self.problem, self.problem.distance.shape
+        p, slip = box.filled(solution.p, shape), box.filled(solution.law.centred, shape)
+        u = problem.operator(p)
+        gap = u[..., N] + problem.distance - solution.approach * np.cos(problem.inclination)
+        gap = np.where(p[..., N] > 0, 0.0, gap)
+        tangential = Tangential(p[..., :N], slip, box.filled(solution.stick, shape), solution.c)
+        return FrictionalContact(problem, self.motion, p, u, gap, solution.approach, tangential, turns=0)
 
     def in_turns(self, guess: Guess) -> FrictionalContact:
         """Return the contact at which neither problem changes the other."""
@@ -237,7 +255,7 @@ class _Solution:
             change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
             pressed_too_little = self.share_of_pressures(p) < LEAST_PRESSED
             if (max(change, sharp) <= self.tolerance and not pressed_too_little) or not np.any(p):
-                u = self.problem.operator(p)
+                u = self.fast.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
             damping = damping.after((p - before)[..., :N], begins=turn > UNDAMPED_TURNS)
             p = _joined(before[..., :N] + damping.share * damping.step, p)
@@ -253,6 +271,11 @@ class _Solution:
         )
 
     @property
+    def fast(self) -> FrictionalProblem:
+        """The problem with ICs in the form whose products are fastest."""
+        return self.problem.within(Box.whole(self.problem.distance.shape))
+
+    @property
     def largest_coefficient(self) -> float:
         """The largest coefficient of friction, 1 at least."""
         return max(float(np.max(self.problem.coefficients)), 1.0)
@@ -265,7 +288,7 @@ class _Solution:
 
     def pressed(self, p: Array, tolerance: float) -> tuple[Array, float, Array]:
         """Return tractions with new pressures, the approach, and gaps."""
-        problem, bounded = self.problem, self.problem.normal.bounded
+        problem, bounded = self.fast, self.fast.normal.bounded
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
         load = self.loading.load
         if load is not None:
@@ -278,12 +301,12 @@ class _Solution:
 
     def slipped(self, p: Array, approach: float, amplitudes: Array, tolerance: float) -> Tangential:
         """Return the tangential tractions for given pressures."""
-        problem, motion = self.problem, self.motion
+        problem, motion = self.fast, self.motion
         bound = problem.bound(p[..., N])
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
         law = Coulomb(
             lambda q: motion.slip_of(problem.tangential(q)),
-            self.strips,
+            problem.strips(motion),
             motion.given_at(approach) + motion.slip_of(of_pressures),
             bound,
             LeadingEdge.of(bound, motion.depth),
@@ -299,11 +322,6 @@ class _Solution:
         of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
         targets = np.array([slip.force for slip in free]) - of_pressures
         return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)
-
-    @cached_property
-    def strips(self) -> Strips:
-        """How half-spaces slip: a preconditioner."""
-        return Strips.of(self.problem.flat.restricted(TANGENTIAL), self.motion)
 
 
 @dataclass(frozen=True, eq=False)

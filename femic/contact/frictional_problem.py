@@ -1,14 +1,19 @@
-"""A contact with friction: ICs of two bodies on a grid, how far apart they are, and how their surfaces incline."""
+"""A contact with friction: ICs of two bodies on a grid, their distance, and how surfaces incline."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from femic.contact.box import Box
 from femic.contact.edges import MARGIN
+from femic.contact.friction.motion import Motion
+from femic.contact.friction.strips import Strips
 from femic.contact.normal import NormalProblem
 from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.part import part_of
 from femic.contact.operators.protocols import FullOperator, Operator
+from femic.contact.operators.ring import Waves
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.grids import Grid
@@ -66,6 +71,22 @@ class FrictionalProblem:
         """The ICs of tangential tractions and displacements."""
         return self.operator.restricted(TANGENTIAL)
 
+    def strips(self, motion: Motion) -> Strips:
+        """Return how half-spaces slip in motions of a kind: a preconditioner."""
+        kind = type(motion)
+        if kind not in self._strips:
+            self._strips[kind] = Strips.of(self.flat.restricted(TANGENTIAL), motion)
+        return self._strips[kind]
+
+    @cached_property
+    def _strips(self) -> dict[type[Motion], Strips]:
+        return {}
+
+    @cached_property
+    def ring_inverse(self) -> Waves:
+        """Approximately the pressures that cause gaps, shape (n_x, n_s, 1) each."""
+        return self.flat.restricted((N,)).ring_inverse
+
     @property
     def has_coarser(self) -> bool:
         """Whether the grid can be made of elements twice as large."""
@@ -90,6 +111,29 @@ class FrictionalProblem:
             margin=1,
             factor=None if factor is None else factor.reshape(-1, 2).mean(axis=1),
         )
+
+    def within(self, box: Box) -> "FrictionalProblem":
+        """Return the problem on the elements of a box, with the ICs in the form that is fastest there."""
+        if box not in self._parts:
+            self._parts[box] = FrictionalProblem(
+                self._grid_within(box),
+                part_of(self.operator, box, self.distance.shape),
+                self.flat.part(box.shape[0], box.strips),
+                box.of(self.distance),
+                self.inclination[box.strips],
+                self.friction,
+                factor=None if self.factor is None else self.factor[box.strips],
+            )
+        return self._parts[box]
+
+    def _grid_within(self, box: Box) -> Grid:
+        n_x, n_s = box.shape
+        s = float(np.mean(self.grid.strips[box.strips]))
+        return Grid(n_x, n_s, self.grid.dx, self.grid.ds, s)
+
+    @cached_property
+    def _parts(self) -> "dict[Box, FrictionalProblem]":
+        return {}
 
 
 def _require_factors(factor: Array, n_s: int) -> None:

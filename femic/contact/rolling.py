@@ -22,7 +22,8 @@ import numpy as np
 
 from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
 from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
-from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
+from femic.contact.frictional import TOLERANCE, FrictionalContact, solve
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from geometries.arrays import Array
 from geometries.errors import WrongInput

@@ -33,7 +33,8 @@ import scipy
 from femic.contact.exact.positive import require_positive
 from femic.contact.extra_gap import Profile
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.rolling import RollingContact, RollingProblem

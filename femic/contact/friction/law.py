@@ -1,6 +1,6 @@
 """Coulomb's law on free elements as equations, and these made linear.
 
-Tractions q with |q| <= g are the projection of q - r s onto the disc of radius g, for any r > 0, s the slip. So
+Tractions q with |q| <= g are the projection of q - r s onto the disc of radius g, for any r > 0, s the slip:
 elements stick where |q - r s| <= g, with r s = 0, and slip elsewhere, with q = g (q - r s) / |q - r s| (Alart
 and Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375).
 """
@@ -40,7 +40,7 @@ class Law:
 
     @cached_property
     def trial(self) -> Array:
-        """q - r s, shape (m, 2)."""
+        """Q - r s, shape (m, 2)."""
         return np.asarray(self.q - self.scale * self.centred[self.free])
 
     @cached_property
@@ -55,12 +55,12 @@ class Law:
 
     @cached_property
     def direction(self) -> Array:
-        """q - r s over its length, shape (m, 2)."""
+        """Q - r s over its length, shape (m, 2)."""
         return self.trial / self.length
 
     @cached_property
     def share(self) -> Array:
-        """g / |q - r s|, at most 1, shape (m, 1)."""
+        """G / |q - r s|, at most 1, shape (m, 1)."""
         return np.minimum(self.g / self.length, 1.0)
 
     @property
@@ -71,7 +71,7 @@ class Law:
 
     @property
     def defect(self) -> Array:
-        """q less the projection of q - r s, continuous where elements begin to slip, shape (m, 2)."""
+        """Q less the projection of q - r s, continuous where elements begin to slip, shape (m, 2)."""
         return np.asarray(self.q - self.share * self.trial)
 
     @cached_property

@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 
 from femic.contact.block_mean import block_mean
+from femic.contact.box import Box
 from femic.contact.friction.centred import Linear, centred, centred_derivative
 from femic.contact.friction.leading_edge import DEPTH
 from geometries.arrays import Array
@@ -39,6 +40,10 @@ class FreeSlip:
     def coarsened(self) -> "FreeSlip":
         """The same of elements twice as large."""
         return FreeSlip(block_mean(self.slip), 4 * block_mean(self.weights), self.force)
+
+    def within(self, box: Box) -> "FreeSlip":
+        """Return the same of elements in a box."""
+        return FreeSlip(box.of(self.slip), box.of(self.weights), self.force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,10 @@ class Motion:
         """Return the motion on elements twice as large."""
         return replace(self, rigid=block_mean(self.rigid), free=tuple(free.coarsened for free in self.free))
 
+    def within(self, box: Box) -> Self:
+        """Return the motion of the elements in a box."""
+        return replace(self, rigid=box.of(self.rigid), free=tuple(free.within(box) for free in self.free))
+
 
 @dataclass(frozen=True, eq=False)
 class Shift(Motion):
@@ -116,6 +125,12 @@ class Shift(Motion):
         before = None if self.before is None else block_mean(self.before)
         sines = None if self.per_approach is None else self.per_approach.reshape(-1, 2).mean(axis=1)
         return replace(super().coarsened(), before=before, per_approach=sines)
+
+    def within(self, box: Box) -> "Shift":
+        """Return the shift of the elements in a box."""
+        before = None if self.before is None else box.of(self.before)
+        sines = None if self.per_approach is None else self.per_approach[box.strips]
+        return replace(super().within(box), before=before, per_approach=sines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +205,11 @@ class RollingStep(SteadyRolling):
         """The slip without displacements, shape (n_x, n_s, 2)."""
         before = 0.0 if self.before is None else ahead(self.before) / self.dx
         return super().given - before
+
+    def within(self, box: Box) -> "RollingStep":
+        """Return the step of the elements in a box."""
+        before = None if self.before is None else box.of(self.before)
+        return replace(super().within(box), before=before)
 
 
 def ahead(values: Array) -> Array:

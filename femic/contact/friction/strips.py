@@ -1,9 +1,9 @@
 """An approximate inverse of the law of friction made linear: exact within strips, by waves between them.
 
-In a strip slip depends on where rolling begins and on which elements stick, so that an inverse on an infinite
+In a strip slip depends on where rolling begins and on which elements stick, so that an inverse for the whole
 plane is a bad approximation there. So the equations of each strip are solved directly, as on half-spaces
-without other strips. These are accounted for before: the slip where elements stick is changed, wave by wave on
-a ring, to that which the same tractions cause with each strip alone.
+without other strips. These are accounted for before: slip where elements stick is changed, wave by wave on a
+ring, to that which the same tractions cause with each strip alone. What couples x with s is left out.
 """
 
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.linalg.lapack import sgetrf, sgetrs
 
@@ -21,6 +22,8 @@ from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.ring import Waves
 from geometries.arrays import Array, Indices
 
+Single = NDArray[np.float32]
+
 
 @dataclass(frozen=True, eq=False)
 class Strips:
@@ -30,8 +33,8 @@ class Strips:
     with each of them alone. Single precision is enough.
     """
 
-    slip: Array
-    behind: Array
+    slip: Single
+    behind: Single
     alone: Waves
 
     @classmethod
@@ -76,7 +79,7 @@ class StripInverse:
         return np.split(np.argsort(strip, kind="stable"), first[1:])
 
     @cached_property
-    def factors(self) -> Sequence[Sequence[tuple[Array, Indices]]]:
+    def factors(self) -> Sequence[Sequence[tuple[Single, Indices]]]:
         """LU factors and pivots of the equations of each strip along x and s."""
         rows, columns = np.nonzero(self.law.free)
         coefficients = self.law.coefficients
@@ -88,8 +91,8 @@ class StripInverse:
         return factors
 
     def matrices(
-        self, strip: int, rows: Indices, of_traction: Array, of_slip: Array, of_slip_behind: Array
-    ) -> Array:
+        self, strip: int, rows: Indices, of_traction: Single, of_slip: Single, of_slip_behind: Single
+    ) -> Single:
         """Return the equations of a strip with k free elements in `rows`, (2, k, k), from coefficients."""
         span = slice(rows[0], rows[-1] + 1)
         places = span if rows[-1] - rows[0] < len(rows) else rows  # without holes: no copies

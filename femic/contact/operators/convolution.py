@@ -63,6 +63,14 @@ class Convolution:
             {places: merged(merged(kernel, 0), 1) for places, kernel in self.kernels.items()},
         )
 
+    def part(self, n_x: int, strips: slice) -> "Convolution":
+        """Return the operator on `n_x` elements along x of some strips."""
+        factors = {name: factor[strips] for name, factor in self.factors.items()}
+        n_s = strips.stop - strips.start
+        places = tuple(slice(n - m, n + m - 1) for n, m in zip(self.shape, (n_x, n_s), strict=True))
+        kernels = {between: kernel[places] for between, kernel in self.kernels.items()}
+        return Convolution(self.directions, factors, kernels)
+
     def restricted(self, directions: tuple[int, ...]) -> "Convolution":
         """Return the operator from tractions in some directions to displacements in these directions."""
         return Convolution(

@@ -13,7 +13,7 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
-from femic.contact.operators.convolution import Convolution, merged
+from femic.contact.operators.convolution import Convolution
 from geometries.arrays import Array, Indices
 from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
 
@@ -81,15 +81,33 @@ class GridOperator:
 
         Both numbers of elements must be even.
         """
+        m, n_x = len(self.directions), self.n_x
+        strips = self.transformed.shape[1] // m
+        of_pairs = self.transformed.reshape(n_x + 1, strips // 2, 2, m, strips // 2, 2, m)
+        unpaired = of_pairs.mean(axis=2).sum(axis=4).reshape(n_x + 1, strips * m // 2, strips * m // 2)
+        # waves of pairs are those of elements of two lengths; the shorter ones are the last frequencies
+        numbers = np.arange(n_x // 2 + 1)
+        longer = (1 + np.cos(np.pi * numbers / n_x)) / 2
+        sign = np.tile(PARITY[np.ix_(self.directions, self.directions)], (strips // 2, strips // 2))
+        weights = longer.astype(unpaired.dtype)[:, None, None]
+        merged_x = (
+            weights * unpaired[numbers]
+            + (1 - weights) * sign.astype(unpaired.dtype) * unpaired[n_x - numbers]
+        )
+        return GridOperator(merged_x, n_x // 2, self.directions)
+
+    def part(self, n_x: int, strips: slice) -> "GridOperator":
+        """Return the operator on `n_x` elements along x of some strips."""
         m = len(self.directions)
-        dtype = np.result_type(self.transformed, np.complex64)
-        phases = np.tile(_phases(self.directions, dtype), self.transformed.shape[1] // m)
-        spectra = phases[:, None] * self.transformed * np.conj(phases)
-        n_x, lags = self.n_x, fft.irfft(spectra, axis=0)  # circular: the last one is lag -1
-        pairs = merged(np.concatenate([lags[1 - n_x :], lags[:n_x]]), 0)[n_x // 2 - 1 :]
-        of_strips = pairs.reshape(self.n_x // 2, -1, 2, m, pairs.shape[2] // m // 2, 2, m)
-        ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
-        return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
+        places = slice(m * strips.start, m * strips.stop)
+        phases = np.tile(
+            _phases(self.directions, np.result_type(self.transformed, np.complex64)),
+            strips.stop - strips.start,
+        )
+        spectra = phases[:, None] * self.transformed[:, places, places] * np.conj(phases)
+        lags = fft.irfft(spectra, axis=0)[:n_x]
+        n_s = strips.stop - strips.start
+        return GridOperator.of(np.moveaxis(lags.reshape(n_x, n_s, m, n_s, m), 2, 3), self.directions)
 
     def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
         """Return the operator from tractions in some directions to displacements in these directions."""

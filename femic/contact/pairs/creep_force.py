@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from femic.contact.estimates import Measured, Scale
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction

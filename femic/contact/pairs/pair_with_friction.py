@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from femic.contact.friction.by_angle import Pairs, friction_factors
 from femic.contact.friction.kinematics import RollingKinematics
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.protocols import FullOperator

@@ -26,9 +26,6 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.patches import N
 
-FLAT = "A"  # its convolutions are few: fast on any grid
-MOST_DENSE = 96  # strips up to which products of others are 3 to 10 times faster dense between strips
-
 
 @dataclass(frozen=True, eq=False)
 class ReferenceICs:
@@ -43,11 +40,8 @@ class ReferenceICs:
 
 
 def approximation(on_grid: PairOnGrid, variant: str) -> FullOperator:
-    """Return an approximation of the ICs of both bodies on their grid, in the form that is faster there."""
-    operator = approximate_operator(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
-    if variant == FLAT or on_grid.grid.n_s > MOST_DENSE or isinstance(operator, GridOperator):
-        return operator
-    return GridOperator.of_convolution(operator)
+    """Return an approximation of the ICs of both bodies on their grid."""
+    return approximate_operator(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
 
 
 def normal_reference_ics(problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions) -> ReferenceICs:

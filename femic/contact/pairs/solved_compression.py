@@ -11,7 +11,8 @@ from time import perf_counter
 
 from femic.contact.compression import compressed
 from femic.contact.estimates import SAFETY, Measured, Numbers, changes, errors
-from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction

@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.estimates import Numbers, changes, errors
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
 from femic.contact.pairs.displaced import displaced_numbers

@@ -14,7 +14,8 @@ import numpy as np
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import SIZING

@@ -8,7 +8,8 @@ from typing import TypeVar
 import numpy as np
 
 from femic.contact.estimates import Numbers
-from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from geometries.arrays import Array

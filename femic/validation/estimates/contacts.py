@@ -8,7 +8,7 @@ import numpy as np
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.contact_size import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from femic.contact.estimates import Measured, Numbers, errors
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairContact

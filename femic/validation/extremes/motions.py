@@ -6,7 +6,7 @@ from typing import Any
 
 from femic.contact.estimates import Measured, Numbers, errors
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds

@@ -18,7 +18,9 @@ from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.kinematics import Creepages, RollingKinematics
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion, Shift, SteadyRolling
-from femic.contact.frictional import FrictionalContact, FrictionalProblem, solve
+from femic.contact.friction.strips import Strips
+from femic.contact.frictional import FrictionalContact, solve
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.convolution import Convolution
@@ -111,7 +113,7 @@ def _law(operator: Convolution, motion: Motion, bound: Array) -> Coulomb:
     none = np.zeros((0, *bound.shape, 2))
     return Coulomb(
         lambda p: motion.slip_of(operator(p)),
-        operator.inverse_on_ring(motion.symbol),
+        Strips.of(operator, motion),
         motion.given,
         bound,
         LeadingEdge.of(bound, motion.depth),

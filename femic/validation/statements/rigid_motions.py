@@ -18,7 +18,8 @@ from compare.report.looks import symbol_of
 from femic.contact.compression import compressed
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.motion import Shift
-from femic.contact.frictional import FrictionalContact, FrictionalProblem, solve
+from femic.contact.frictional import FrictionalContact, solve
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.given_ics import C

@@ -12,7 +12,7 @@ from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import RollingKinematics
 from femic.contact.friction.leading_edge import DEPTH, LeadingEdge
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingProblem

@@ -10,7 +10,8 @@ from femic.contact.bound_constrained import pressures
 from femic.contact.exact.cattaneo import ShiftedPoint
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.frictional import FrictionalProblem, solve
+from femic.contact.frictional import solve
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from geometries.errors import Failure, WrongInput

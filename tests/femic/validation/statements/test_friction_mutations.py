@@ -8,7 +8,7 @@ import pytest
 
 from femic.cache.store import Store
 from femic.contact.friction.motion import Shift
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.rolling import RollingProblem
