@@ -62,6 +62,11 @@ class Box:
 
     def confines(self, contact: Mask, margin: int) -> bool:
         """Return whether a contact has a margin to those ends of the box that are not the grid's."""
-        ends = zip((self.x, self.s), contact.shape, strict=True)
-        inner = Box(*((first + margin * (first > 0), last - margin * (last < n)) for (first, last), n in ends))
-        return np.count_nonzero(inner.of(contact)) == np.count_nonzero(contact)
+        inner = Box(*map(_inner, (self.x, self.s), contact.shape, (margin, margin)))
+        return bool(np.count_nonzero(inner.of(contact)) == np.count_nonzero(contact))
+
+
+def _inner(ends: tuple[int, int], n: int, margin: int) -> tuple[int, int]:
+    """Return ends with a margin, but where they are those of n elements."""
+    first, last = ends
+    return first + margin * (first > 0), last - margin * (last < n)

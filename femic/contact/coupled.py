@@ -134,8 +134,9 @@ class State:
         bound = coupled.problem.bound(pressures)
         edge = LeadingEdge.of(bound, coupled.motion.depth)
         p = np.concatenate([edge.spread(guess.p[..., :N]), pressures[..., None]], axis=-1)
-        u = coupled.problem.operator(p)
-        return cls(coupled, p, u, guess.amplitudes, guess.approach, bound, edge)
+        u, given = coupled.problem.operator(p), coupled.loading.approach
+        approach = guess.approach if given is None else given
+        return cls(coupled, p, u, guess.amplitudes, approach, bound, edge)
 
     @property
     def contact(self) -> Mask:
@@ -285,9 +286,10 @@ class Step:
 
     @cached_property
     def error(self) -> float:
-        """Estimated error of a traction as a share of the largest pressure."""
+        """Estimated error of a traction, or of forces in units of one, over the largest pressure."""
         pressures, q, _ = self.parts(self.inverse(self.residual))
-        largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q))
+        missing = self.parts(self.residual)[-1]
+        largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q, missing))
         return largest / self.state.largest
 
     def taken(self, tolerance: float) -> Guess:

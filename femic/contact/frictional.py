@@ -33,6 +33,7 @@ from geometries.patches import N, S
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
 MOST_TURNS = 200  # of normal and tangential problem
+AT_ONCE_AFTER = 2, 5, 20  # turns: both problems at once are tried again
 FIRST_CHANGE = 0.1  # assumed before the first turn
 UNDAMPED_TURNS = 5  # after these, elements whose tractions oscillate take a share of the steps
 BACK, ON = 0.7, 1.1  # factors of this share
@@ -59,7 +60,7 @@ class FrictionalContact:
     gap: Array
     approach: float
     tangential: Tangential
-    turns: int  # of the normal and the tangential problem, 0 where both were solved at once
+    turns: int  # of the normal and the tangential problem, 0 where both were solved at once from the guess
     coarser: "FrictionalContact | None" = None
 
     @property
@@ -257,6 +258,8 @@ class _Solution:
             if (max(change, sharp) <= self.tolerance and not pressed_too_little) or not np.any(p):
                 u = self.fast.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
+            if turn in AT_ONCE_AFTER and (contact := self.at_once(Guess(p, amplitudes, approach))):
+                return replace(contact, turns=turn)
             damping = damping.after((p - before)[..., :N], begins=turn > UNDAMPED_TURNS)
             p = _joined(before[..., :N] + damping.share * damping.step, p)
         if pressed_too_little:

@@ -75,8 +75,8 @@ class StripInverse:
     def places(self) -> Sequence[Indices]:
         """The free elements of each strip that has some, among all of them."""
         strip = np.nonzero(self.law.free)[1]
-        _, first = np.unique(np.sort(strip), return_index=True)
-        return np.split(np.argsort(strip, kind="stable"), first[1:])
+        order = np.argsort(strip, kind="stable")
+        return np.split(order, np.flatnonzero(np.diff(strip[order])) + 1) if len(order) else []
 
     @cached_property
     def factors(self) -> Sequence[Sequence[tuple[Single, Indices]]]:

@@ -10,7 +10,7 @@ from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.friction import coulomb
 from femic.contact.friction.force_limit import ForcesBeyondFriction
 from femic.contact.friction.kinematics import NAMES, Creepages
-from femic.contact.frictional import _Alternation
+from femic.contact.frictional import _Solution
 from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
@@ -93,11 +93,11 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
 def test_simpler_forms_are_tried_only_after_a_failure(failure, tried, monkeypatch):
     depths = []
 
-    def failing(alternations, *_):
-        depths.append(alternations.motion.depth)
+    def failing(solution, *_):
+        depths.append(solution.motion.depth)
         raise failure("no")
 
-    monkeypatch.setattr(_Alternation, "end", failing)
+    monkeypatch.setattr(_Solution, "in_turns", failing)
     coarsest = paraboloids(14, 12)
     with pytest.raises(failure):
         wheel_on(coarsest).contact(Creepages(), Loading(LOAD))
@@ -105,17 +105,17 @@ def test_simpler_forms_are_tried_only_after_a_failure(failure, tried, monkeypatc
 
 
 def test_contact_solved_in_a_simpler_form_is_marked(monkeypatch):
-    wheel, end = wheel_on(paraboloids(14, 12)), _Alternation.end
+    wheel, end = wheel_on(paraboloids(14, 12)), _Solution.in_turns
 
-    def simpler_only(alternations, *of):
-        if alternations.motion.depth > 1:
+    def simpler_only(solution, *of):
+        if solution.motion.depth > 1:
             raise Failure("no")
-        return end(alternations, *of)
+        return end(solution, *of)
 
     assert not wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
     first_order = replace(wheel, order=1)
     assert not first_order.contact(Creepages(1e-3), Loading(LOAD)).simplified
-    monkeypatch.setattr(_Alternation, "end", simpler_only)
+    monkeypatch.setattr(_Solution, "in_turns", simpler_only)
     assert wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
 
 

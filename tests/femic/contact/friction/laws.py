@@ -8,6 +8,7 @@ from approx.pair import Pair, Solid
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Shift, SteadyRolling
+from femic.contact.friction.strips import Strips
 from femic.contact.operators.approximations import half_space_operator
 from geometries.contours import plane
 from geometries.grids import Grid
@@ -24,7 +25,7 @@ def law(operator, motion, bound):
     """The problem of a motion with given bounds."""
     return Coulomb(
         lambda p: motion.slip_of(operator(p)),
-        operator.inverse_on_ring(motion.symbol),
+        Strips.of(operator, motion),
         motion.given,
         bound,
         LeadingEdge.of(bound, motion.depth),

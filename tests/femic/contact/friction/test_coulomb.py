@@ -12,6 +12,7 @@ from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Shift, SteadyRolling
+from femic.contact.friction.strips import Strips
 from femic.contact.operators.convolution import Convolution
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -197,14 +198,16 @@ def test_mirrored_reversed_rolling_is_mirrored():
     operator = on_half_spaces(GRID)
     here = coulomb.tractions(law(operator, MOTIONS["first"], g), tolerance=1e-9)
 
-    def slip_of(p):
-        u = operator(p)
-        return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
+    class Backwards(Shift):
+        def slip_of(self, u):
+            return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
 
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
-    inverse = operator.inverse_on_ring(lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
-    edge = LeadingEdge.of(g[mirror], 0)
-    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w), no_forces(g))
+    motion, edge = Backwards(w), LeadingEdge.of(g[mirror], 0)
+    strips = Strips.of(operator, motion)
+    problem = Coulomb(
+        lambda p: motion.slip_of(operator(p)), strips, sign * w[mirror], g[mirror], edge, motion, no_forces(g)
+    )
     there = coulomb.tractions(problem, tolerance=1e-9)
     np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())
     np.testing.assert_array_equal(there.stick[mirror], here.stick)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from femic.contact.block_mean import block_mean
+from femic.contact.box import Box
 from femic.contact.friction.leading_edge import DEPTH
-from femic.contact.friction.motion import DAMPING, FreeSlip, Motion, RollingStep, Shift, SteadyRolling
+from femic.contact.friction.motion import FreeSlip, Motion, RollingStep, Shift, SteadyRolling
 from geometries.errors import WrongInput
 
 RANDOM = np.random.default_rng(0)
@@ -94,19 +95,34 @@ def test_slip_has_the_error_of_its_order(order):
     np.testing.assert_allclose(np.log2(coarse / fine), order, atol=0.1)
 
 
-def test_symbols_are_the_factors_of_slip_on_waves():
-    """But for the damping, by which waves decay over the grid."""
-    angles = np.array([0.3, -1.2, 2.5])
-    wave = np.exp(1j * angles * np.arange(8)[:, None])[:, :, None] * np.ones(2)
-    for motion, damping in (
-        (Motion(W), 0.0),
-        (SteadyRolling(W, dx=DX), DAMPING / 8),
-        (RollingStep(W, dx=DX), 0.0),
+BOX = Box((2, 7), (1, 4))
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        Motion(W),
+        Shift(W, before=BEFORE, per_approach=W[0, :, 0], approach_before=0.1),
+        SteadyRolling(W, (FreeSlip(BEFORE, RANDOM.normal(size=(8, 6, 3)), 2.0),), dx=DX),
+        SteadyRolling(W, dx=DX, order=1),
+        RollingStep(W, dx=DX, before=BEFORE),
+        RollingStep(W, dx=DX),
+    ],
+    ids=["motion", "shift", "with a free slip", "order 1", "step", "step from nothing"],
+)
+def test_in_a_box_slip_is_that_of_its_elements(motion):
+    """But for its last row, which has no neighbour ahead."""
+    part = motion.within(BOX)
+    for here, there in (
+        (part.slip_of(BOX.of(U)), motion.slip_of(U)),
+        (part.given_at(0.3), motion.given_at(0.3)),
+        *zip(part.of_free, motion.of_free, strict=True),
     ):
-        slips = motion.slip_of(wave)[:-1] / wave[:-1]
-        undamped = motion.symbol(angles - 1j * damping)
-        np.testing.assert_allclose(slips[..., 0], np.broadcast_to(undamped, (7, 3)), rtol=1e-12)
-    assert abs(SteadyRolling(W, dx=DX).symbol(np.zeros(1))[0]) > 0.1 / DX / 8
+        np.testing.assert_allclose(here[:-1], BOX.of(there)[:-1], rtol=1e-12)
+    for here, there in zip(part.free, motion.free, strict=True):
+        np.testing.assert_array_equal(here.weights, BOX.of(there.weights))
+        assert here.force == there.force
+    assert (type(part), part.depth) == (type(motion), motion.depth)
 
 
 def test_free_slips_are_taken_where_rigid_ones_are():

@@ -1,6 +1,7 @@
 """How the Newton method goes: its equations against loops and differences, its steps, starts and ends."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,12 +32,28 @@ WAYS = np.zeros((2, *SHAPE, 2))
 WAYS[0, ..., 0] = WAYS[1, ..., 1] = 1.0
 
 
+class AsGiven:
+    """An approximate inverse for the slip where elements stick, given as a function of slips."""
+
+    def __init__(self, of_slip):
+        self.of_slip = of_slip
+
+    def inverse(self, law, _):
+        def tractions(residual):
+            slip = np.zeros(law.slip.shape)
+            slip[law.free] = np.where(law.stick[:, None], residual, 0.0)
+            sticking = self.of_slip(slip)[law.free] / law.scale
+            return np.where(law.stick[:, None], sticking, residual)
+
+        return tractions
+
+
 def springs(bound=LENGTHS, rigid=RIGID, compliance=0.25, free=None):
     """Elements that do not move each other; `compliance` may be different along x and s, and in places."""
     own = np.broadcast_to(compliance, rigid.shape)
     return Coulomb(
         lambda p: own * p,
-        lambda slip: slip / own,
+        AsGiven(lambda slip: slip / own),
         rigid,
         bound,
         LeadingEdge.of(bound, 0),
@@ -100,15 +117,15 @@ def test_steps_begin_without_tractions_or_with_those_of_free_elements():
 def test_an_element_without_traction_and_slip_sticks():
     newton = coulomb._Newton.of(springs(rigid=np.zeros((*SHAPE, 2))), 1.0)
     state = newton.state(*newton.first(None, None))
-    assert np.all(state.stick)
-    np.testing.assert_array_equal(state.direction, 0.0)
-    assert np.all(np.isfinite(state.share))
+    assert np.all(state.law.stick)
+    np.testing.assert_array_equal(state.law.direction, 0.0)
+    assert np.all(np.isfinite(state.law.share))
 
 
 def test_an_element_at_its_bound_without_slip_sticks():
     newton = coulomb._Newton.of(springs(np.ones(SHAPE), np.zeros((*SHAPE, 2)), 0.0 * RIGID + 0.25), 1.0)
     q = np.tile([1.0, 0.0], (12, 1))
-    assert np.all(newton.state(q, np.zeros(0), np.zeros((*SHAPE, 2))).stick)
+    assert np.all(newton.state(q, np.zeros(0), np.zeros((*SHAPE, 2))).law.stick)
 
 
 # ---- a problem of random numbers, with followers at a leading edge and free amplitudes
@@ -129,7 +146,7 @@ def of_random_numbers(scale=0.8):
     rigid, (modes, weights) = random.normal(size=(*AREA, 2)), random.normal(size=(2, 2, *AREA, 2))
     problem = Coulomb(
         lambda p: (L @ p.ravel()).reshape(p.shape),
-        lambda slip: (K @ slip.ravel()).reshape(slip.shape),
+        AsGiven(lambda slip: (K @ slip.ravel()).reshape(slip.shape)),
         rigid,
         BOUND,
         LeadingEdge.of(BOUND, 2),
@@ -176,34 +193,34 @@ def test_forces_are_shares_of_the_weights_in_contact():
 
 def test_residual_is_that_of_the_law_on_each_element_and_of_the_forces():
     newton, state = of_random_numbers()
-    problem, residuals, defects = newton.problem, [], []
+    problem, law, residuals, defects = newton.problem, state.law, [], []
     slip = state.linear + problem.rigid
     centred = problem.motion.at_elements(slip)
-    assert 3 < np.count_nonzero(state.stick) < len(state.stick) - 3
+    assert 3 < np.count_nonzero(law.stick) < len(law.stick) - 3
     for row, at in enumerate(zip(*np.nonzero(problem.edge.free), strict=True)):
         trial, g = state.q[row] - newton.scale * centred[at], BOUND[at]
         length = np.linalg.norm(trial)
-        assert state.stick[row] == (length <= g)
-        np.testing.assert_allclose(state.direction[row], trial / length)
-        np.testing.assert_allclose(state.share[row], min(g / length, 1.0))
+        assert law.stick[row] == (length <= g)
+        np.testing.assert_allclose(law.direction[row], trial / length)
+        np.testing.assert_allclose(law.share[row], min(g / length, 1.0))
         nearest = trial if length <= g else g * trial / length
         residuals += list(newton.scale * slip[at] if length <= g else state.q[row] - nearest)
         defects += list(state.q[row] - nearest)
     whole = np.sum(np.abs(problem.free.weights)[:, BOUND > 0], axis=(1, 2))
     of_forces = list(newton.forces(state.q) - problem.free.targets / whole)
-    np.testing.assert_allclose(state.slip, slip)
-    np.testing.assert_allclose(state.centred, centred)
+    np.testing.assert_allclose(law.slip, slip)
+    np.testing.assert_allclose(law.centred, centred)
     np.testing.assert_allclose(state.residual, residuals + of_forces)
     assert state.defect == pytest.approx(np.linalg.norm(defects + of_forces))
     largest_bound = max(BOUND[problem.edge.free])
     assert state.largest == pytest.approx(max(np.abs(residuals + of_forces)) / largest_bound)
-    np.testing.assert_array_equal(newton.everywhere(state.stick), sticking(newton, state))
+    np.testing.assert_array_equal(problem.edge.with_followers(law.stick), sticking(newton, state))
 
 
 def sticking(newton, state):
     """Elements with bounds that stick or follow one that does."""
     edge, stick = newton.problem.edge, np.zeros(AREA, bool)
-    stick[edge.free] = state.stick
+    stick[edge.free] = state.law.stick
     return np.array(
         [[BOUND[i, j] > 0 and stick[edge.followed[i, j], j] for j in range(AREA[1])] for i in range(AREA[0])]
     )
@@ -242,7 +259,7 @@ def test_linear_equations_have_the_derivative_of_the_residual(monkeypatch):
             )
             for sign in (1, -1)
         )
-        np.testing.assert_array_equal(ahead.stick, behind.stick)
+        np.testing.assert_array_equal(ahead.law.stick, behind.law.stick)
         np.testing.assert_allclose(column, (ahead.residual - behind.residual) / (2 * h), atol=1e-7)
 
 
@@ -251,11 +268,11 @@ def test_preconditioner_is_the_inverse_of_the_equations_with_an_approximation_fo
     newton, state = of_random_numbers()
     matrix, _, _, preconditioner = equations(monkeypatch, newton, state, TIGHT)
     m, K = len(state.q), np.zeros((2 * len(state.q),) * 2)
-    sticks = np.repeat(state.stick, 2)
+    sticks = np.repeat(state.law.stick, 2)
     for column in range(2 * m):
         slip = np.zeros((*AREA, 2))
         slip[newton.mask] = np.eye(2 * m)[column].reshape(m, 2)
-        tractions = newton.problem.inverse(slip)[newton.mask].ravel() / newton.scale
+        tractions = newton.problem.strips.of_slip(slip)[newton.mask].ravel() / newton.scale
         K[:, column] = np.where(sticks, tractions, 0.0) if sticks[column] else np.eye(2 * m)[column]
     bordered = dense(matrix)
     bordered[: 2 * m, : 2 * m] = np.linalg.inv(K)
@@ -276,6 +293,13 @@ def test_amplitudes_that_do_the_same_share_what_one_would_do(monkeypatch):
         assert 0 < abs(first) < 100
 
 
+def with_values(of, **values):
+    """The same, with values of cached properties."""
+    of = replace(of)
+    vars(of).update(values)
+    return of
+
+
 @pytest.mark.parametrize(
     ("largest", "tolerance", "expected"),
     [
@@ -294,7 +318,7 @@ def test_linear_equations_are_solved_as_exactly_as_the_next_residual_needs(
     newton, state = of_random_numbers()
     residual = np.full(len(state.residual), 1e-9)
     residual[3] = -largest * state.bound
-    state = replace(state, residual=residual)
+    state = with_values(state, residual=residual)
     _, _, rtol, _ = equations(monkeypatch, newton, state, tolerance)
     assert rtol == pytest.approx(expected)
     _, _, rtol, _ = equations(monkeypatch, newton, state, tolerance, 1e-7)
@@ -316,9 +340,9 @@ def candidates(defect_of_share):
         def state(self, q, c, linear):
             shares.append(float(q[0, 0] - state.q[0, 0]))
             assert len(shares) < 9
-            return replace(state, q=q, c=c, linear=linear, defect=before * defect_of_share(shares[-1]))
+            return SimpleNamespace(q=q, c=c, linear=linear, defect=before * defect_of_share(shares[-1]))
 
-    begin = replace(state, defect=before, linear=newton.slip(state.q, state.c))
+    begin = with_values(replace(state, linear=newton.slip(state.q, state.c)), defect=before)
     end = Newton(newton.problem, newton.mask, newton.g, newton.scale).next(begin, TIGHT)
     np.testing.assert_allclose(end.linear, newton.slip(end.q, end.c), atol=1e-12)
     np.testing.assert_allclose(end.c - state.c, 2.0 * shares[-1])
@@ -408,7 +432,8 @@ def of_largest(largest, stick):
     def changed(state):
         residual = np.zeros_like(state.residual)
         residual[1] = largest * state.bound
-        return replace(state, residual=residual, stick=np.arange(len(state.q)) < stick)
+        law = with_values(state.law, stick=np.arange(len(state.q)) < stick)
+        return with_values(replace(state, law=law), residual=residual)
 
     return changed
 
@@ -449,12 +474,12 @@ def test_full_stick_on_half_spaces_is_solved_to_a_small_share_of_the_slip_and_no
     effort = {}
     for loosest in (1e-3, 1e-5, 1e-7):
         products.clear()
-        newton.step(replace(given, stick=np.full(len(given.q), True)), TIGHT, loosest)
+        newton.step(replace(given, law=replace(given.law, sticking=True)), TIGHT, loosest)
         effort[loosest] = len(products)
     products.clear()
     *_, state = newton.starts(given, TIGHT)
     assert effort[1e-5] <= len(products) - 1 <= effort[1e-7]
-    before, after = (np.max(np.abs(one.slip[newton.mask])) for one in (given, state))
+    before, after = (np.max(np.abs(one.law.slip[newton.mask])) for one in (given, state))
     assert after < 1e-5 * before
 
 
@@ -501,7 +526,7 @@ class Wandering(coulomb._Newton):
     """Steps after each of which the residual is 1 % larger."""
 
     def next(self, state, _):
-        return replace(state, residual=1.01 * state.residual)
+        return with_values(state, residual=1.01 * state.residual)
 
 
 def test_idle_steps_end():

@@ -23,7 +23,7 @@ def flat(n_x, n_s, aspect=1.0):
 @pytest.mark.parametrize("aspect", [0.05, 0.3, 1.0, 4.0, 20.0])
 @pytest.mark.parametrize("sizes", [(1, 1), (1, 8), (2, 2), (5, 3), (16, 16), (17, 40), (64, 9), (101, 100)])
 def test_inverse_is_positive_at_all_frequencies(sizes, aspect):
-    inverse = flat(*sizes, aspect).ring_inverse.inverse[..., 0, 0]
+    inverse = flat(*sizes, aspect).ring_inverse.factors[..., 0, 0]
     assert np.min(inverse.real) > 0
     assert np.max(np.abs(inverse.imag)) < 1e-6 * np.max(inverse.real)
 
@@ -36,24 +36,36 @@ def test_inverse_undoes_the_operator_on_its_grid(sizes, directions):
     ring, m = operator.ring_inverse, len(directions)
     p = np.zeros((*ring.padded, m))
     p[: sizes[0], : sizes[1]] = np.random.default_rng(0).normal(size=(*sizes, m))
-    spectrum = np.einsum("xsij,xsj->xsi", np.linalg.inv(ring.inverse), fft.rfft2(p, axes=(0, 1)))
+    spectrum = np.einsum("xsij,xsj->xsi", np.linalg.inv(ring.factors), fft.rfft2(p, axes=(0, 1)))
     u = fft.irfft2(spectrum, ring.padded, axes=(0, 1))
     np.testing.assert_allclose(
         u[: sizes[0], : sizes[1]], operator(p[: sizes[0], : sizes[1]]), atol=1e-12 * np.max(u)
     )
-    back = np.einsum("xsij,xsj->xsi", ring.inverse, fft.rfft2(u, axes=(0, 1)))
+    back = np.einsum("xsij,xsj->xsi", ring.factors, fft.rfft2(u, axes=(0, 1)))
     np.testing.assert_allclose(fft.irfft2(back, ring.padded, axes=(0, 1)), p, atol=1e-10)
 
 
-def test_waves_along_x_are_multiplied_by_their_symbol():
-    """On a ring a difference of neighbours is the same before and after."""
-    operator = flat(6, 10)
-    inverse = operator.inverse_on_ring(lambda phase: 2.0 - np.exp(1j * phase))
-    plain = operator.ring_inverse
-    symbol = 2.0 - np.exp(2j * np.pi * fft.fftfreq(plain.padded[0]))
-    np.testing.assert_allclose(
-        inverse.inverse[..., 0, 0] * symbol[:, None], plain.inverse[..., 0, 0], rtol=1e-12
+@pytest.mark.parametrize("directions", [(N,), (X, S)])
+def test_displacements_become_those_of_strips_alone(directions):
+    """On the ring: those of all strips lead to those of each strip's own tractions, found by a loop."""
+    operator = half_space_operator(BODIES, Grid(6, 5, 0.21, 0.3), directions)
+    alone, m = operator.strips_alone, len(directions)
+    n_x, n_s = alone.padded
+    p = np.random.default_rng(0).normal(size=(n_x, n_s, m))
+    inverse = operator.ring_inverse
+    u = fft.irfft2(
+        np.einsum("xsij,xsj->xsi", np.linalg.inv(inverse.factors), fft.rfft2(p, axes=(0, 1))),
+        alone.padded,
+        axes=(0, 1),
     )
+    result = fft.irfft2(
+        np.einsum("xsij,xsj->xsi", alone.factors, fft.rfft2(u, axes=(0, 1))), alone.padded, axes=(0, 1)
+    )
+    kernel, expected = operator.own_strip, np.zeros_like(p)
+    for observer, load in np.ndindex(n_x, n_x):
+        lag = (observer - load + n_x // 2) % n_x - n_x // 2  # the shortest way round
+        expected[observer] += p[load] @ kernel[5 + np.clip(lag, -5, 5)].T
+    np.testing.assert_allclose(result, expected, atol=1e-9 * np.max(np.abs(expected)))
 
 
 def test_inverse_is_symmetric_and_positive_on_the_grid():

@@ -134,15 +134,6 @@ def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     assert c.estimate == pytest.approx(0.01)
 
 
-@pytest.mark.parametrize("variant", ["A", "Bhat", "mix"])
-def test_the_form_of_an_operator_does_not_matter(variant, monkeypatch):
-    on_grid = pair_on_grid(problem(10.3, shift=0.1), Grid(8, 6, 0.5, 0.7, 0.3))
-    p = np.random.default_rng(1).random((8, 6, 3))
-    first = approximation(on_grid, variant)(p)
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.MOST_DENSE", 4)
-    np.testing.assert_allclose(approximation(on_grid, variant)(p), first, atol=1e-14 * np.max(np.abs(first)))
-
-
 def test_only_rolling_wheels_get_the_ics_of_rolling():
     of = problem(10.3)
     grid = Grid(6, 4, 0.2, 0.2)

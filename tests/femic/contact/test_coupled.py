@@ -1,0 +1,298 @@
+"""Pressures and tangential tractions at once: equations against differences, contacts against turns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.contact import coupled, frictional
+from femic.contact.box import Box
+from femic.contact.coupled import Coupled, Guess, State, Step
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import RollingStep, Shift, SteadyRolling
+from femic.contact.frictional import solve
+from femic.contact.loading import Loading
+from tests.femic.contact.friction_problems import MIXED, groove, law_errors, movable, paraboloids, wheel_on
+
+LOAD, LESS = Loading(4000.0), Loading(3000.0)
+GROOVE = replace(groove(materials=MIXED), friction=0.6)
+WHEEL = wheel_on(GROOVE)
+RIGID = WHEEL.rolling.rigid_slip(Creepages(-1e-3, 5e-4, 1e-4))
+SINES = np.sin(GROOVE.inclination)
+BEFORE = 1e-3 * np.random.default_rng(0).normal(size=RIGID.shape)
+MOTIONS = {
+    "shift": Shift(RIGID, per_approach=SINES),
+    "first order": SteadyRolling(RIGID, dx=GROOVE.grid.dx, order=1),
+    "second order": SteadyRolling(RIGID, dx=GROOVE.grid.dx),
+    "step": RollingStep(RIGID, dx=GROOVE.grid.dx, before=BEFORE),
+}
+
+
+def with_forces(names=("longitudinal", "lateral")):
+    """Rolling with forces that determine two creepages."""
+    wanted, given = {"longitudinal": 500.0, "lateral": -300.0, "spin": 100.0}, {}
+    for name in names:
+        given[name] = wanted[name]
+    seen = []
+    original = frictional.solve
+
+    def watched(problem, motion, loading, **_):
+        seen.append(motion)
+        return original(problem, motion, loading)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("femic.contact.rolling.solve", watched)
+        WHEEL.contact(Creepages(), LOAD, forces=given)
+    return seen[0]
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return {**MOTIONS, "forces": with_forces()}
+
+
+names = pytest.mark.parametrize("name", [*MOTIONS, "forces"])
+
+
+def near(problem, motion, loading=LOAD, size=0.03):
+    """A guess near the contact."""
+    contact = solve(problem, motion, loading)
+    random = np.random.default_rng(1)
+    p = contact.p * (1 + size * random.normal(size=contact.p.shape))
+    return Guess(p, contact.amplitudes * (1 + size), contact.approach * (1 + size / 10)), contact
+
+
+# ---- equations
+
+
+@names
+@pytest.mark.parametrize("loading", ["load", "approach"])
+def test_equations_have_the_derivative_of_the_residual(name, loading, motions):
+    """With elements in contact and at the leading edge as they are; bounds change, tractions with them."""
+    motion = motions[name]
+    guess, contact = near(GROOVE, motion)
+    system = Coupled(GROOVE, motion, LOAD if loading == "load" else Loading(approach=contact.approach))
+    state = State.of(system, replace(guess, approach=0.95 * guess.approach))  # nothing joins
+    step = Step(state)
+    stick = np.count_nonzero(state.law.stick)
+    assert 0 < stick < len(state.law.stick)
+    random = np.random.default_rng(2)
+    for _ in range(6):
+        v = random.normal(size=len(step.residual))
+        pressures, q, others = step.parts(v)
+        pressures *= state.p[state.contact][:, 2]
+        amplitudes, approach = system.split(others)
+        h, ends = 1e-7, []
+        for sign in (1, -1):
+            p = state.p + sign * h * step.tractions(pressures, q)[0]
+            given = Guess(p, state.c + sign * h * amplitudes, state.approach + sign * h * approach)
+            moved = State._in_contact(system, given, p[..., 2])
+            np.testing.assert_array_equal(moved.law.stick, state.law.stick)
+            ends.append(Step(moved).residual)
+        expected = (ends[0] - ends[1]) / (2 * h)
+        np.testing.assert_allclose(step.derivative(v), expected, atol=1e-4 * np.max(np.abs(expected)))
+
+
+@names
+def test_preconditioner_meets_forces_and_load(name, motions):
+    """Whatever it makes of gaps and friction: no component of the residual of forces is left."""
+    motion = motions[name]
+    guess, _ = near(GROOVE, motion)
+    step = Step(State.of(Coupled(GROOVE, motion, LOAD), guess))
+    k = len(step.coupled.targets)
+    assert k == (3 if name == "forces" else 1)
+    v = np.random.default_rng(3).normal(size=len(step.residual))
+    np.testing.assert_allclose(step.derivative(step.inverse(v))[-k:], v[-k:], atol=1e-9 * np.max(np.abs(v)))
+
+
+def test_residuals_are_gaps_law_forces_and_load():
+    motion = MOTIONS["second order"]
+    guess, _ = near(GROOVE, motion)
+    state = State.of(Coupled(GROOVE, motion, LOAD), guess)
+    step = Step(state)
+    gaps, of_law, (of_load,) = step.parts(step.residual)
+    own_gap, own_slip = state.coupled.own
+    u = GROOVE.operator(state.p)
+    expected = u[..., 2] + GROOVE.distance - state.approach * np.cos(GROOVE.inclination)
+    np.testing.assert_allclose(gaps * own_gap, expected[state.contact], atol=1e-12)
+    np.testing.assert_allclose(of_law, state.law.residual)
+    assert state.law.scale == pytest.approx(1 / own_slip)
+    vertical = state.p[..., 2] * np.cos(GROOVE.inclination) - state.p[..., 1] * np.sin(GROOVE.inclination)
+    load = np.sum(vertical) * GROOVE.grid.area
+    assert of_load * step.unit_forces[-1] == pytest.approx(load - LOAD.load)
+
+
+# ---- states
+
+
+def test_a_state_has_no_negative_pressures_and_followers_at_their_bounds():
+    motion = MOTIONS["second order"]
+    guess, contact = near(GROOVE, motion)
+    p = guess.p.copy()
+    pressed = tuple(np.argwhere(contact.in_contact)[5])
+    p[pressed] = 3.0, 4.0, -1.0
+    state = State.of(Coupled(GROOVE, motion, LOAD), replace(guess, p=p, approach=0.5 * guess.approach))
+    np.testing.assert_array_equal(state.p[pressed], 0.0)
+    assert np.min(state.p[..., 2]) == 0
+    np.testing.assert_allclose(state.u, GROOVE.operator(state.p), atol=1e-15)
+    np.testing.assert_allclose(state.p[..., :2], state.edge.spread(state.p[..., :2]), rtol=1e-12)
+
+
+def test_elements_with_overlap_join():
+    motion = MOTIONS["shift"]
+    contact = solve(GROOVE, motion, LOAD)
+    further = Guess(contact.p, contact.amplitudes, 1.3 * contact.approach)
+    state = State.of(Coupled(GROOVE, motion, LOAD), further)
+    gap = contact.u[..., 2] + GROOVE.distance - 1.3 * contact.approach * np.cos(GROOVE.inclination)
+    np.testing.assert_array_equal(state.contact, contact.in_contact | (gap < 0))
+    assert np.count_nonzero(state.contact) > np.count_nonzero(contact.in_contact)
+
+
+# ---- contacts
+
+
+@names
+def test_contacts_at_once_are_those_in_turns(name, motions, monkeypatch):
+    motion = motions[name]
+    before = solve(GROOVE, motion, LESS)
+    at_once = solve(GROOVE, motion, LOAD, start=before)
+    assert at_once.turns == 0
+    monkeypatch.setattr(coupled, "solve", lambda *_: None)
+    in_turns = solve(GROOVE, motion, LOAD, start=before)
+    assert in_turns.turns > 3
+    np.testing.assert_allclose(at_once.p, in_turns.p, atol=1e-5 * in_turns.p.max())
+    np.testing.assert_allclose(at_once.amplitudes, in_turns.amplitudes, rtol=1e-4)
+    np.testing.assert_array_equal(at_once.stick, in_turns.stick)
+    np.testing.assert_allclose(at_once.gap, in_turns.gap, atol=1e-5 * in_turns.approach)
+    np.testing.assert_allclose(at_once.slip, in_turns.slip, atol=1e-4 * np.max(np.abs(in_turns.slip)))
+    assert at_once.approach == pytest.approx(in_turns.approach, rel=1e-5)
+    assert at_once.force[2] == pytest.approx(LOAD.load, rel=1e-6)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_tractions_at_once_obey_the_law(order):
+    motion = SteadyRolling(RIGID, dx=GROOVE.grid.dx, order=order)
+    contact = solve(GROOVE, motion, LOAD, start=solve(GROOVE, motion, LESS))
+    assert contact.turns == 0
+    assert np.all(law_errors(contact, motion.rigid, order=order, dx=motion.dx) < 3e-6)
+
+
+def test_from_nothing_both_are_sought_after_some_turns(monkeypatch):
+    first, *_ = frictional.AT_ONCE_AFTER
+    there = solve(GROOVE, MOTIONS["shift"], LOAD)
+    assert there.turns == first
+    monkeypatch.setattr(frictional, "AT_ONCE_AFTER", ())
+    here = solve(GROOVE, MOTIONS["shift"], LOAD)
+    assert here.turns > first
+    np.testing.assert_allclose(there.p, here.p, atol=1e-5 * here.p.max())
+
+
+def test_a_given_approach_is_kept():
+    motion = MOTIONS["shift"]
+    less = solve(GROOVE, motion, LESS)
+    given = 1.05 * less.approach
+    contact = solve(GROOVE, motion, Loading(approach=given), start=less)
+    assert (contact.turns, contact.approach) == (0, given)
+    assert contact.force[2] > 1.01 * less.force[2]
+
+
+def test_the_contact_is_its_own_guess(monkeypatch):
+    motion = MOTIONS["second order"]
+    contact = solve(GROOVE, motion, LOAD, start=solve(GROOVE, motion, LESS))
+    monkeypatch.setattr(Step, "taken", lambda *_: pytest.fail("a step is taken"))
+    again = solve(GROOVE, motion, LOAD, start=contact)
+    np.testing.assert_allclose(again.p, contact.p, atol=1e-12 * contact.p.max())
+
+
+def test_forces_that_are_not_met_are_no_solution():
+    """Far from them all slips one way, and tractions do not change with creepages."""
+    motion = with_forces(("longitudinal",))
+    contact = solve(GROOVE, motion, LOAD)
+    for amplitude in (1.0, -1e3, 1e7):
+        guess = Guess(contact.p, np.array([amplitude]), contact.approach)
+        state = coupled.solve(Coupled(GROOVE, motion, LOAD), guess, 1e-6)
+        assert state is None or state.c[0] == pytest.approx(contact.amplitudes[0], rel=1e-3)
+
+
+def test_no_contact_is_found_from_none():
+    system = Coupled(GROOVE, MOTIONS["shift"], LOAD)
+    assert coupled.solve(system, Guess(np.zeros((*RIGID.shape[:2], 3)), np.zeros(0), -1.0), 1e-6) is None
+
+
+@pytest.mark.parametrize(
+    ("errors", "idle"),
+    [
+        ([], False),
+        ([1.0] + [2.0] * 4, False),
+        ([1.0] + [2.0] * 5, True),
+        ([3.0, 2.0, 1.0, 0.5, 0.3, 0.2], False),
+    ],
+)
+def test_steps_that_lead_nowhere_end(errors, idle):
+    assert coupled._idle(errors) is idle
+
+
+# ---- in a box
+
+
+def boxes(monkeypatch):
+    """The boxes in which contacts are sought."""
+    seen, within = [], frictional.FrictionalProblem.within
+
+    def watched(problem, box):
+        seen.append(box)
+        return within(problem, box)
+
+    monkeypatch.setattr(frictional.FrictionalProblem, "within", watched)
+    return seen
+
+
+WIDE = paraboloids(64, 48, room=(4.0, 4.0), materials=MIXED)
+ROLLS = SteadyRolling(wheel_on(WIDE).rolling.rigid_slip(Creepages(-1e-3, 5e-4, 1e-4)), dx=WIDE.grid.dx)
+
+
+def test_a_contact_that_is_confined_is_the_one_on_the_whole_grid(monkeypatch):
+    start = solve(WIDE, ROLLS, LESS)
+    seen = boxes(monkeypatch)
+    here = solve(WIDE, ROLLS, LOAD, start=start)
+    whole = Box.whole(WIDE.distance.shape)
+    assert {box == whole for box in seen} == {False}
+    monkeypatch.setattr(Box, "around", lambda _: whole)
+    there = solve(WIDE, ROLLS, LOAD, start=start)
+    np.testing.assert_allclose(here.p, there.p, atol=1e-6 * there.p.max())
+    np.testing.assert_allclose(here.u, WIDE.operator(here.p), atol=1e-12)
+    np.testing.assert_allclose(here.gap, there.gap, atol=1e-6 * there.approach)
+    assert np.min(here.gap) == 0
+
+
+def test_a_contact_that_outgrows_its_box_is_sought_on_the_whole_grid(monkeypatch):
+    problem = paraboloids(40, 36, materials=MIXED)
+    motion = SteadyRolling(wheel_on(problem).rolling.rigid_slip(Creepages(-1e-3)), dx=problem.grid.dx)
+    start = solve(problem, motion, Loading(20.0))
+    seen = boxes(monkeypatch)
+    contact = solve(problem, motion, LOAD, start=start)
+    assert seen[0] != Box.whole(problem.distance.shape) == seen[-1]
+    assert np.min(contact.gap) == 0
+    same = solve(problem, motion, LOAD)
+    np.testing.assert_allclose(contact.p, same.p, atol=1e-5 * same.p.max())
+
+
+def test_overlap_elsewhere_is_found():
+    """Another place comes into contact, far from the first one."""
+    distance = WIDE.distance.copy()
+    first = solve(WIDE, ROLLS, LESS)
+    distance[40:, 36:] -= distance[40:, 36:].min() - 0.8 * first.approach
+    problem = replace(WIDE, distance=distance)
+    contact = solve(problem, ROLLS, LOAD, start=solve(problem, ROLLS, Loading(30.0)))
+    assert np.min(contact.gap) == 0
+    assert np.any(contact.p[40:, 36:, 2] > 0)
+    u = problem.operator(contact.p)[..., 2]
+    assert np.min((u + distance - contact.approach)[contact.p[..., 2] == 0]) > -1e-9
+
+
+def test_operators_of_which_only_products_are_known_will_do():
+    problem = movable(WIDE, z=1e-6)
+    here, there = (solve(of, ROLLS, LOAD, start=solve(of, ROLLS, LESS)) for of in (WIDE, problem))
+    np.testing.assert_allclose(there.p, here.p, atol=1e-5 * here.p.max())
+    assert there.turns == 0
+    assert there.approach - here.approach == pytest.approx(4e-3, rel=1e-3)
