@@ -5,10 +5,13 @@
 The case of published timings: a Hertz ellipse, a = 5, b = 4 mm, F_n = 80 kN, friction 0.3, G = 82 000 MPa,
 nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pressures and tractions together,
 to 1e-5 of the largest pressure, on one thread; the operator of C (dense between strips) is filled with A: its
-cost does not depend on the values. Then errors of forces against seconds, first and second order.
+cost does not depend on the values. Then errors of forces against seconds, first and second order. Then a ball
+in a groove that hardly differs from it, and a creep-force curve: all tractions at once beside pressures and
+tangential tractions in turns.
 """
 
 from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from time import perf_counter
 
 import numpy as np
@@ -17,14 +20,19 @@ from threadpoolctl import threadpool_limits
 
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
+from femic.contact import coupled
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.operators.approximations import half_space_operator
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.rolling import RollingProblem
-from geometries.contours import plane
+from femic.contact.undeformed import Undeformed
+from femic.scenes.load import load_scene
+from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER, Surface
@@ -93,6 +101,72 @@ def errors() -> None:
     print_table(["in the patch", "order 1: error", "seconds", "order 2: error", "seconds"], rows)
 
 
+def ball_in_groove() -> RollingProblem:
+    """A ball of 10 mm in a groove of 10.02 mm with B-bar on 96 x 96 elements, friction 0.3."""
+    ball, groove = Surface(UPPER, arc(-10.0, 1.45, 1.45), 10.0), Surface(LOWER, arc(-10.02, 1.45, 1.45))
+    pair, grid = Pair(Solid(STEEL, ball), Solid(STEEL, groove)), Grid(96, 96, 1.1 / 96, 14.5 / 96)
+    x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
+    undeformed = Undeformed(ball, groove, (-14.5, 14.5), 0.0)
+    contact = FrictionalProblem(
+        grid,
+        approximate_operator("Bbar", pair, grid),
+        half_space_operator(PAIR, grid),
+        undeformed.distance(x[:, None], grid.strips),
+        groove.contour.inclination(grid.strips),
+        FRICTION,
+    )
+    height = undeformed.upper_height(grid.strips)
+    return RollingProblem(contact, RollingKinematics(groove.contour, 10.0, x, grid.strips, height))
+
+
+@contextmanager
+def in_turns() -> Iterator[None]:
+    """Contacts are solved in turns only."""
+    solve = coupled.solve
+    coupled.solve = lambda *_: None
+    try:
+        yield
+    finally:
+        coupled.solve = solve
+
+
+def ball_rows() -> Iterator[list[object]]:
+    for creepages in (Creepages(-2e-4, 1e-4), Creepages(0, 3e-4, 2e-3), Creepages(-1e-3, 5e-4)):
+        each = []
+        for way in (in_turns, nullcontext):
+            with way():
+                seconds = []
+                for _ in range(REPEATED):
+                    rolling, start = ball_in_groove(), perf_counter()
+                    contact = rolling.contact(creepages, Loading(1000.0)).contact
+                    seconds.append(perf_counter() - start)
+            each.append((min(seconds), contact))
+        (turns, there), (at_once, here) = each
+        difference = np.max(np.abs(here.p - there.p)) / np.max(there.pressures)
+        cells = f"{turns:.2f}", f"{at_once:.2f}", f"{turns / at_once:.1f}", f"{difference:.0e}"
+        yield [f"{creepages.longitudinal:g}, {creepages.lateral:g}, {creepages.spin:g}", *cells]
+
+
+def curve_rows() -> Iterator[list[object]]:
+    """The curve of scene `rolling`, 19 creepages and four forces on 64 x 64 elements, friction 0.4."""
+    rows: list[list[object]] = []
+
+    def solve(pair: PairWithFriction) -> None:
+        for name in ("A", "Bhat"):
+            seconds = []
+            for way in (in_turns, nullcontext):
+                start = perf_counter()
+                with way():
+                    problem = pair.frictional(pair.operator(name), 0.4)
+                    Continuation.of(pair, problem, name).curve()
+                seconds.append(perf_counter() - start)
+            turns, at_once = seconds
+            rows.append([name, f"{turns:.1f}", f"{at_once:.1f}", f"{turns / at_once:.1f}"])
+
+    solve_with_friction(load_scene("rolling").contact_problem, solve)
+    yield from rows
+
+
 CURVATURES = curvatures()
 TIMINGS = ("in the patch", "ICs", "order", "seconds", "F_x / (friction F_n)", "F_y / (friction F_n)")
 
@@ -100,3 +174,7 @@ if __name__ == "__main__":
     with threadpool_limits(1):
         print_table(TIMINGS, timing_rows())
         errors()
+        print("\na ball of 10 mm in a groove of 10.02 mm, 1 kN, 96 x 96 elements, B-bar")
+        print_table(("creepages", "in turns [s]", "at once [s]", "ratio", "tractions differ by"), ball_rows())
+        print("\ncreep-force curve, 19 creepages and four forces, 64 x 64 elements")
+        print_table(("ICs", "in turns [s]", "at once [s]", "ratio"), curve_rows())

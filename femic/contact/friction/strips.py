@@ -43,6 +43,7 @@ class Strips:
         kernels, n_x = flat.own_strip, flat.shape[0]
         u = [toeplitz(kernels[n_x - 1 :, i, i], kernels[n_x - 1 :: -1, i, i]) for i in range(2)]
         slip = np.moveaxis(motion.slip_of(np.stack(u, axis=-1)), -1, 0).astype(np.float32)
+        slip[:, -1, -1] = slip[:, 0, 0]  # as if there were another element ahead of the last one
         behind = np.concatenate([np.zeros_like(slip[:, :1]), slip[:, :-1]], axis=1)
         return cls(slip, behind, flat.strips_alone)
 

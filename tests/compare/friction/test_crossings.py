@@ -1,5 +1,7 @@
 """Errors of rolling forces over the load: prescribed forces, another route, no error of the same ICs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,7 +74,7 @@ def test_without_xn_forces_are_too_small_the_more_the_surface_turns(rolled):
 def test_what_c_may_be_wrong_by_is_known_at_the_sampled_loads(rolled):
     """C plus 2 % of itself, sampled at the ends: in between it is interpolated."""
     more = rolled.pair.operator("mix")
-    perturbed = type(more)(1.02 * more.transformed, more.n_x, more.directions)
+    perturbed = replace(more, kernels={places: 1.02 * kernel for places, kernel in more.kernels.items()})
     pair = RollingDeviations(rolled.pair, rolled.operators, FRICTION, perturbed, LOADS)
     ends = [pair.change("free", "A", load) for load in LOADS]
     assert all(0 < end < 0.02 for end in ends)
@@ -86,7 +88,7 @@ def test_the_angle_is_known_no_better_than_c(rolled):
     The change of the angle itself is that of a pair that has the softer C as its own.
     """
     of_c = rolled.operators["C"]
-    softer = type(of_c)(1.05 * of_c.transformed, of_c.n_x, of_c.directions)
+    softer = replace(of_c, kernels={places: 1.05 * kernel for places, kernel in of_c.kernels.items()})
     unsure = RollingDeviations(rolled.pair, rolled.operators, FRICTION, softer, LOADS)
     changed = RollingDeviations(rolled.pair, {"C": softer}, FRICTION)
     parts = []

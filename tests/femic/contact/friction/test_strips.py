@@ -92,6 +92,19 @@ def test_waves_over_all_strips_are_accounted_for(name):
     assert counts[0] < 0.75 * counts[1]
 
 
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_contact_at_the_ends_of_the_grid_has_finite_tractions(name):
+    """In steady rolling the last element has no slip of its own there."""
+    grid = Grid(8, 3, 0.4, 0.5)
+    motion, operator, bound = motion_of(name, grid), on_half_spaces(grid), np.full((8, 3), 100.0)
+    edge = LeadingEdge.of(bound, 0)
+    q, slip = np.zeros((24, 2)), np.ones((8, 3, 2))
+    law = Law(motion, 1.0, edge.free, q, bound[edge.free][:, None], slip, sticking=True)
+    result = Strips.of(operator, motion).inverse(law, edge)(np.ones((24, 2)))
+    assert np.all(np.isfinite(result))
+    assert np.max(np.abs(result)) > 0
+
+
 def test_without_free_elements_there_is_nothing_to_invert():
     grid = Grid(4, 3, 0.4, 0.5)
     motion, bound = motion_of("shift", grid), np.zeros((4, 3))
