@@ -20,6 +20,7 @@ from geometries.grids import Grid
 from geometries.patches import N, S, X
 
 TANGENTIAL = (X, S)
+MOST_PARTS = 4  # that are kept, the last ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +116,8 @@ class FrictionalProblem:
     def within(self, box: Box) -> "FrictionalProblem":
         """Return the problem on the elements of a box, with the ICs in the form that is fastest there."""
         if box not in self._parts:
+            if len(self._parts) == MOST_PARTS:
+                del self._parts[next(iter(self._parts))]
             self._parts[box] = FrictionalProblem(
                 self._grid_within(box),
                 part_of(self.operator, box, self.distance.shape),

@@ -98,7 +98,9 @@ class StripInverse:
         span = slice(rows[0], rows[-1] + 1)
         places = span if rows[-1] - rows[0] < len(rows) else rows  # without holes: no copies
         here, behind = (slip[:, places] for slip in (self.strips.slip, self.strips.behind))
-        matrices = of_slip * here[:, :, places] + of_slip_behind * behind[:, :, places]
+        matrices = of_slip * here[:, :, places]
+        if np.any(of_slip_behind):
+            matrices += of_slip_behind * behind[:, :, places]
         k = np.arange(len(rows))
         matrices[:, k, k] += of_traction[..., 0]
         followed, ratio = self.edge.followed[:, strip], self.edge.ratio[:, strip]
