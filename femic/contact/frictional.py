@@ -2,7 +2,7 @@
 
 Both are sought at once (`coupled`), beginning with the contact on elements twice as large, or with a given
 one. Where there is none to begin with, or it does not lead to the contact, pressures for given tangential
-tractions (`bound_constrained`) and tangential tractions for given pressures (`friction.coulomb`) are solved in
+tractions (`bound_constrained`) and tangential tractions for given pressures (`friction.coulomb`) are found in
 turn until neither changes (Panagiotopoulos 1975, Ingenieur-Archiv 44, 421-432): ICs couple both, bounds are
 friction times pressure, and tangential tractions on inclined places carry load. Where tractions of an element
 oscillate, as at edges with large friction, its steps become smaller.
