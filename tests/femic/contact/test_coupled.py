@@ -277,17 +277,30 @@ def test_a_contact_that_outgrows_its_box_is_sought_on_the_whole_grid(monkeypatch
     np.testing.assert_allclose(contact.p, same.p, atol=1e-5 * same.p.max())
 
 
-def test_overlap_elsewhere_is_found():
-    """Another place comes into contact, far from the first one."""
-    distance = WIDE.distance.copy()
-    first = solve(WIDE, ROLLS, LESS)
-    distance[40:, 36:] -= distance[40:, 36:].min() - 0.8 * first.approach
+def test_overlap_elsewhere_is_found(monkeypatch):
+    """Another place comes into contact, far from the first one, which hardly grows."""
+    distance, first = WIDE.distance.copy(), solve(WIDE, ROLLS, LESS)
+    distance[48:, 38:] -= distance[48:, 38:].min() - 0.95 * first.approach
     problem = replace(WIDE, distance=distance)
-    contact = solve(problem, ROLLS, LOAD, start=solve(problem, ROLLS, Loading(30.0)))
-    assert np.min(contact.gap) == 0
-    assert np.any(contact.p[40:, 36:, 2] > 0)
+    start = solve(problem, ROLLS, LESS)
+    assert not np.any(start.p[48:, 38:])
+    seen = boxes(monkeypatch)
+    contact = solve(problem, ROLLS, LOAD, start=start)
+    assert seen[0] != Box.whole(distance.shape) == seen[-1]
+    assert np.any(contact.p[48:, 38:, 2] > 0)
     u = problem.operator(contact.p)[..., 2]
     assert np.min((u + distance - contact.approach)[contact.p[..., 2] == 0]) > -1e-9
+
+
+def test_a_contact_at_the_end_of_its_box_is_sought_on_the_whole_grid(monkeypatch):
+    """Slip there would lack its neighbour ahead."""
+    start = solve(WIDE, ROLLS, LESS)
+    there = solve(WIDE, ROLLS, LOAD, start=start)
+    rows, strips = (np.flatnonzero(there.in_contact.any(axis=axis)) for axis in (1, 0))
+    tight = Box((int(rows[0]), int(rows[-1]) + 1), (int(strips[0]), int(strips[-1]) + 1))
+    monkeypatch.setattr(Box, "around", lambda _: tight)
+    here = solve(WIDE, ROLLS, LOAD, start=start)
+    np.testing.assert_allclose(here.p, there.p, atol=1e-6 * there.p.max())
 
 
 def test_operators_of_which_only_products_are_known_will_do():
