@@ -11,7 +11,7 @@ from femic.contact.friction.motion import Motion
 from femic.contact.friction.strips import Strips
 from femic.contact.normal import NormalProblem
 from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.part import part_of
+from femic.contact.operators.part import coarsened, part_of
 from femic.contact.operators.protocols import FullOperator, Operator
 from femic.contact.operators.ring import Waves
 from geometries.arrays import Array
@@ -104,7 +104,7 @@ class FrictionalProblem:
         inclination = self.inclination.reshape(-1, 2).mean(axis=1)
         return FrictionalProblem(
             normal.grid,
-            self.operator.coarsened(),
+            coarsened(self.operator),
             self.flat.coarsened(),
             normal.distance,
             inclination,

@@ -5,6 +5,7 @@ dense matrix between strips.
 """
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
-from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.convolution import Convolution, merged
 from geometries.arrays import Array, Indices
 from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
 
@@ -60,13 +61,20 @@ class GridOperator:
     @classmethod
     def of_convolution(cls, convolution: Convolution) -> "GridOperator":
         """Return the operator of a convolution, whose products are faster in this form on few strips."""
-        (n_x, n_s), directions = convolution.shape, convolution.directions
-        ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
-        for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
-            factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
-            at_lags = kernel[n_x - 1 :, strip_lags(n_s)]
-            ics[..., directions.index(i), directions.index(j)] += factors * at_lags
-        return cls.of(ics, directions)
+        n_x = convolution.shape[0]
+        ics = _between_strips(convolution, lambda kernel: kernel[n_x - 1 :])
+        return cls.of(ics, convolution.directions)
+
+    @classmethod
+    def of_coarsened(cls, convolution: Convolution) -> "GridOperator":
+        """Return the operator of a convolution on elements twice as large: as `coarsened`, with its factors.
+
+        Both numbers of elements must be even.
+        """
+        n_x = convolution.shape[0] // 2
+        ics = _between_strips(convolution, lambda kernel: merged(kernel, 0)[n_x - 1 :])
+        pairs = ics.reshape(n_x, ics.shape[1] // 2, 2, ics.shape[2] // 2, 2, *ics.shape[3:])
+        return cls.of(pairs.mean(axis=2).sum(axis=3), convolution.directions)
 
     def __call__(self, tractions: Array) -> Array:
         """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
@@ -174,6 +182,18 @@ class GridOperator:
             return self(tractions.reshape(self.n_x, -1, m)).ravel()
 
         return LinearOperator((size, size), dtype=float, matvec=applied)
+
+
+def _between_strips(convolution: Convolution, at_lags: Callable[[Array], Array]) -> Array:
+    """ICs (lags, n_s, n_s, m, m) of a convolution whose kernels have lags along x that a function takes."""
+    n_s, directions = convolution.shape[1], convolution.directions
+    n = len(at_lags(next(iter(convolution.kernels.values()))))
+    ics = np.zeros((n, n_s, n_s, len(directions), len(directions)))
+    for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
+        factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
+        between = at_lags(kernel)[:, strip_lags(n_s)]
+        ics[..., directions.index(i), directions.index(j)] += factors * between
+    return ics
 
 
 def strip_lags(n_s: int) -> Indices:

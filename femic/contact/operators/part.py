@@ -40,6 +40,15 @@ def part_of(operator: FullOperator, box: Box, shape: tuple[int, ...]) -> FullOpe
     if not isinstance(operator, Convolution):
         return Part(operator, box, shape)
     part = operator.part(box.shape[0], box.strips)
-    if len(part.kernels) <= FEW_KERNELS or box.shape[1] > MOST_DENSE:
-        return part
-    return GridOperator.of_convolution(part)
+    return GridOperator.of_convolution(part) if _faster_dense(part) else part
+
+
+def coarsened(operator: FullOperator) -> FullOperator:
+    """Return an operator on elements twice as large, in the form that is fastest there."""
+    if isinstance(operator, Convolution) and _faster_dense(operator):
+        return GridOperator.of_coarsened(operator)
+    return operator.coarsened()
+
+
+def _faster_dense(operator: Convolution) -> bool:
+    return len(operator.kernels) > FEW_KERNELS and operator.shape[1] <= MOST_DENSE

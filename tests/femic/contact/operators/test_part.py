@@ -10,7 +10,7 @@ from femic.contact.operators import part
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
-from femic.contact.operators.part import Part, part_of
+from femic.contact.operators.part import Part, coarsened, part_of
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.patches import N, S, X
@@ -72,6 +72,17 @@ def test_part_on_larger_elements_is_the_part_of_the_coarsened_operator(name):
     expected = part_of(operator.coarsened(), box.coarsened, (6, 5))(p)
     result = part_of(operator, box, SHAPE).coarsened()(p)
     np.testing.assert_allclose(result, expected, atol=1e-12 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("name", operators())
+def test_larger_elements_have_mean_displacements_due_to_equal_tractions(name):
+    """Exactly, and so for estimates: B-hat's factors vary within elements."""
+    operator = operators()[name]
+    p = np.random.default_rng(2).normal(size=(6, 5, 3))
+    u = operator(p.repeat(2, axis=0).repeat(2, axis=1))
+    expected = u.reshape(6, 2, 5, 2, 3).mean(axis=(1, 3))
+    atol = (1e-2 if name == "unknown" else 1e-13) * np.max(np.abs(expected))  # it has mean factors
+    np.testing.assert_allclose(coarsened(operator)(p), expected, atol=atol)
 
 
 def test_the_form_is_the_fastest_one(monkeypatch):
