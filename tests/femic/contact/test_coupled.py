@@ -169,6 +169,22 @@ def test_contacts_at_once_are_those_in_turns(name, motions, monkeypatch):
     assert at_once.force[2] == pytest.approx(LOAD.load, rel=1e-6)
 
 
+def test_friction_that_differs_by_strip_bounds_each_strip(monkeypatch):
+    """Three times as large on one side, and in a box of the grid's strips."""
+    factor = np.linspace(0.5, 1.5, GROOVE.grid.n_s)
+    problem, motion = replace(GROOVE, factor=factor), MOTIONS["second order"]
+    before = solve(problem, motion, LESS)
+    at_once = solve(problem, motion, LOAD, start=before)
+    assert at_once.turns == 0
+    assert np.all(law_errors(at_once, motion.rigid, order=2, dx=motion.dx) < 3e-6)
+    other = solve(replace(problem, factor=factor[::-1]), motion, LOAD)
+    assert np.max(np.abs(other.p - at_once.p)) > 0.05 * at_once.p.max()
+    monkeypatch.setattr(coupled, "solve", lambda *_: None)
+    in_turns = solve(problem, motion, LOAD, start=before)
+    np.testing.assert_allclose(at_once.p, in_turns.p, atol=1e-5 * in_turns.p.max())
+    np.testing.assert_array_equal(at_once.stick, in_turns.stick)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_tractions_at_once_obey_the_law(order):
     motion = SteadyRolling(RIGID, dx=GROOVE.grid.dx, order=order)
