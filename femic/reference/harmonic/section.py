@@ -1,4 +1,4 @@
-"""Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour.
+"""Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour and far arc.
 
 On each edge of the contact contour a field is a polynomial of fourth degree in the arc length s, because the
 nodes of the edge lie evenly in s.
@@ -131,7 +131,7 @@ def _curved(
 ) -> SectionMesh:
     """The mesh of fourth order whose nodes on the contact contour lie on the true contour, evenly in s.
 
-    Inner nodes of the cells at the contour are moved with them.
+    Nodes on the far arc lie on a circle, however large its cells are.
     """
     vertices = np.unique(on_contour)
     s = np.full(points.shape[1], np.nan)
@@ -143,24 +143,49 @@ def _curved(
     edges = edge_numbers(mesh.facets, on_contour)
     edges = edges[np.argsort(s[mesh.facets[:, edges]].mean(axis=0))]
     starts, ends = s[mesh.facets[:, edges]]  # an edge runs from its vertex of lower number
-    nodes = np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
-    node_s = np.linspace(starts, ends, ELEMENT_DEGREE + 1)  # (node, edge)
-    bulge = body.contour.position(node_s) - mesh.doflocs[:, nodes]  # (2, node, edge)
     moved = mesh.doflocs.copy()
-    moved[:, nodes[1:-1]] += bulge[:, 1:-1]
-    _move_inner_nodes(mesh, edges, moved, bulge)
+    _bend(mesh, edges, body.contour.position(np.linspace(starts, ends, ELEMENT_DEGREE + 1)), moved)
+    if body.outline is None:
+        on_arc = _edges_of_far_arc(body, mesh)
+        _bend(mesh, on_arc, _along_far_arc(mesh.p[:, mesh.facets[:, on_arc]], body.side), moved)
+    nodes = _nodes_of(mesh, edges)
     nodes = np.where(starts < ends, nodes, nodes[::-1])
     order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
     knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
     return SectionMesh(body, replace(mesh, doflocs=moved), knots, order, half_section)
 
 
-def _move_inner_nodes(mesh: MeshTri4, edges: Indices, moved: Array, bulge: Array) -> None:
-    """Move the inner nodes of cells by the bulge of their edge on the contour, less the further away.
+def _edges_of_far_arc(body: Body, mesh: MeshTri4) -> Indices:
+    """Numbers of the boundary edges whose vertices lie on the far arc."""
+    y, z = mesh.p[:, : mesh.nvertices]
+    on_arc = body.on_supports(y, z)[0]
+    boundary = mesh.boundary_facets()
+    return np.asarray(boundary[np.all(on_arc[mesh.facets[:, boundary]], axis=0)])
 
-    `bulge` (2, node, edge) [mm] is how far the nodes of the edges `edges` move; `moved` (2, n_nodes) holds
-    the coordinates of all nodes and is changed.
+
+def _along_far_arc(ends: Array, side: int) -> Array:
+    """Places (2, node, edge) [mm] evenly along the arcs between the `ends` (2, 2, edge) of edges."""
+    (y, z), shares = ends, np.arange(ELEMENT_DEGREE + 1)[:, None] / ELEMENT_DEGREE
+    start, end = np.arctan2(y, side * z)  # from the depth
+    angle = start + shares * (end - start)
+    radius = np.mean(np.hypot(y, z), axis=0)
+    return np.stack([radius * np.sin(angle), side * radius * np.cos(angle)])
+
+
+def _nodes_of(mesh: MeshTri4, edges: Indices) -> Indices:
+    """The nodes of edges in their order along each of them, (node, edge)."""
+    return np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
+
+
+def _bend(mesh: MeshTri4, edges: Indices, places: Array, moved: Array) -> None:
+    """Move the nodes of boundary edges to their `places` (2, node, edge) [mm].
+
+    The inner nodes of their cells are moved with them, less the further away. `moved` (2, n_nodes) holds the
+    coordinates of all nodes and is changed.
     """
+    nodes = _nodes_of(mesh, edges)
+    bulge = places - mesh.doflocs[:, nodes]
+    moved[:, nodes[1:-1]] += bulge[:, 1:-1]
     cells = mesh.f2t[0, edges]
     y, z = ElementTriP4.doflocs[INNER_NODES].T
     corners = np.stack([1 - y - z, y, z])  # barycentric coordinates
