@@ -17,6 +17,9 @@ from geometries.bodies import Body
 from geometries.errors import Failure
 
 QUADRATURE_ORDER = 8  # the order of products of two shape functions
+XX, YY, ZZ, YZ, XZ, XY = range(6)  # strains
+U, V, W = range(3)  # amplitudes of a node
+PHI, DY, DZ = range(3)  # phi / stretch, d phi / dy, d phi / dz
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +52,43 @@ def _require_unfolded(basis: Basis) -> None:
 
 
 def _cell_matrices(body: Body, basis: Basis) -> tuple[Array, Array, Array]:
-    """Cell matrices of K0, K1, K2, shape (cells, 45, 45) each, from strains B0 + k B1 at the Gauss points."""
-    constant, linear = _strains(body, basis)  # (cells, 6, q, 45)
+    """Cell matrices of K0, K1, K2, shape (cells, 45, 45) each.
+
+    All three are sums of the integrals over a cell of products of phi / stretch, d phi / dy and d phi / dz,
+    phi a shape function.
+    """
+    products = _products(body, basis)
+    constant, linear = _strains(body.side / body.rolling_radius)
+
+    def virtual_work(strains: Array, others: Array) -> Array:
+        """Matrices of the stresses by some strains in other ones, shape (cells, 45, 45)."""
+        factors = np.einsum("acf,ab,bdg->fgcd", strains, _stiffness(body), others).reshape(9, 9)
+        by_node = (products.reshape(-1, 9) @ factors).reshape(*products.shape[:3], 3, 3)
+        return by_node.swapaxes(2, 3).reshape(len(products), 3 * basis.Nbfun, -1)
+
+    mixed = virtual_work(constant, linear)
+    return virtual_work(constant, constant), mixed + np.swapaxes(mixed, 1, 2), virtual_work(linear, linear)
+
+
+def _products(body: Body, basis: Basis) -> Array:
+    """Integrals of products of phi / stretch, d phi / dy, d phi / dz, shape (cells, node, node, 3, 3)."""
+    stretch = _stretch(body, basis)
+    values = np.empty((basis.Nbfun, 3, *stretch.shape))
+    for node in range(basis.Nbfun):
+        field = basis.basis[node][0]
+        values[node] = field / stretch, *field.grad
+    cells, points = stretch.shape
+    flat = np.ascontiguousarray(values.transpose(2, 0, 1, 3)).reshape(cells, -1, points)
+    products = (flat * (basis.dx * stretch)[:, None]) @ flat.swapaxes(1, 2)
+    return products.reshape(cells, basis.Nbfun, 3, basis.Nbfun, 3).transpose(0, 1, 3, 2, 4)
+
+
+def _stiffness(body: Body) -> Array:
+    """Stresses by strains [MPa], shape (6, 6)."""
     lame, G = body.material.lame, body.material.G
-    stress = np.zeros((6, 6))
-    stress[:3, :3], stress[3:, 3:] = lame + 2 * G * np.eye(3), G * np.eye(3)
-    dx = (basis.dx * _stretch(body, basis))[:, None, :, None]
-
-    def virtual_work(strains: Array, *others: Array) -> list[Array]:
-        stresses = (stress @ strains.reshape(len(strains), 6, -1)).reshape(strains.shape) * dx
-        flat = stresses.reshape(len(strains), -1, strains.shape[-1])
-        return [other.reshape(flat.shape).swapaxes(1, 2) @ flat for other in others]
-
-    (static,) = virtual_work(constant, constant)
-    mixed, quadratic = virtual_work(linear, constant, linear)
-    return static, mixed + np.swapaxes(mixed, 1, 2), quadratic
+    stiffness = np.zeros((6, 6))
+    stiffness[:3, :3], stiffness[3:, 3:] = lame + 2 * G * np.eye(3), G * np.eye(3)
+    return stiffness
 
 
 def _stretch(body: Body, basis: Basis) -> Array:
@@ -72,24 +97,15 @@ def _stretch(body: Body, basis: Basis) -> Array:
     return np.asarray(1 - body.side * z / body.rolling_radius)
 
 
-def _strains(body: Body, basis: Basis) -> tuple[Array, Array]:
-    """Matrices B0 and B1 of the strains B0 + k B1 due to unit amplitudes U, V, W per node.
+def _strains(bend: float) -> tuple[Array, Array]:
+    """The strains B0 + k B1 by the amplitudes U, V, W of a node, shape (strain, amplitude, product) each.
 
-    The strains are xx, yy, zz, yz, xz, xy at the Gauss points; each matrix has shape (cells, 6, points, 45),
-    45 the amplitudes of a cell.
+    The last axis counts phi / stretch, d phi / dy, d phi / dz. `bend` [1/mm] is 1 / R_roll, with the sign of
+    the axle's side.
     """
-    stretch = _stretch(body, basis)
-    bend = body.side / (body.rolling_radius * stretch)
-    cells, points = stretch.shape
-    constant, linear = np.zeros((2, cells, 6, points, basis.Nbfun, 3))
-    for node in range(basis.Nbfun):
-        field = basis.basis[node][0]
-        phi, (dy, dz) = np.broadcast_to(np.asarray(field), stretch.shape), field.grad
-        constant[:, 0, :, node, 2] = -bend * phi
-        constant[:, 1, :, node, 1] = constant[:, 5, :, node, 0] = constant[:, 3, :, node, 2] = dy
-        constant[:, 2, :, node, 2] = constant[:, 3, :, node, 1] = dz
-        constant[:, 4, :, node, 0] = dz + bend * phi
-        linear[:, 0, :, node, 0] = phi / stretch
-        linear[:, 4, :, node, 2] = linear[:, 5, :, node, 1] = -phi / stretch
-    shape = (cells, 6, points, 3 * basis.Nbfun)
-    return constant.reshape(shape), linear.reshape(shape)
+    constant, linear = np.zeros((2, 6, 3, 3))
+    constant[YY, V, DY] = constant[ZZ, W, DZ] = constant[YZ, V, DZ] = constant[YZ, W, DY] = 1
+    constant[XZ, U, DZ] = constant[XY, U, DY] = 1
+    constant[XX, W, PHI], constant[XZ, U, PHI] = -bend, bend
+    linear[XX, U, PHI], linear[XZ, W, PHI], linear[XY, V, PHI] = 1, -1, -1
+    return constant, linear
