@@ -69,7 +69,7 @@ def _pictures_once(request):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(files, "save", once)
-        patch.setattr(static, "lay_out", lambda _: None)
+        patch.setattr(static, "lay_out", lambda *_: None)
         yield
 
 

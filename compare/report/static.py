@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -19,10 +19,22 @@ from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
 from compare.report.looks import INK, Look, without_marker
 from geometries.arrays import Array
 
+
+class Margins(NamedTuple):
+    """Room around the axes of a panel for its title, ticks and names of axes [inch]."""
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
 CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
+MARGINS = Margins(left=0.95, right=0.12, top=0.27, bottom=0.5)
+LEGEND_PADDING, LEGEND_GAP, LINE_HEIGHT = 0.2, 0.06, 0.14  # inch
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
 NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
 DASHES: dict[str, Any] = {
@@ -96,13 +108,48 @@ def picture(chart: Chart) -> Figure:
             for axes, (step, cell) in zip(axes_row, row, strict=False):
                 _draw(figure, axes, cell, step)
         _add_legend(figure, chart)
-        lay_out(figure)
+        lay_out(figure, chart)
     return figure
 
 
-def lay_out(figure: Figure) -> None:
-    """Make room for what stands around axes, once: an engine of the figure would do so at each drawing."""
-    ConstrainedLayoutEngine().execute(figure)
+def lay_out(figure: Figure, chart: Chart) -> None:
+    """Make room for what stands around axes.
+
+    Around panels its size is known. Around other cells it is measured, which takes as long as drawing does;
+    and only once: an engine of the figure would do so at each drawing.
+    """
+    if all(isinstance(cell, Panel) and not (cell.names_x or cell.names_y) for cell in chart.cells):
+        _lay_out_panels(figure, chart)
+    else:
+        ConstrainedLayoutEngine().execute(figure)
+
+
+def _lay_out_panels(figure: Figure, chart: Chart) -> None:
+    """Give each panel its margins, and the legend its rows."""
+    (width, height), margin = figure.get_size_inches(), MARGINS
+    specification = figure.axes[0].get_subplotspec()
+    assert specification is not None
+    rows, columns = specification.get_gridspec().get_geometry()
+    below = margin.bottom + _legend_height(figure, chart)
+    panel_width = width / columns - margin.left - margin.right
+    panel_height = (height - below + margin.bottom) / rows - margin.top - margin.bottom
+    figure.subplots_adjust(
+        margin.left / width,
+        below / height,
+        1 - margin.right / width,
+        1 - margin.top / height,
+        (margin.left + margin.right) / panel_width,
+        (margin.top + margin.bottom) / panel_height,
+    )
+
+
+def _legend_height(figure: Figure, chart: Chart) -> float:
+    """Height of the legend below the cells [inch]."""
+    if not chart.legend:
+        return 0.0
+    rows = -(-len(chart.legend) // _legend_columns(figure, len(chart.legend)))
+    lines = max(label.count("\n") + 1 for label in chart.legend)
+    return LEGEND_PADDING + rows * (LEGEND_GAP + lines * LINE_HEIGHT)
 
 
 def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
@@ -256,5 +303,9 @@ def _add_legend(figure: Figure, chart: Chart) -> None:
         for label, look in chart.legend.items()
     ]
     if handles:
-        columns = min(MOST_ENTRIES, len(handles), round(ENTRIES_PER_INCH * figure.get_figwidth()))
+        columns = _legend_columns(figure, len(handles))
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+
+
+def _legend_columns(figure: Figure, entries: int) -> int:
+    return min(MOST_ENTRIES, entries, round(ENTRIES_PER_INCH * figure.get_figwidth()))

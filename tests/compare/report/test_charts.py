@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from compare.report import interactive, static
 from compare.report.charts import (
@@ -21,6 +22,7 @@ from compare.report.charts import (
     marked,
 )
 from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, looks_of, looks_of_labels, symbol_of
+from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
 
 X = np.linspace(0.0, 2.0, 5)
 LOOKS = looks_of(["A", "C"])
@@ -221,6 +223,27 @@ def test_paper_shows_all_steps_side_by_side(chart):
     assert [axes.get_title() for axes in figure.axes] == ["1 kN, upper", "2 kN, upper"]
     for axes, factor in zip(figure.axes, (1, 2), strict=True):
         np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), factor * X)
+
+
+@pytest.mark.parametrize("entries", [1, 12])
+@pytest.mark.parametrize("log_y", [False, True])
+def test_nothing_overlaps_around_panels_on_paper(entries, log_y):
+    """Titles, numbers, names of axes and the legend; measured, as it is not where panels are drawn."""
+    values = -1.234e-3 * np.linspace(0.1, 1.0, 5)
+    ordinates = np.abs(values) if log_y else values
+    drawn = [Curve(f"ICs {k}\nand more", values, (k + 1) * ordinates) for k in range(entries)]
+    panel = Panel("the title", "x [mm]", "pressure [MPa]", drawn, log_y=log_y)
+    chart = Chart("curves", {"one": [panel] * 3, "two": [panel] * 3}, 3, heights=0.8)
+    figure = static.picture(chart)
+    lay_out(figure, chart)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    boxes = [axes.get_tightbbox(renderer) for axes in figure.axes]
+    boxes += [legend.get_window_extent(renderer) for legend in figure.legends]
+    assert len(boxes) == 7
+    for k, box in enumerate(boxes):
+        assert np.all(figure.bbox.p0 <= box.p0)
+        assert np.all(box.p1 <= figure.bbox.p1)
+        assert not any(box.overlaps(other) for other in boxes[:k])
 
 
 def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
