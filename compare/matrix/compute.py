@@ -1,7 +1,7 @@
 """Compute the IC matrix of a scene and write it strip by strip."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -15,6 +15,7 @@ from approx.variants import needs_effective
 from compare.ics.compute import models_of, parts_of, solids
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
+from femic.cache.threads import one_blas_thread
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.reciprocity import Reciprocity, reciprocity
 from femic.contact.pairs.c_jobs import far_radius
@@ -64,11 +65,12 @@ class MatrixResults:
     memory: float  # peak of the process [MB]
 
 
-def column_of(scene: Scene, solved: Mapping[str, MatrixReference], body: str, strip: int) -> EstimatedICs:
-    """Return C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-    if body == "combined":
-        return pair_column(solved, scene.bodies["lower"].contour, strip)
-    return solved[body].column(strip)
+def columns_of(scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> dict[str, EstimatedICs]:
+    """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
+    columns = {body: reference.column(strip) for body, reference in solved.items()}
+    if "combined" in scene.compared:
+        columns["combined"] = pair_column(solved, scene.bodies["lower"].contour, strip, columns)
+    return {body: columns[body] for body in scene.compared}
 
 
 def matrix_jobs(
@@ -135,10 +137,11 @@ def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> M
         _write_coordinates(scene, accumulator.solved, unfinished)
         with h5netcdf.File(unfinished, "a") as file:
             _create_variables(file, scene)
-            for strip in range(scene.grid.n_s):
-                for b, c in enumerate(accumulator.add(strip).values()):
-                    file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
-                    file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
+            ics, estimates = file["ic"], file["estimate"]
+            for columns in accumulator.strips():
+                for b, c in enumerate(columns.columns.values()):
+                    ics[b, :, :, columns.strip] = scene.grid.area * _directions_last(c.ic)
+                    estimates[b, :, :, columns.strip] = scene.grid.area * _directions_last(c.estimate)
             results = accumulator.results(start)
             file.attrs.update(_attributes(results))
         _require_readable(unfinished)
@@ -151,6 +154,41 @@ def _require_readable(path: Path) -> None:
         for name, _, _ in VARIABLES:
             for strip in range(file[name].shape[3]):
                 file[name][:, :, :, strip]
+
+
+@dataclass(frozen=True, eq=False)
+class _Strip:
+    """The columns of one loaded strip, and what follows from them, by body compared."""
+
+    strip: int
+    columns: Mapping[str, EstimatedICs]  # C after the discount
+    errors: Mapping[str, Shares]  # their estimated errors
+    deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
+
+    @classmethod
+    def of(cls, scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> "_Strip":
+        """Return the columns of a loaded strip."""
+        columns = columns_of(scene, solved, strip)
+        by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
+        errors, deviations = {}, {}
+        for body, c in columns.items():
+            jobs = [solved[part].job for part in parts_of(body)]
+            errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
+            without_bending = total([by_source[part] for part in parts_of(body)])
+            column = ReferenceColumn(without_bending, is_far(strip, scene.grid), half_spaces_nn(strip, jobs))
+            deviations[body] = _deviations(scene, body, strip, column)
+        return cls(strip, columns, errors, deviations)
+
+
+def _deviations(scene: Scene, body: str, strip: int, column: ReferenceColumn) -> dict[str, Deviation]:
+    """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
+    c, grid = column.c, scene.grid
+    approximated = approximations(_variants(scene, body), solids(scene)[body], grid, strip)
+    differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
+    return {
+        name: Deviation.of_column(difference, column)
+        for name, difference in (differences | {"C": c.estimate}).items()
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,42 +217,37 @@ class _Accumulator:
             {body: np.empty(shape, np.float32) for body in solved if held_whole},
             {body: np.empty(shape, np.float32) for body in scene.compared if held_whole},
             {body: [] for body in scene.compared},
-            {
-                body: {name: Deviation.none(scene.grid.n_s) for name in (*_variants(scene, body), "C")}
-                for body in scene.compared
-            },
+            {body: {} for body in scene.compared},
         )
 
-    def add(self, strip: int) -> dict[str, EstimatedICs]:
-        """Add the columns of one more loaded strip, and return C of each body compared."""
-        columns = {body: column_of(self.scene, self.solved, body, strip) for body in self.scene.compared}
+    def strips(self) -> Iterator[_Strip]:
+        """Yield the columns of each loaded strip, added to the results."""
+        with one_blas_thread():
+            for strip in range(self.scene.grid.n_s):
+                columns = _Strip.of(self.scene, self.solved, strip)
+                self._add(columns)
+                yield columns
+
+    def _add(self, columns: _Strip) -> None:
+        """Add the columns of one more loaded strip."""
+        strip = columns.strip
         for body, matrix in self.raw.items():
             matrix[:, :, strip] = _directions_last(self.solved[body].raw_column(strip))
         for body, matrix in self.discounted.items():
-            matrix[:, :, strip] = _directions_last(columns[body].ic)
-        by_source = {body: reference.column(strip, SOURCE) for body, reference in self.solved.items()}
-        for body, c in columns.items():
-            jobs = [self.solved[part].job for part in parts_of(body)]
-            self.errors[body].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
-            self._add_deviations(body, strip, total([by_source[part] for part in parts_of(body)]))
-        return columns
-
-    def _add_deviations(self, body: str, strip: int, c: EstimatedICs) -> None:
-        """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
-        jobs = [self.solved[part].job for part in parts_of(body)]
-        grid, deviations = self.scene.grid, self.deviations[body]
-        variants, solid = _variants(self.scene, body), solids(self.scene)[body]
-        column = ReferenceColumn(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
-        approximated = approximations(variants, solid, grid, strip)
-        differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
-        for name, difference in (differences | {"C": c.estimate}).items():
-            deviations[name] = deviations[name].with_column(difference, column)
+            matrix[:, :, strip] = _directions_last(columns.columns[body].ic)
+        for body, deviations in columns.deviations.items():
+            self.errors[body].append(columns.errors[body])
+            joined = self.deviations[body]
+            for name, deviation in deviations.items():
+                joined[name] = joined[name].joined(deviation) if name in joined else deviation
 
     def results(self, start: float) -> MatrixResults:
         """Return the results after the last strip; `start` is when their computation began [s]."""
         scene = self.scene
         whole = {f"{body}, raw": ics for body, ics in self.raw.items()}
         whole |= {f"{body}, discounted": ics for body, ics in self.discounted.items()}
+        with one_blas_thread():
+            eigenvalues = {name: _relative_smallest_eigenvalue(ics) for name, ics in whole.items()}
         return MatrixResults(
             scene,
             self.solved,
@@ -223,7 +256,7 @@ class _Accumulator:
                 body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
                 for body, ics in self.raw.items()
             },
-            {name: _relative_smallest_eigenvalue(ics) for name, ics in whole.items()},
+            eigenvalues,
             self.deviations,
             perf_counter() - start,
             peak_memory(),

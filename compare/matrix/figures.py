@@ -8,7 +8,7 @@ import xarray as xr
 from approx.matrix import columns as approximations
 from compare.ics.compute import parts_of, solids
 from compare.ics.curves import main_body
-from compare.matrix.compute import SOURCE, MatrixResults, column_of
+from compare.matrix.compute import SOURCE, MatrixResults, columns_of
 from compare.report.charts import Cell, Chart, Curve, Map, Panel
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
 from femic.reference.estimate import total
@@ -35,7 +35,7 @@ def response(results: MatrixResults, strip: int) -> xr.Dataset:
     ics = {name: ics / grid.area for name, ics in approximated.items()} | {"C": c.ic}
     dims = ("i", "j", "lag", "s")
     arrays = {
-        "matrix": (dims, column_of(scene, results.matrices, body, strip).ic),
+        "matrix": (dims, columns_of(scene, results.matrices, strip)[body].ic),
         "ic": (("variant", *dims), np.stack(list(ics.values()))),
         "estimate": (dims, c.estimate),
     }

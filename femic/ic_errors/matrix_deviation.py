@@ -1,6 +1,7 @@
 """Deviations of approximate IC matrices from C: of entries, and of displacements under tractions."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,31 @@ class ReferenceColumn:
     c: EstimatedICs  # arrays (3, 3, n_x, n_s) [mm/N]
     far: Mask  # (n_x, n_s): at least `femic.reference.matrix.columns.NEAR_ELEMENTS` elements from the load
     a_nn: Array  # (n_x, n_s) [mm/N]
+
+    @cached_property
+    def own(self) -> tuple[Array, Array]:
+        """Largest |C| far from the load [mm/N], (3, 3), and sums of |C|, (3, 3, n_s): see `Deviation`."""
+        magnitude = np.abs(self.c.ic)
+        return self._largest_far(magnitude), self._sums(magnitude)
+
+    @cached_property
+    def estimates(self) -> tuple[Array, Array]:
+        """The same of the estimate of C's error."""
+        return self._largest_far(self.c.estimate), self._sums(self.c.estimate)
+
+    def of(self, difference: Array) -> tuple[Array, Array, Array]:
+        """The same of a difference from C (3, 3, n_x, n_s) [mm/N], and largest |V - C| / A_nn near."""
+        magnitude = np.abs(difference)
+        near = np.max(magnitude[..., ~self.far] / self.a_nn[~self.far], axis=-1)
+        return self._largest_far(magnitude), self._sums(magnitude), near
+
+    def _largest_far(self, magnitude: Array) -> Array:
+        return np.asarray(np.max(magnitude * self.far, axis=(2, 3)))
+
+    @staticmethod
+    def _sums(magnitude: Array) -> Array:
+        """Sums (3, 3, n_s) over lags of both signs."""
+        return np.asarray(2 * np.sum(magnitude, axis=2) - magnitude[:, :, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,32 +63,23 @@ class Deviation:
     estimate_sums: Array  # sums of the estimate of C's error [mm/N]
 
     @classmethod
-    def none(cls, n_s: int) -> "Deviation":
-        """Return the deviation before the first strip: zeros."""
-        return cls(*(np.zeros((3, 3)) for _ in range(4)), *(np.zeros((3, 3, n_s)) for _ in range(3)))
+    def of_column(cls, difference: Array, column: ReferenceColumn) -> "Deviation":
+        """Return the deviation of one loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
+        far_difference, sums, near = column.of(difference)
+        (far_c, c_sums), (far_estimate, estimate_sums) = column.own, column.estimates
+        return cls(far_difference, far_c, far_estimate, near, sums, c_sums, estimate_sums)
 
-    def with_column(self, difference: Array, column: ReferenceColumn) -> "Deviation":
-        """Return the deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
-        c, far = column.c, column.far
-        largest = (
-            np.maximum(previous, np.max(np.abs(values), axis=(2, 3)))
-            for previous, values in (
-                (self.far_difference, difference * far),
-                (self.far_c, c.ic * far),
-                (self.far_estimate, c.estimate * far),
-                (self.near, difference * ~far / column.a_nn),
-            )
+    def joined(self, other: "Deviation") -> "Deviation":
+        """Return the deviation of the loaded strips of both."""
+        return Deviation(
+            np.maximum(self.far_difference, other.far_difference),
+            np.maximum(self.far_c, other.far_c),
+            np.maximum(self.far_estimate, other.far_estimate),
+            np.maximum(self.near, other.near),
+            self.difference_sums + other.difference_sums,
+            self.c + other.c,
+            self.estimate_sums + other.estimate_sums,
         )
-        lag_weights = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
-        sums = (
-            previous + np.sum(lag_weights * np.abs(values), axis=2)
-            for previous, values in (
-                (self.difference_sums, difference),
-                (self.c, c.ic),
-                (self.estimate_sums, c.estimate),
-            )
-        )
-        return Deviation(*largest, *sums)
 
     @property
     def worst(self) -> Array:

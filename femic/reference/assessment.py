@@ -1,7 +1,6 @@
 """The estimated errors of several bodies' ICs, and of their sum, as shares of the scale of refinement."""
 
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from femic.reference.accuracy import Shares
@@ -32,24 +31,28 @@ class Batch:
     measure: Callable[[Sequence[str], Array], Measure]
 
 
-def assess(batches: Iterable[Batch], *, combined: bool) -> Assessment:
-    """Return the worst errors over batches: of each body and, with `combined`, of the sum of all bodies."""
-    own: defaultdict[str, list[Shares]] = defaultdict(list)
-    body_in_sum: defaultdict[str, list[Shares]] = defaultdict(list)
-    combined_shares: list[Shares] = []
-    for batch in batches:
-        for body, ics in batch.ics.items():
-            own[body].append(batch.measure([body], ics.ic)(body, ics))
-        if combined:
-            bodies, c = list(batch.ics), total(list(batch.ics.values()))
-            measure = batch.measure(bodies, c.ic)
-            combined_shares.append(measure(bodies[0], c))
-            for body, ics in batch.ics.items():
-                body_in_sum[body].append(measure(body, ics))
+def assessed(batch: Batch, *, combined: bool) -> Assessment:
+    """Return the errors of a batch: of each body and, with `combined`, of the sum of all bodies."""
+    own = {body: batch.measure([body], ics.ic)(body, ics) for body, ics in batch.ics.items()}
+    if not combined:
+        return Assessment(own)
+    bodies, c = list(batch.ics), total(list(batch.ics.values()))
+    measure = batch.measure(bodies, c.ic)
+    in_combined = {body: measure(body, ics) for body, ics in batch.ics.items()}
+    return Assessment(own, measure(bodies[0], c), in_combined)
+
+
+def worst_assessment(assessments: Sequence[Assessment]) -> Assessment:
+    """Return the worst errors of several assessments of the same bodies."""
+    first = assessments[0]
+    combined = [assessment.combined for assessment in assessments if assessment.combined is not None]
     return Assessment(
-        {body: worst_of(shares) for body, shares in own.items()},
-        worst_of(combined_shares) if combined else None,
-        {body: worst_of(shares) for body, shares in body_in_sum.items()},
+        {body: worst_of([assessment.own[body] for assessment in assessments]) for body in first.own},
+        worst_of(combined) if combined else None,
+        {
+            body: worst_of([assessment.in_combined[body] for assessment in assessments])
+            for body in first.in_combined
+        },
     )
 
 

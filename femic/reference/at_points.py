@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from femic.reference.assessment import Assessment, Batch, Measure, assess
+from femic.reference.assessment import Assessment, Batch, Measure, assessed
 from femic.reference.job import Job
 from femic.reference.models import RawICs
 from femic.reference.refinement import converged
@@ -40,4 +40,4 @@ def assess_references(
         return lambda body, c: shares(jobs[body], c, scale)
 
     ics = {body: reference.c for body, reference in references.items()}
-    return assess([Batch(ics, measure)], combined=combined)
+    return assessed(Batch(ics, measure), combined=combined)

@@ -20,6 +20,7 @@ docs/theory/discount.md.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -32,8 +33,17 @@ from geometries.patches import Load, X
 
 FX, FY, FZ, MOMENT = range(4)  # rows and columns of M; the first generalized forces
 TURN, SPIN = 4, 5  # further generalized forces: a moment about z, a moment about the axle
+Entry = tuple[int, int]
 # entries of M that are not always 0
-ENTRIES = (FX, FX), (FY, FY), (FZ, FZ), (FY, MOMENT), (FY, FZ), (MOMENT, MOMENT), (FZ, MOMENT)
+ENTRIES: tuple[Entry, ...] = (
+    (FX, FX),
+    (FY, FY),
+    (FZ, FZ),
+    (FY, MOMENT),
+    (FY, FZ),
+    (MOMENT, MOMENT),
+    (FZ, MOMENT),
+)
 AXES = ("x", "y", "z", "phi")
 
 
@@ -41,7 +51,7 @@ AXES = ("x", "y", "z", "phi")
 class Condition:
     """One equation for M: `measure` of the displacements (3, n_points) under `loads` must be `target`."""
 
-    entry: tuple[int, int]  # the entry of M that it determines
+    entry: Entry  # the entry of M that it determines
     loads: tuple[Load, ...]
     measure: Callable[..., float]
     target: float
@@ -68,15 +78,18 @@ def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
     return discount(m, motions(body, points, load.patch.s))[:, load.direction]
 
 
-def discount(m: Array, unit: Array) -> Array:
-    """D [mm/N] of a body whose compliance is M, from its `motions` (`unit`), shape (3, 3, n)."""
-    return np.tensordot([m[entry] for entry in ENTRIES], unit, axes=1)
+def discount(m: Array, unit: Array, entries: Sequence[Entry] = ENTRIES) -> Array:
+    """D [mm/N] of a body whose compliance is M, from its `motions` (`unit`), shape (3, 3, n).
+
+    Only some `entries` of M count.
+    """
+    return np.tensordot(np.array([m[entry] for entry in entries]), unit, axes=1)
 
 
-def motions(body: Body, points: Points, s_load: float) -> Array:
-    """D between points and a load at arc length s_load [mm], per unit of each entry of M in `ENTRIES`.
+def motions(body: Body, points: Points, s_load: float, entries: Sequence[Entry] = ENTRIES) -> Array:
+    """D between points and a load at arc length s_load [mm], per unit of some entries of M.
 
-    Shape (7, 3, 3, n); x and s of the points may also have shapes that broadcast together.
+    Shape (len(entries), 3, 3, n); x and s of the points may also have shapes that broadcast together.
     """
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
@@ -89,20 +102,30 @@ def motions(body: Body, points: Points, s_load: float) -> Array:
     def mutual(a: int, b: int) -> Array:
         return product(a, b) + product(b, a)
 
-    spin, tilt = product(SPIN, SPIN), product(MOMENT, MOMENT) + product(TURN, TURN)
-    tilt_with_z = mutual(FZ, MOMENT) - mutual(FX, TURN)
-    turned, turned_with_z = _section_turns(body, points.s, s_loads, xi / body.rolling_radius)
+    @cache
+    def turns() -> tuple[Array, Array]:
+        return _section_turns(body, points.s, s_loads, xi / body.rolling_radius)
+
+    def tilt() -> Array:
+        return product(MOMENT, MOMENT) + product(TURN, TURN) - turns()[0]
+
+    def tilt_with_z() -> Array:
+        return mutual(FZ, MOMENT) - mutual(FX, TURN) - turns()[1]
+
     lean = body.side / body.rolling_radius
-    by_entry = {
-        (FX, FX): spin,
-        (FY, FY): product(FY, FY),
-        (FZ, FZ): product(FX, FX) + product(FZ, FZ) - spin,
-        (FY, MOMENT): mutual(FY, MOMENT) + lean * (tilt - turned),
-        (FY, FZ): mutual(FY, FZ) + lean * (tilt_with_z - turned_with_z),
-        (MOMENT, MOMENT): turned,
-        (FZ, MOMENT): turned_with_z,
+    by_entry: dict[Entry, Callable[[], Array]] = {
+        (FX, FX): lambda: product(SPIN, SPIN),
+        (FY, FY): lambda: product(FY, FY),
+        (FZ, FZ): lambda: product(FX, FX) + product(FZ, FZ) - product(SPIN, SPIN),
+        (FY, MOMENT): lambda: mutual(FY, MOMENT) + lean * tilt(),
+        (FY, FZ): lambda: mutual(FY, FZ) + lean * tilt_with_z(),
+        (MOMENT, MOMENT): lambda: turns()[0],
+        (FZ, MOMENT): lambda: turns()[1],
     }
-    return np.stack([by_entry[entry] for entry in ENTRIES])
+    unit = np.empty((len(entries), *product(FX, FX).shape))
+    for motion, entry in zip(unit, entries, strict=True):
+        motion[...] = by_entry[entry]()
+    return unit
 
 
 def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
@@ -180,7 +203,7 @@ def fit_discount(body: Body, rule: Rule, fit: Sequence[Condition], u: Mapping[Lo
     return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entry_matrices, axes=1))
 
 
-def _symmetric_entry(entry: tuple[int, int]) -> Array:
+def _symmetric_entry(entry: Entry) -> Array:
     """The matrix (4, 4) with 1 at an entry and its transpose, 0 elsewhere."""
     m = np.zeros((4, 4))
     m[entry] = m[entry[::-1]] = 1.0

@@ -89,16 +89,22 @@ def estimated(
     with the "sparser" and "lower" wavenumbers of the harmonic engine. `safety` is the factor on the part from
     the mesh.
     """
-    nearer = perturbed.get("nearer", ic)
-    waves = [
-        np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
-    ]
-    return EstimatedICs(
-        ic,
-        pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
-        SAFETY * np.abs(ic - nearer) / (LARGER**orders.truncation - 1),
-        SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
-    )
+    changes = {name: less_accurate - ic for name, less_accurate in perturbed.items()}
+    return EstimatedICs(ic, *errors(changes, safety=safety, orders=orders))
+
+
+def errors(
+    changes: Mapping[str, Array], *, safety: float, orders: Orders = ALIKE_EVERYWHERE
+) -> tuple[Array, Array, Array]:
+    """Return the errors [mm/N] due to mesh, truncation, wavenumbers from the `changes` of less accurate ICs.
+
+    Their names and `safety` are those of `estimated`.
+    """
+    none = np.zeros_like(changes["coarser"])
+    mesh = safety * np.abs(changes["coarser"]) / (COARSER**orders.mesh - 1)
+    truncation = SAFETY * np.abs(changes.get("nearer", none)) / (LARGER**orders.truncation - 1)
+    waves = [np.abs(changes[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in changes]
+    return pooled(mesh), truncation, SAFETY * sum(waves, start=none)
 
 
 def pooled(error: Array) -> Array:

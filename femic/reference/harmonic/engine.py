@@ -19,7 +19,7 @@ from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.entry import NOT_STORED, StoredWaves, WaveSolution
-from femic.reference.harmonic.request import HarmonicRequest
+from femic.reference.harmonic.request import COLUMNS_NEED, HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import FitCells, SectionSize
@@ -30,7 +30,7 @@ from geometries.arrays import Array
 from geometries.patches import Patch
 
 FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
-FINER_GROWTH, FINER_BEHIND = 0.7, 6.0  # their growth over growth, and up to where (half-sides): `FitCells`
+FINER_GROWTH, FINER_BEHIND = 0.6, 24.0  # their growth over growth, and up to where (half-sides): `FitCells`
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
@@ -43,7 +43,8 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     cells = request.cells
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
-        wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
+        k_of_columns = COLUMNS_NEED * request.k_max
+        wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / k_of_columns)
     size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _fit_cells(request))
     return section_mesh(request.body, size, half_section=half_section)
 

@@ -6,16 +6,19 @@ little: weights are computed for a few radii (Chebyshev points) and interpolated
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from math import factorial
 
 import numpy as np
 
 from approx.halfspace import HalfSpace
+from femic.reference.harmonic.request import COLUMNS_NEED
 from femic.reference.harmonic.synthesis import WAVE_REACH, Responses
 from femic.reference.harmonic.wavenumbers import Samples
 from femic.reference.harmonic.waves import SINES, Tail, spectrum, synthesis_weights
 from geometries.arrays import Array, Indices, Mask
+from geometries.bodies import Body
 from geometries.grids import Grid
 from geometries.materials import one_body
 from geometries.patches import Load, S, mirror_signs, places
@@ -37,13 +40,31 @@ class Heights:
         half_range = float(np.ptp(heights)) / 2
         digits = INTERPOLATION_DIGITS * np.log(10)
         n = 2 + int(np.ceil(digits / np.log(max(ANALYTIC_RANGE / half_range, 2.0)))) if half_range else 1
-        middle = (np.max(heights) + np.min(heights)) / 2
-        return cls(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
+        return cls._chebyshev(heights, n)
 
     @property
     def stretch(self) -> Array:
         """Chart length over arc length at the points, shape (n_points,)."""
         return 1 / (1 - self.points)
+
+    @classmethod
+    def of_loads(cls, heights: Array, phase: float) -> "Heights":
+        """Enough points for the heights z / R_roll of loads: `phase` is k_max a.
+
+        At the radius of a load weights depend on its half-length alone, by sin(k a) / (k a): their n-th
+        derivative is less than (k a)^n.
+        """
+        half_range = float(np.ptp(heights)) / 2
+        phase *= half_range * float(np.max(1 / (1 - heights))) ** 2
+        n = 1
+        while 2 * (phase / 2) ** n / factorial(n) > 10.0**-INTERPOLATION_DIGITS:
+            n += 1
+        return cls._chebyshev(heights, n)
+
+    @classmethod
+    def _chebyshev(cls, heights: Array, n: int) -> "Heights":
+        middle, half_range = (np.max(heights) + np.min(heights)) / 2, np.ptp(heights) / 2
+        return cls(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
 
     def shares(self, heights: Array) -> Array:
         """Lagrange polynomials of the points at heights, shape (n_points, len(heights))."""
@@ -61,7 +82,8 @@ class LagSynthesis:
 
     grid: Grid
     heights: Array  # z / R_roll of the strips' circles, (n_s,)
-    nodes: Heights
+    loads_at: Heights  # circles of loads
+    nodes: Heights  # circles half way between load and observer
     even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
     odd: Array  # the same of responses odd in x
     tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
@@ -76,7 +98,7 @@ class LagSynthesis:
         Components that are not computed are NaN.
         """
         u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
-        load_shares = self.nodes.shares(self.heights[[strip]])[:, 0]
+        load_shares = self.loads_at.shares(self.heights[[strip]])[:, 0]
         mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
         for has_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
             i, j = np.nonzero(self.computed & has_parity)
@@ -100,36 +122,58 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
     """Return the synthesis of displacements from a model (""), and from each of its variations.
 
     It computes only the given `components`. Everything that does not depend on the loaded strip is prepared,
-    and shared between variations with the same largest wavenumber.
+    and shared between variations with the same wavenumbers.
     """
-    body, a = solved.body, grid.dx / 2
+    body, k_of_model = solved.body, COLUMNS_NEED * solved.samples.axis.k_max
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
-    nodes = Heights.of(heights)
+    loads_at, nodes = Heights.of_loads(heights, k_of_model * grid.dx / 2), Heights.of(heights)
+    weights = _Weights(body, grid, loads_at, nodes)
     observers = np.searchsorted(solved.s, grid.strips)
     loads = {load: number for number, load in enumerate(solved.loads)}
     computed = np.zeros((3, 3), dtype=bool)
     computed[places(components)] = True
     half_space = HalfSpace(one_body(body.material, body.side))
-    xi = np.outer(nodes.stretch, grid.lags).ravel()
-    shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber, per load radius
     by_variation = {}
-    for name, samples, k_max in solved.variations():
-        wavenumbers = spectrum(k_max, body.rolling_radius)
-        if k_max not in shares:
-            shares[k_max] = [wavenumbers.shares(a * t, xi) for t in nodes.stretch]
-        weights = [
-            synthesis_weights(samples.axis, samples.k, wavenumbers, shares_at_radius)
-            for shares_at_radius in shares[k_max]
-        ]
-        shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
-        even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
-        largest = wavenumbers.k_max * nodes.stretch
+    for name, samples, k_of_m in solved.variations():
+        k_max = COLUMNS_NEED * k_of_m
+        even, odd = weights.of(samples, k_max)
+        largest = k_max * loads_at.stretch
         m = _reach(grid, float(np.min(largest)))
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
         by_variation[name] = LagSynthesis(
-            grid, heights, nodes, even, odd, tails, samples, observers, computed, loads
+            grid, heights, loads_at, nodes, even, odd, tails, samples, observers, computed, loads
         )
     return by_variation
+
+
+@dataclass(frozen=True, eq=False)
+class _Weights:
+    """The weights of responses in displacements at the lags, computed once for the same wavenumbers."""
+
+    body: Body
+    grid: Grid
+    loads_at: Heights
+    nodes: Heights
+    shares: dict[float, list[tuple[Array, Array]]] = field(default_factory=dict)  # by largest wavenumber
+    known: dict[tuple[float, bytes], tuple[Array, Array]] = field(default_factory=dict)
+
+    def of(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
+        """Weights [1/mm] of responses even and odd in x, (load radius, k, mean radius, lag) each."""
+        key = k_max, samples.k.tobytes()
+        if key not in self.known:
+            self.known[key] = self._computed(samples, k_max)
+        return self.known[key]
+
+    def _computed(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
+        wavenumbers = spectrum(k_max, self.body.rolling_radius)
+        if k_max not in self.shares:
+            half_lengths = (self.grid.dx / 2 * self.loads_at.stretch).tolist()
+            xi = np.outer(self.nodes.stretch, self.grid.lags).ravel()
+            self.shares[k_max] = wavenumbers.shares_of_loads(half_lengths, xi)
+        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, w) for w in self.shares[k_max]]
+        shape = (len(weights), len(samples.k), len(self.nodes.points), self.grid.n_x)
+        even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
+        return even, odd
 
 
 def _reach(grid: Grid, k_max: float) -> int:

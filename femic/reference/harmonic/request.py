@@ -16,7 +16,8 @@ SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it th
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc has no effect
 WAVES_OVERESTIMATE = 4.0  # on strips: expected over actual error of the interpolation between wavenumbers
-HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
+HIGHEST_OF_FIT = 9 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
+COLUMNS_NEED = 1 / 2  # largest wavenumber that columns of an IC matrix need over the one that M needs
 NEARER = 2.0  # far radius over the radius of the nearer far arc, which shows the truncation error
 
 

@@ -12,6 +12,7 @@ Legendre polynomials, whose integrals with cos(k x) and sin(k x) are spherical B
 displacements far away take no more wavenumbers than displacements nearby.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,30 +70,29 @@ class Spectrum:
         The first array is for responses with cos(k x), even in x, the second for responses with
         sin(k x), odd in x; each has shape (len(k), len(x)) and the unit 1/mm.
         """
-        parts = [
-            self._shares(a, x[start : start + POSITIONS_AT_ONCE])
-            for start in range(0, len(x), POSITIONS_AT_ONCE)
-        ]
-        even, odd = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
-        return even, odd
+        return self.shares_of_loads([a], x)[0]
 
-    def _shares(self, a: float, x: Array) -> tuple[Array, Array]:
-        """The weights of `shares` at a few positions x."""
-        single = (self.weights * np.sinc(self.single * a / np.pi))[:, None] * np.exp(
-            1j * np.outer(self.single, x)
-        )
-        n_gentle = int(np.sum(_half(self.ends) * a <= GENTLE_PHASE))
-        gentle_ends, steep_ends = self.ends[: n_gentle + 1], self.ends[n_gentle:]
+    def shares_of_loads(self, half_lengths: Sequence[float], x: Array) -> list[tuple[Array, Array]]:
+        """The `shares` for loads of several half-lengths a [mm]."""
+        even, odd = np.empty((2, len(half_lengths), len(self.k), len(x)))
+        for start in range(0, len(x), POSITIONS_AT_ONCE):
+            positions = slice(start, start + POSITIONS_AT_ONCE)
+            for load, shares in enumerate(self._shares(half_lengths, x[positions])):
+                even[load, :, positions], odd[load, :, positions] = shares.real, shares.imag
+        return list(zip(even, odd, strict=True))
+
+    def _shares(self, half_lengths: Sequence[float], x: Array) -> Iterator[NDArray[np.complex128]]:
+        """The weights even in x + i times the weights odd in x, at a few positions x, load by load."""
+        n_gentle = int(np.sum(_half(self.ends) * max(half_lengths) <= GENTLE_PHASE))
+        steep_ends = self.ends[n_gentle:]
         gentle_k, steep_k = np.split(self.points, [n_gentle])
-        waves = np.concatenate(
-            [
-                np.sinc(gentle_k * a / np.pi)[..., None] * _filon(gentle_ends, x),
-                (_filon(steep_ends, x + a) - _filon(steep_ends, x - a)) / (2j * a * steep_k[..., None]),
-            ]
-        )
-        panels = (self.share[..., None] * waves / np.pi).reshape(-1, len(x))
-        shares = np.concatenate([single, panels])
-        return shares.real, shares.imag
+        single = self.weights[:, None] * np.exp(1j * np.outer(self.single, x))
+        gentle, share = _filon(self.ends[: n_gentle + 1], x), self.share[..., None] / np.pi
+        for a in half_lengths:
+            steep = (_filon(steep_ends, x + a) - _filon(steep_ends, x - a)) / (2j * a * steep_k[..., None])
+            panels = share * np.concatenate([np.sinc(gentle_k * a / np.pi)[..., None] * gentle, steep])
+            singles = np.sinc(self.single * a / np.pi)[:, None] * single
+            yield np.concatenate([singles, panels.reshape(-1, len(x))])
 
 
 def _middle(ends: Array) -> Array:

@@ -18,13 +18,20 @@ from geometries.arrays import Array
 from geometries.contours import Contour
 
 
-def pair_column(references: Mapping[str, MatrixReference], contour: Contour, strip: int) -> EstimatedICs:
+def pair_column(
+    references: Mapping[str, MatrixReference],
+    contour: Contour,
+    strip: int,
+    columns: Mapping[str, EstimatedICs] | None = None,
+) -> EstimatedICs:
     """Return the summed C of bodies due to unit total loads on a strip [mm/N], arrays (3, 3, n_x, n_s).
 
-    `contour` belongs to the lower body, on which the strips of the pair lie.
+    `contour` belongs to the lower body, on which the strips of the pair lie. `columns` of the bodies need not
+    be computed again.
     """
     lower = references["lower"].job.grid
-    estimated = total([reference.column(strip) for reference in references.values()])
+    columns = columns or {name: reference.column(strip) for name, reference in references.items()}
+    estimated = total(list(columns.values()))
     paired = np.sum([reference.paired_column(strip) for reference in references.values()], axis=0)
     moved = vertical(contour, lower.strips)  # (n_s, 3)
     approach = sum(reference.approach() for reference in references.values())

@@ -5,17 +5,17 @@ solved model when a strip is requested, so that a large matrix never has more th
 The discount has one matrix M per body (`discount_rules`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import cast
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from femic.reference.assessment import Assessment, Batch, Measure, assess
+from femic.cache.threads import one_blas_thread
+from femic.reference.assessment import Assessment, Batch, Measure, assessed, worst_assessment
 from femic.reference.discount import FZ, discount, fit_discount, motions
 from femic.reference.engine import ColumnSynthesis, GridModel
-from femic.reference.estimate import EstimatedICs, estimated
+from femic.reference.estimate import EstimatedICs, errors
 from femic.reference.level import Level, factors
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import Discount, MatrixJob
@@ -27,7 +27,19 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.bodies import Body
 
-REMEMBERED_ENTRIES = 40_000_000  # of the largest matrix that is held in memory as a whole
+REMEMBERED_ENTRIES = 20_000_000  # of the largest matrix that is held in memory as a whole
+REMEMBERED_COLUMNS = 4  # of larger matrices
+
+
+@dataclass(frozen=True, eq=False)
+class RawColumn:
+    """C before the discount due to unit total loads on one strip, (3, 3, n_x, n_s) [mm/N].
+
+    `changes` are those of C by each variation of the model that its estimate needs, in single precision.
+    """
+
+    ic: Array
+    changes: Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -71,38 +83,42 @@ class MatrixReference:
         """M of the first discount [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
         return self._compliances[self.job.discounts[0]][""]
 
+    @cached_property
+    def _raw(self) -> Callable[[int], RawColumn]:
+        """Return the raw column of a strip; all columns of a small matrix are remembered."""
+        n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
+        is_small = 9 * n_x * n_s**2 <= REMEMBERED_ENTRIES
+        return lru_cache(maxsize=n_s if is_small else REMEMBERED_COLUMNS)(self._synthesised)
+
+    def _synthesised(self, strip: int) -> RawColumn:
+        ic = self._syntheses[""].column(strip)
+        return RawColumn(
+            ic,
+            {
+                variation: (synthesis.column(strip) - ic).astype(np.float32)
+                for variation, synthesis in self._syntheses.items()
+                if variation and (variation != "nearer" or "source" in self.job.discounts)
+            },
+        )
+
     def raw_column(self, strip: int, variation: str = "") -> Array:
         """Return C before the discount [mm/N] due to unit total loads on one strip, (3, 3, n_x, n_s)."""
-        return self._syntheses[variation].column(strip)
-
-    @cached_property
-    def _columns(self) -> list[EstimatedICs] | None:
-        """All columns of a small matrix; None for a large one."""
-        n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
-        if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
-            return None
-        return [self._column(strip, self.job.discounts[0]) for strip in range(n_s)]
+        return self._syntheses[variation].column(strip) if variation else self._raw(strip).ic
 
     def column(self, strip: int, discount: Discount | None = None) -> EstimatedICs:
         """Return C [mm/N] due to unit total loads on one strip, arrays (3, 3, n_x, n_s).
 
         `discount` is one of the discounts of the job, by default the first.
         """
-        if discount in (None, self.job.discounts[0]) and self._columns is not None:
-            return self._columns[strip]
-        return self._column(strip, discount or self.job.discounts[0])
-
-    def _column(self, strip: int, name: Discount) -> EstimatedICs:
-        """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
-        unit = self._motions(strip)
-        by_variation = {
-            variation: self._varied(strip, name, variation, unit)
-            for variation in self._syntheses
+        name = discount or self.job.discounts[0]
+        raw, m, rigid = self._raw(strip), self._compliances[name], self._rigid(strip, name)
+        ic = raw.ic - rigid(m[""])
+        changes = {
+            variation: change - rigid(m[variation] - m[""]).astype(np.float32)
+            for variation, change in raw.changes.items()
             if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
         }
-        safety = self.job.settings.engine.estimate.safety
-        column = estimated(by_variation.pop(""), by_variation, safety=safety)
-        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in column.errors))
+        return EstimatedICs(ic, *errors(changes, safety=self.job.settings.engine.estimate.safety))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
         """Return C [mm/N] for a pair of bodies, before their approach is subtracted, (3, 3, n_x, n_s).
@@ -110,25 +126,27 @@ class MatrixReference:
         Only the discount "source" is applied. `variation` is the variation of the model: "nearer" has a far
         arc of half the radius.
         """
-        name = self.job.discounts[0]
+        name, raw = self.job.discounts[0], self.raw_column(strip, variation)
         if name != "source":
-            return self.raw_column(strip, variation)
-        return self._varied(strip, name, variation, self._motions(strip))
+            return raw
+        return np.asarray(raw - self._rigid(strip, name)(self._compliances[name][variation]))
 
     def approach(self, variation: str = "") -> float:
         """Return M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
         name = self.job.discounts[0]
         return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
 
-    def _motions(self, strip: int) -> Array:
-        """The `motions` of all elements under loads on one strip, shape (7, 3, 3, n_x, n_s)."""
-        elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
-        return motions(self.job.body, elements, float(self.job.grid.strips[strip]))
+    def _rigid(self, strip: int, name: Discount) -> Callable[[Array], Array]:
+        """Return D [mm/N] of all elements under loads on one strip as a function of the M of a discount.
 
-    def _varied(self, strip: int, name: Discount, variation: str, unit: Array) -> Array:
-        """A variation of C [mm/N] after a discount, from its `motions`, shape (3, 3, n_x, n_s)."""
-        rigid = discount(self._compliances[name][variation], unit)
-        return np.asarray(self.raw_column(strip, variation) - rigid)
+        Its shape is (3, 3, n_x, n_s), or (3, 3, 1, n_s) on a prismatic body.
+        """
+        body, grid = self.job.body, self.job.grid
+        lags = grid.lags if np.isfinite(body.rolling_radius) else grid.lags[:1]
+        elements = Points(lags[:, None], grid.strips[None])
+        entries = [condition.entry for condition in self.job.fits[name]]
+        unit = motions(body, elements, float(grid.strips[strip]), entries)
+        return lambda m: discount(m, unit, entries)
 
 
 def matrices(
@@ -154,7 +172,10 @@ def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridM
 
 
 def assess_matrices(
-    jobs: Mapping[str, MatrixJob], references: Mapping[str, MatrixReference], *, combined: bool
+    jobs: Mapping[str, MatrixJob],
+    references: Mapping[str, MatrixReference],
+    *,
+    combined: bool,
 ) -> Assessment:
     """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
 
@@ -166,4 +187,5 @@ def assess_matrices(
         return Batch({body: reference.column(strip) for body, reference in references.items()}, measure)
 
     strips = range(next(iter(jobs.values())).grid.n_s)
-    return assess((batch(strip) for strip in strips), combined=combined)
+    with one_blas_thread():
+        return worst_assessment([assessed(batch(strip), combined=combined) for strip in strips])

@@ -25,13 +25,13 @@ def of(**entries):
 
 def collected(columns, estimate=None):
     """Of (difference, C) of each loaded strip; A_nn is 2 everywhere."""
-    result = Deviation.none(N_S)
+    result = None
     for strip, (difference, c) in enumerate(columns):
         zero = np.zeros_like(c)
         known = EstimatedICs(c, zero if estimate is None else estimate, zero, zero)
-        result = result.with_column(
-            difference, ReferenceColumn(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0))
-        )
+        column = ReferenceColumn(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0))
+        deviation = Deviation.of_column(difference, column)
+        result = deviation if result is None else result.joined(deviation)
     return result
 
 
@@ -111,6 +111,6 @@ def test_a_grid_with_nothing_far_from_the_load_has_no_worst_entry_there():
     small = ReferenceColumn(
         EstimatedICs(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S))
     )
-    result = Deviation.none(N_S).with_column(of(nn={(4, 0): 1.0}), small)
+    result = Deviation.of_column(of(nn={(4, 0): 1.0}), small)
     assert np.all(np.isnan(result.worst))
     assert result.near[N, N] == 1
