@@ -7,7 +7,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.reference.discount import fit_discount, generalized, motions, rigid_part
+from femic.reference.discount import ENTRIES, discount, fit_discount, generalized, motions, rigid_part
 from femic.reference.discount_rules import SourceRule
 from femic.reference.models import Points
 from femic.reference.solid.engine import raw_ics
@@ -377,3 +377,18 @@ def test_points_may_be_given_in_whole_millimetres_or_as_a_grid():
     np.testing.assert_allclose(
         as_grid.reshape(7, 3, 3, -1), motions(body, Points(all_x, all_s), 0.4), atol=1e-12
     )
+
+
+@pytest.mark.parametrize("body", [wheel(60.0, UPPER), wheel(np.inf, LOWER)], ids=["wheel", "rail"])
+def test_motions_of_some_entries_are_those_among_all(body):
+    """In any order; on a prismatic body they are the same at all x."""
+    points = Points(np.linspace(0.5, 9.0, 4)[:, None], np.array([-1.0, 0.2, 2.5])[None])
+    every = motions(body, points, 0.4)
+    asked = ENTRIES[4], ENTRIES[2], ENTRIES[5]
+    np.testing.assert_array_equal(motions(body, points, 0.4, asked), every[[4, 2, 5]])
+    m = np.random.default_rng(1).normal(size=(4, 4))
+    only = np.zeros((4, 4))
+    for entry in asked:
+        only[entry] = m[entry]
+    np.testing.assert_allclose(discount(m, every[[4, 2, 5]], asked), discount(only, every), atol=1e-12)
+    assert np.allclose(every, every[:, :, :, :1]) == np.isinf(body.rolling_radius)
