@@ -11,7 +11,7 @@ from approx.pair import Pair, Solid
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.reference.at_points import references
 from femic.reference.discount import generalized
-from femic.reference.estimate import total
+from femic.reference.estimate import estimated, total
 from femic.reference.harmonic.engine import build_section, solve
 from femic.reference.harmonic.lags import syntheses
 from femic.reference.harmonic.record import HARMONIC
@@ -160,6 +160,16 @@ def test_single_loads_are_columns(on_arcs, strip):
         off = np.max(np.abs(own.ic - together[0]), axis=-1)
         allowed = np.max(own.estimate + together[1], axis=-1)
         assert np.all(off <= allowed), (off / allowed, nn)
+
+
+def test_estimates_are_those_of_variations_after_their_own_discount(on_arcs):
+    """Each variation of the model has an M of its own, which is subtracted from its columns."""
+    for result in on_arcs.values():
+        c, names = result.column(2), ("nearer", "coarser", "sparser", "lower")
+        perturbed = {name: result.paired_column(2, name) for name in names}
+        expected = estimated(c.ic, perturbed, safety=HARMONIC.estimate.safety)
+        for ours, error in zip(c.errors, expected.errors, strict=True):
+            np.testing.assert_allclose(ours, error, rtol=0, atol=1e-4 * np.max(error))
 
 
 @pytest.mark.slow
