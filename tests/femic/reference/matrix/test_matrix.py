@@ -10,7 +10,7 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.reference.at_points import references
-from femic.reference.discount import generalized
+from femic.reference.discount import generalized, rigid_part
 from femic.reference.estimate import estimated, total
 from femic.reference.harmonic.engine import build_section, solve
 from femic.reference.harmonic.lags import syntheses
@@ -31,7 +31,7 @@ from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import COMPONENTS
+from geometries.patches import COMPONENTS, Load
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, changed
 from tests.femic.reference.harmonic.fields import fields
@@ -170,6 +170,18 @@ def test_estimates_are_those_of_variations_after_their_own_discount(on_arcs):
         expected = estimated(c.ic, perturbed, safety=HARMONIC.estimate.safety)
         for ours, error in zip(c.errors, expected.errors, strict=True):
             np.testing.assert_allclose(ours, error, rtol=0, atol=1e-4 * np.max(error))
+
+
+def test_a_wheel_turns_between_the_lags_of_its_discount():
+    """What is subtracted is D of M at each element: on a wheel not the same at all lags."""
+    job = matrix_job(UPPER, arc(10.2, 0.12, 0.3), Grid(4, 3, 2.0, 0.4), 60.0, ROUGH)
+    result, strip = solved({"upper": job})["upper"], 1
+    x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
+    taken = (result.raw_column(strip) - result.column(strip).ic).reshape(3, 3, -1)
+    for direction in range(3):
+        load = Load(job.grid.patch(strip), direction)
+        expected = rigid_part(result.discount, job.body, Points(x, s), load)
+        np.testing.assert_allclose(taken[:, direction], expected, atol=1e-12 * np.max(np.abs(taken)))
 
 
 @pytest.mark.slow
