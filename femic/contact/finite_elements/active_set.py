@@ -14,7 +14,7 @@ from femic.reference.accuracy import NotConverged
 from geometries.arrays import Array, Mask
 
 MOST_STEPS = 40
-ROUGH, FINE = 1e-3, 1e-5  # relative residuals of linear problems
+ROUGH, FINE = 1e-3, 1e-6  # relative residuals of linear problems
 NEARLY = 0.03  # share of the vertices in contact that change, below which linear problems are solved finely
 TENSION, PENETRATION = 1e-5, 1e-5  # that count as none: of the largest pressure, and of the approach
 

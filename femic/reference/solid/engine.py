@@ -29,7 +29,7 @@ Field = tuple[tuple[Parity, Solution], ...]  # the parts that add up to the fiel
 
 LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
 INTERVALS = 24, 2000  # smallest and largest number of intervals per side of the patch
-RESIDUAL = 1e-9  # relative residual to which systems are solved
+RESIDUAL = 1e-7  # relative residual to which systems are solved: displacements are then exact to 1e-7
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,14 @@
 """Symmetric positive definite systems of elasticity: multigrid with CG, or a sparse direct solver.
 
 Multigrid: one step from quadratic to linear elements (the vertices), then PyAMG's smoothed
-aggregation with 3 x 3 blocks and the six rigid-body modes. Held components stay in the system as rows of
-the unit matrix (scaled), with zeros in the modes, so that the blocks stay complete.
+aggregation with 3 x 3 blocks and the six rigid-body modes. One sweep before and the reversed one after the
+correction make a symmetric cycle. Held components stay in the system as rows of the unit matrix (scaled),
+with zeros in the modes, so that the blocks stay complete.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pyamg
@@ -23,7 +25,7 @@ from geometries.arrays import Array, Mask
 
 MAX_ITERATIONS = 300
 DIRECT_LIMIT = 80_000  # largest number of unknowns for which the direct solver is faster
-SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
+SMOOTHERS = tuple(("block_gauss_seidel", {"sweep": sweep}) for sweep in ("forward", "backward"))
 
 
 @dataclass(frozen=True)
@@ -90,34 +92,54 @@ def multigrid(system: System) -> tuple[bsr_matrix, LinearOperator]:
     free = ~system.held.ravel()
     matrix = _with_unit_rows(system.matrix, free)
     with one_blas_thread():
-        return matrix, _hierarchy(system, matrix, free).aspreconditioner()
+        hierarchy = _hierarchy(system, matrix, free)
+    return matrix, LinearOperator(matrix.shape, partial(_cycle, hierarchy), dtype=float)
+
+
+def _cycle(hierarchy: MultilevelSolver, residual: Array, number: int = 0) -> Array:
+    """One V cycle of multigrid on a level and those coarser than it: displacements for a residual.
+
+    PyAMG's own function computes two more residuals of the finest level, which nobody reads.
+    """
+    level, residual = hierarchy.levels[number], residual.ravel()
+    if number == len(hierarchy.levels) - 1:
+        return np.asarray(hierarchy.coarse_solver(level.A, residual))
+    u = np.zeros_like(residual)
+    level.presmoother(level.A, u, residual)
+    u += level.P @ _cycle(hierarchy, level.R @ (residual - level.A @ u), number + 1)
+    level.postsmoother(level.A, u, residual)
+    return u
 
 
 def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:
     """The multigrid levels: quadratic elements, linear elements, aggregates."""
     n_vertices = system.from_vertices.shape[1]
     free_vertices = free[: 3 * n_vertices]
-    prolongation = kron(system.from_vertices, np.eye(3), format="csr")
-    prolongation = diags_array(free * 1.0) @ prolongation @ diags_array(free_vertices * 1.0)
-    prolongation = prolongation.tobsr((3, 3))
-    coarse = (prolongation.T.tocsr() @ matrix.tocsr() @ prolongation.tocsr()).tobsr((3, 3))
+    to_nodes = kron(system.from_vertices, np.eye(3), format="csr")
+    to_nodes = diags_array(free * 1.0) @ to_nodes @ diags_array(free_vertices * 1.0)
+    coarse = (to_nodes.T.tocsr() @ matrix.tocsr() @ to_nodes).tobsr((3, 3))
     coarse = _with_unit_rows(coarse, free_vertices)
     modes = np.where(free_vertices[:, None], system.modes[: 3 * n_vertices], 0.0)
     aggregation = pyamg.smoothed_aggregation_solver(
         coarse, B=modes, strength=("symmetric", {"theta": 0.0}), improve_candidates=None
     )
     finest = MultilevelSolver.Level()
-    finest.A, finest.P, finest.R = matrix, prolongation, prolongation.T.tobsr((3, 3))
+    finest.A, finest.P, finest.R = matrix, to_nodes, to_nodes.T.tocsr()
     hierarchy = MultilevelSolver([finest, *aggregation.levels], coarse_solver="pinv")
-    change_smoothers(hierarchy, SMOOTHER, SMOOTHER)
+    change_smoothers(hierarchy, *SMOOTHERS)
     return hierarchy
 
 
 def _with_unit_rows(matrix: bsr_matrix, free: Mask) -> bsr_matrix:
     """The matrix with held rows and columns cleared and its mean diagonal entry on their diagonal."""
-    keep = diags_array(free * 1.0)
+    of_node = free.reshape(-1, 3)
+    nodes = np.arange(len(of_node))
+    row = np.repeat(nodes, np.diff(matrix.indptr))
+    kept = matrix.data * (of_node[row][:, :, None] & of_node[matrix.indices][:, None, :])
     scale = float(np.mean(matrix.diagonal()))
-    return (keep @ matrix.tocsr() @ keep + diags_array(np.where(free, 0.0, scale))).tobsr((3, 3))
+    units = scale * ~of_node[:, :, None] * np.eye(3)
+    diagonal = bsr_matrix((units, nodes, np.arange(len(nodes) + 1)), shape=matrix.shape)
+    return bsr_matrix((kept, matrix.indices, matrix.indptr), shape=matrix.shape) + diagonal
 
 
 def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
