@@ -2,7 +2,9 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+TOOLS := .venv/.tools
 FEMIC := $(BIN)/femic
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations test test-all check format bench clean
@@ -10,12 +12,16 @@ FEMIC := $(BIN)/femic
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
-setup: $(READY)  ## virtual environment, pinned packages, system libraries
+setup: $(TOOLS)  ## virtual environment, pinned packages, system libraries; with what tests and documents need
 
 $(READY): pyproject.toml constraints.txt tools/system-libraries.sh
 	sh tools/system-libraries.sh $(PYTHON)
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(INSTALL) --editable .
+	touch $@
+
+$(TOOLS): $(READY)
+	$(INSTALL) --editable '.[dev]'
 	touch $@
 
 run: geometry1  ## the main job: ICs of Geometry 1 by finite elements against A, B, B-bar, B-hat
@@ -50,45 +56,45 @@ compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/rep
 validate: $(READY)  ## statements about these ICs, and about this program, checked with computed verdicts: out/validation/validation.html
 	$(FEMIC) validate
 
-extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extremes.html
+extremes: $(TOOLS)  ## every part at its limits and beyond: out/extremes/extremes.html
 	$(FEMIC) extremes
 
-docs: $(READY)  ## compute the numbers of the written pages, and write them (an hour)
+docs: $(TOOLS)  ## compute the numbers of the written pages, and write them (an hour)
 	$(BIN)/python tools/write_docs.py --compute
 
-site: $(READY)  ## the documentation as a site: out/site/index.html (runs the examples, minutes the first time)
+site: $(TOOLS)  ## the documentation as a site: out/site/index.html (runs the examples, minutes the first time)
 	$(BIN)/python tools/write_docs.py
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --doctree-dir out/doctrees docs out/site
 
-attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)
+attack: $(TOOLS)  ## kill, damage, race femic, feed it what nobody should write: docs/evidence/extremes.md (an hour)
 	$(BIN)/python tools/attack --page
 	$(BIN)/python tools/write_docs.py
 
-advice: $(READY)  ## random scenes with and without C, for the adviser: docs/evidence/advice.md (hours; resumes)
+advice: $(TOOLS)  ## random scenes with and without C, for the adviser: docs/evidence/advice.md (hours; resumes)
 	$(BIN)/python tools/advice_study.py
 	$(BIN)/python tools/write_docs.py
 
-mutations: $(READY)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
+mutations: $(TOOLS)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
 	$(BIN)/python tools/mutations.py --page
 	$(BIN)/python tools/write_docs.py
 
-test: $(READY)  ## all tests but the slow ones (minutes)
+test: $(TOOLS)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest
 
-test-all: $(READY)  ## all tests
+test-all: $(TOOLS)  ## all tests
 	$(BIN)/pytest -m ''
 
-check: $(READY)  ## format, lint, types, direction of imports
+check: $(TOOLS)  ## format, lint, types, direction of imports
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-format: $(READY)  ## format the code
+format: $(TOOLS)  ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(READY)  ## seconds, memory and errors (tables go to the pages of docs/ by hand)
+bench: $(TOOLS)  ## seconds, memory and errors (tables go to the pages of docs/ by hand)
 	$(BIN)/python benchmarks/analytic.py
 	$(BIN)/python benchmarks/effective_bodies.py
 	$(BIN)/python benchmarks/engines.py
