@@ -4,7 +4,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 TOOLS := .venv/.tools
 FEMIC := $(BIN)/femic
-INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations test test-all check format bench clean
