@@ -11,7 +11,7 @@ from geometries.grids import Grid
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH = 12, 0.34
-CELLS_PER_HALF_STRIP, GROWTH_ON_STRIPS = 2, 0.55  # displacements are read at the centres of strips only
+CELLS_PER_HALF_STRIP, GROWTH_ON_STRIPS = 2, 0.5  # displacements are read at the centres of strips only
 FAR_RADIUS = 1280.0  # mm, of the far arc at the tuned tolerance
 FAR_OVER_HALF_WIDTH = 600.0  # far radius over the half-width of a grid
 HIGHEST = 2 * np.pi  # largest wavenumber times the least half-side: beyond it the half-space rules
