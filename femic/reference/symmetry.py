@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Mesh
 
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.patches import Load, S, X
 
@@ -58,11 +58,15 @@ def held_by_supports(body: Body, mesh: Mesh, y: Array, z: Array, *further: Mask)
     the vertices. A node is held on boundary facets all of whose vertices lie on one support.
     """
     held = np.zeros((mesh.doflocs.shape[1], 3), dtype=bool)
-    facets = mesh.boundary_facets()
     for vertices in (*body.on_supports(y, z), *further):
-        held_facets = facets[np.all(vertices[mesh.facets[:, facets]], axis=0)]
-        held[mesh.dofs.get_facet_dofs(held_facets).flatten()] = True
+        held[mesh.dofs.get_facet_dofs(boundary_facets_on(mesh, vertices)).flatten()] = True
     return held
+
+
+def boundary_facets_on(mesh: Mesh, vertices: Mask) -> Indices:
+    """Numbers of the boundary facets all of whose vertices are marked; `vertices` has shape (n_vertices,)."""
+    facets = mesh.boundary_facets()
+    return np.asarray(facets[np.all(vertices[mesh.facets[:, facets]], axis=0)])
 
 
 def on_plane(nodes: Array, mirrored: int) -> Mask:

@@ -16,7 +16,7 @@ from femic.reference.harmonic.section_size import SectionSize, set_section_size
 from femic.reference.meshing.collected import collected, edge_numbers
 from femic.reference.meshing.gmsh_session import gmsh_session
 from femic.reference.meshing.outline import add_section
-from femic.reference.symmetry import held_by_supports
+from femic.reference.symmetry import boundary_facets_on, held_by_supports
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 
@@ -146,21 +146,14 @@ def _curved(
     moved = mesh.doflocs.copy()
     _bend(mesh, edges, body.contour.position(np.linspace(starts, ends, ELEMENT_DEGREE + 1)), moved)
     if body.outline is None:
-        on_arc = _edges_of_far_arc(body, mesh)
+        far_arc, *_ = body.on_supports(*mesh.p[:, : mesh.nvertices])
+        on_arc = boundary_facets_on(mesh, far_arc)
         _bend(mesh, on_arc, _along_far_arc(mesh.p[:, mesh.facets[:, on_arc]], body.side), moved)
     nodes = _nodes_of(mesh, edges)
     nodes = np.where(starts < ends, nodes, nodes[::-1])
     order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
     knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
     return SectionMesh(body, replace(mesh, doflocs=moved), knots, order, half_section)
-
-
-def _edges_of_far_arc(body: Body, mesh: MeshTri4) -> Indices:
-    """Numbers of the boundary edges whose vertices lie on the far arc."""
-    y, z = mesh.p[:, : mesh.nvertices]
-    on_arc = body.on_supports(y, z)[0]
-    boundary = mesh.boundary_facets()
-    return np.asarray(boundary[np.all(on_arc[mesh.facets[:, boundary]], axis=0)])
 
 
 def _along_far_arc(ends: Array, side: int) -> Array:
