@@ -12,7 +12,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile -
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
-setup: $(TOOLS)  ## virtual environment, pinned packages, system libraries; with what tests and documents need
+setup: $(TOOLS)  ## virtual environment, all pinned packages (also those of tests and documents), system libraries
 
 $(READY): pyproject.toml constraints.txt tools/system-libraries.sh
 	sh tools/system-libraries.sh $(PYTHON)

@@ -165,7 +165,7 @@ def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
 
 
 def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
-    title_height = 1.0 if isinstance(cell, Panel) else None  # else measured at each drawing: a tenth of it
+    title_height = 1.0 if isinstance(cell, Panel) else None  # None: measured at each drawing
     axes.set_title(", ".join(filter(None, (step, cell.title))), fontsize=9, y=title_height)
     if isinstance(cell, Surface):
         _draw_surface(figure, axes, cell)
