@@ -125,15 +125,15 @@ def test_scenes_are_submitted_in_the_order_of_the_campaign(light_scenes, client,
 @pytest.mark.usefixtures("light_scenes")
 def test_at_most_one_window_is_submitted(sweep, monkeypatch):
     with_scheduler = []
-    finish = running._Run._finish_scene
+    submit = running._Run._submit
 
-    def counted(run, *rest):
-        with_scheduler.append(len(run.scenes) + 1)
-        finish(run, *rest)
+    def counted(run, crew):
+        submit(run, crew)
+        with_scheduler.append(len(run.listing) + len(run.scenes))
 
-    monkeypatch.setattr(running._Run, "_finish_scene", counted)
+    monkeypatch.setattr(running._Run, "_submit", counted)
     sweep()
-    assert 1 < max(with_scheduler) <= SCENES_PER_WORKER  # the last may be seen after two have finished
+    assert max(with_scheduler) == SCENES_PER_WORKER
 
 
 @pytest.mark.usefixtures("light_scenes")
