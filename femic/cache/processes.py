@@ -5,11 +5,17 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from threading import Thread
 from time import sleep
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
+from uuid import uuid4
 
 from joblib import Parallel, delayed
+from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from geometries.errors import Failure
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -19,22 +25,59 @@ LOOK_EVERY = 0.5  # seconds between checks whether the parent still runs
 
 
 def in_processes(
-    function: Callable[[Argument], Result], arguments: Iterable[Argument], workers: int
+    function: Callable[[Argument], Result],
+    arguments: Iterable[Argument],
+    workers: int,
+    *,
+    in_order: bool = False,
 ) -> Iterator[Result]:
-    """Yield the results of a function for arguments, in the order in which they are finished.
+    """Yield the results of a function for arguments, as they are finished or in the order of arguments.
 
     `workers` processes work in parallel; a single worker is this process. An argument is taken from the
-    iterable when a process is free for it.
+    iterable when a process is free for it. Processes wait for further work until `end_processes`. Raises
+    Failure where one of them ends without a result.
     """
     parallel = Parallel(
         n_jobs=workers,
-        return_as="generator_unordered",
+        return_as="generator" if in_order else "generator_unordered",
         pre_dispatch=workers,
         batch_size=1,
         initializer=end_with_parent,
         initargs=(os.getpid(),),
     )
-    yield from parallel(delayed(function)(argument) for argument in arguments)
+    try:
+        yield from parallel(delayed(function)(argument) for argument in arguments)
+    except TerminatedWorkerError as error:
+        raise Failure(
+            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
+            "memory: use fewer (`workers` = 1) or larger cells (`tolerance`, `growth`). Or the mesher "
+            "crashed, which it does at the same place with one process too: change the cells a little "
+            "(`growth`). What was finished is kept"
+        ) from error
+
+
+def end_processes() -> None:
+    """End the processes that wait for further work, which frees their memory."""
+    get_reusable_executor(reuse=True).shutdown()
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared(Generic[Argument, Result]):
+    """A function that each process prepares once for many arguments; it keeps the last one only."""
+
+    prepare: Callable[[], Callable[[Argument], Result]]
+    name: str = field(default_factory=lambda: uuid4().hex)
+
+    def __call__(self, argument: Argument) -> Result:
+        """Return the result of the prepared function for an argument."""
+        if self.name not in _PREPARED:
+            _PREPARED.clear()
+            _PREPARED[self.name] = self.prepare()
+        result: Result = _PREPARED[self.name](argument)
+        return result
+
+
+_PREPARED: dict[str, Callable[[Any], Any]] = {}  # of this process, by name
 
 
 def end_with_parent(parent: int) -> None:

@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 from femic.reference.harmonic.fronts import Equations, Front, Half, Order
 from geometries.arrays import Array, Indices
 
-MOST_NUMBERS = 24_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
+MOST_NUMBERS = 48_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
 MOST_TOGETHER = 8  # wavenumbers: more are not faster
 
 
@@ -53,24 +53,23 @@ class Elimination:
 
         `forces` (k, n) are the entries of F where it differs from wavenumber to wavenumber.
         """
-        wavenumbers = np.array(k)[:, None, None]
+        powers = np.vander(k, 3, increasing=True)
         forces = self.forces.data if forces is None else forces
         factors: list[Array] = []
         left: dict[int, Array] = {}
         for number, front in enumerate(self.fronts):
-            matrix, m = self._front(front, wavenumbers, forces, left), front.eliminated
+            matrix, m = self._front(front, powers, forces, left), front.eliminated
             factor = np.asarray(np.linalg.solve(matrix[:, :m, :m], matrix[:, :m, m:]), dtype=float)
             left[number] = matrix[:, m:, m:] - matrix[:, m:, :m] @ factor if m else matrix
             factors.append(factor)
         return Eliminated(self, np.array(k), factors, left[len(self.fronts) - 1])
 
-    def _front(self, front: Front, k: Array, forces: Array, left: dict[int, Array]) -> Array:
+    def _front(self, front: Front, powers: Array, forces: Array, left: dict[int, Array]) -> Array:
         """The matrix (k, rows, columns) of a front: of cells or of what halves left, and the border."""
-        matrix = np.zeros((len(k), *front.shape))
+        matrix = np.zeros((len(powers), *front.shape))
         if front.stiffness is not None:
             n = len(front.amplitudes)
-            k0, k1, k2 = front.stiffness
-            matrix[:, :n, :n] = k0 + k * (k1 + k * k2)
+            matrix[:, :n, :n] = (powers @ front.stiffness.reshape(3, -1)).reshape(-1, n, n)
         for half in front.halves:
             _add(matrix, left.pop(half.number), half)
         row, load, entries = front.forces

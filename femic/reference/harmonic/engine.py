@@ -15,14 +15,13 @@ from time import perf_counter
 
 import numpy as np
 
-from femic.cache.threads import in_threads, one_blas_thread
+from femic.cache.threads import one_blas_thread
 from femic.reference.accuracy import NotConverged
-from femic.reference.harmonic.elimination import in_parts
-from femic.reference.harmonic.entry import NOT_STORED, StoredWaves, WaveSolution
+from femic.reference.harmonic.entry import NOT_STORED, StoredWaves
 from femic.reference.harmonic.request import COLUMNS_NEED, HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
-from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import FitCells, SectionSize
+from femic.reference.harmonic.section_work import SectionWork, Solver
 from femic.reference.harmonic.synthesis import Responses, odd_in_k
 from femic.reference.harmonic.wavenumbers import Samples, sample
 from femic.reference.models import Cost, peak_memory
@@ -74,69 +73,70 @@ def solve(
     progress: Progress = lambda _: None,
     cache: StoredWaves = NOT_STORED,
 ) -> Responses:
-    """Mesh, assemble, and solve the wavenumbers in parallel threads.
+    """Mesh, assemble, and solve the wavenumbers in parallel.
 
     Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
     a small residual. The worst residual is part of the cost. `cache` has the wavenumbers that an earlier
     run has solved, and takes the new ones.
     """
-    builder = _SectionBuilder(most_unknowns)
-    solutions = _WaveSolutions(workers, progress, cache)
+    run = _Run(most_unknowns, workers, progress, cache)
     with one_blas_thread():
-        section, samples = _sampled(request, builder, solutions)
-        coarser = _with_coarser_cells(request, builder, solutions, samples.sparser.k)
+        section, samples = _sampled(request, run)
+        coarser = _with_coarser_cells(request, run, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
-    cost = Cost(unknowns, cells, solver, (), max(solutions.residuals), builder.seconds, peak_memory())
+    memory = max(peak_memory(), run.memory)
+    cost = Cost(unknowns, cells, solver, (), max(run.residuals), run.seconds, memory)
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
     return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
 
 
-def _sampled(
-    request: HarmonicRequest, builder: "_SectionBuilder", solutions: "_WaveSolutions"
-) -> tuple[SectionMesh, Samples]:
+def _sampled(request: HarmonicRequest, run: "_Run") -> tuple[SectionMesh, Samples]:
     """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
-    section, respond = builder.of(request, request.shares)
-    solutions.progress(0)
+    section = run.section(request)
+    solver = run.solver(SectionWork(section, request.loads, request.observed, request.shares, request.felt))
+    run.progress(0)
 
-    def both_arcs(k: Sequence[float]) -> list[WaveSolution]:
-        return _with_both_arcs(request, respond, k)
+    def both_arcs(wavenumbers: Sequence[float]) -> list[Array]:
+        return [_of_both_arcs(responses) for responses in run.solutions(solver, wavenumbers)]
 
-    def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
-        felt = [k for k in wavenumbers if k < request.felt]
-        groups = felt, [k for k in wavenumbers if k >= request.felt]
-        return solutions.at("", both_arcs, groups, respond.together)
-
-    with builder.timed("solution"):
+    with run.timed("solution"):
         a = min(load.patch.a for load in request.loads)
-        return section, sample(request.axis, responses_at, odd_in_k(request.loads), a, request.accuracy)
+        return section, sample(request.axis, both_arcs, odd_in_k(request.loads), a, request.accuracy)
 
 
-def _with_coarser_cells(
-    request: HarmonicRequest, builder: "_SectionBuilder", solutions: "_WaveSolutions", wavenumbers: Array
-) -> Array:
+def _of_both_arcs(responses: Array) -> Array:
+    """Responses (2, load, 3, len(s)) with both far arcs, from those with one or two of them.
+
+    One solution serves both where the far arc has no effect, and where an outline leaves it none.
+    """
+    return responses if len(responses) > 1 else np.repeat(responses, 2, axis=0)
+
+
+def _with_coarser_cells(request: HarmonicRequest, run: "_Run", wavenumbers: Array) -> Array:
     """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
-    _, respond = builder.of(request.coarser, (1.0,))
-
-    def at_arc(k: Sequence[float]) -> list[WaveSolution]:
-        responses, residuals = respond(k)
-        return list(zip(responses, residuals.tolist(), strict=True))
-
-    with builder.timed("solution"):
-        return np.concatenate(solutions.at("coarser_", at_arc, [wavenumbers.tolist()], respond.together))
+    section = run.section(request.coarser)
+    solver = run.solver(SectionWork(section, request.loads, request.observed, kind="coarser_"))
+    with run.timed("solution"):
+        return np.concatenate(run.solutions(solver, wavenumbers.tolist()))
 
 
 @dataclass(eq=False)
-class _SectionBuilder:
-    """Meshes and assembles sections, and adds up the seconds of each stage."""
+class _Run:
+    """Meshes sections and solves their wavenumbers; adds up seconds, residuals and memory."""
 
     most_unknowns: int | None
+    workers: int
+    progress: Progress
+    cache: StoredWaves
     seconds: dict[str, float] = field(
         default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
     )
+    residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
+    memory: float = 0.0  # largest peak memory of the processes that have solved wavenumbers [MB]
 
-    def of(self, request: HarmonicRequest, shares: Sequence[float]) -> tuple[SectionMesh, SectionSolver]:
-        """The section of a request and its equations, with the far arc at some shares of its radius."""
+    def section(self, request: HarmonicRequest) -> SectionMesh:
+        """The section of a request."""
         with self.timed("mesh"):
             section = build_section(request)
         unknowns = 3 * section.mesh.doflocs.shape[1]
@@ -145,8 +145,23 @@ class _SectionBuilder:
                 f"a section needs {unknowns:,} unknowns, `most_unknowns` = {self.most_unknowns:,}: give a "
                 "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
             )
+        return section
+
+    def solver(self, work: SectionWork) -> Solver:
+        """What solves the wavenumbers of a section. Where processes do, their assembly is a part of that."""
         with self.timed("assembly"):
-            return section, SectionSolver(section, request.loads, request.observed, shares)
+            return work.solver(self.workers, self.cache)
+
+    def solutions(self, solver: Solver, k: Sequence[float]) -> list[Array]:
+        """Responses (share, load, 3, len(s)) at wavenumbers [1/mm], in their order."""
+        responses = []
+        for solutions, memory in solver(k):
+            self.memory = max(self.memory, memory)
+            for response, residual in solutions:
+                responses.append(response)
+                self.residuals.append(residual)
+                self.progress(len(self.residuals))
+        return responses
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -154,60 +169,3 @@ class _SectionBuilder:
         start = perf_counter()
         yield
         self.seconds[stage] += perf_counter() - start
-
-
-@dataclass(eq=False)
-class _WaveSolutions:
-    """Solves wavenumbers, a few at once and in parallel threads, or takes their solutions from a cache."""
-
-    workers: int
-    progress: Progress
-    cache: StoredWaves
-    residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
-
-    def at(
-        self,
-        kind: str,
-        respond: Callable[[Sequence[float]], list[WaveSolution]],
-        groups: Iterable[Sequence[float]],
-        together: int,
-    ) -> list[Array]:
-        """Return the responses at groups of wavenumbers [1/mm], in their order.
-
-        No two groups are solved together, and no more than `together` of one. `kind` begins the names of
-        their solutions.
-        """
-        parts = [part for group in groups for part in in_parts(group, together, self.workers)]
-        all_responses = []
-        for solutions in in_threads(lambda part: self._solutions(kind, respond, part), parts, self.workers):
-            for responses, residual in solutions:
-                all_responses.append(responses)
-                self.residuals.append(residual)
-                self.progress(len(self.residuals))
-        return all_responses
-
-    def _solutions(
-        self, kind: str, respond: Callable[[Sequence[float]], list[WaveSolution]], k: Sequence[float]
-    ) -> list[WaveSolution]:
-        """The solutions at some wavenumbers [1/mm], of which those are solved that are not stored."""
-        names = {one: f"{kind}k{float(one)!r}" for one in k}
-        stored = {one: self.cache.get(name) for one, name in names.items()}
-        missing = [one for one, solution in stored.items() if solution is None]
-        solved = dict(zip(missing, respond(missing) if missing else (), strict=True))
-        for one, solution in solved.items():
-            self.cache.put(names[one], solution)
-        return [solved[one] if found is None else found for one, found in stored.items()]
-
-
-def _with_both_arcs(
-    request: HarmonicRequest, respond: SectionSolver, k: Sequence[float]
-) -> list[WaveSolution]:
-    """Responses (2, load, 3, len(s)) with both far arcs at wavenumbers [1/mm], and the worse residuals.
-
-    Beyond `request.felt` the far arc has no effect on any of them, and an outline has none: one solution
-    serves both.
-    """
-    shares = request.shares if min(k) < request.felt else request.shares[:1]
-    responses, residuals = respond(k, shares)
-    both = responses if len(shares) > 1 else np.repeat(responses, 2, axis=1)
-    return list(zip(both, residuals.tolist(), strict=True))

@@ -1,7 +1,8 @@
-"""Solve the models of the harmonic engine one after the other, each in parallel threads, and store them."""
+"""Solve the models of the harmonic engine one after the other, each in parallel, and store them."""
 
 from collections.abc import Iterator, Sequence
 
+from femic.cache.processes import end_processes
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.entry import StoredWaves
@@ -17,8 +18,12 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
 
     A model that an interrupted run has begun continues after its last finished wavenumber.
     """
-    for task in tasks:
-        yield _solved(task, options)
+    try:
+        for task in tasks:
+            yield _solved(task, options)
+    finally:
+        if options.workers > 1:
+            end_processes()
 
 
 def _solved(task: Task, options: RunOptions) -> Solved:

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from femic.cache import processes
-from femic.cache.processes import in_processes
+from femic.cache.processes import Prepared, end_processes, in_processes
+from geometries.errors import Failure
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
 PARENT = """
@@ -83,6 +84,47 @@ def test_each_result_is_yielded_once_and_a_single_worker_is_this_process():
 
 def _process(_):
     return os.getpid()
+
+
+def test_results_come_in_the_order_of_arguments_where_it_matters():
+    later_first = [0.3, 0.2, 0.1, 0.0]
+    assert list(in_processes(_waited, later_first, workers=2, in_order=True)) == later_first
+    assert list(in_processes(_waited, later_first, workers=2)) != later_first
+
+
+def _waited(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def test_each_process_prepares_a_function_once():
+    one, other = Prepared(_prepared), Prepared(_prepared)
+    of_one = set(in_processes(one, range(6), workers=2))
+    assert 1 <= len(of_one) <= 2
+    assert of_one >= set(in_processes(one, range(6), workers=2))
+    assert not of_one & set(in_processes(other, range(6), workers=2))
+
+
+def _prepared():
+    made = (os.getpid(), time.monotonic_ns())
+    return lambda _: made
+
+
+def test_ended_processes_are_replaced():
+    before = set(in_processes(_process, range(3), workers=2))
+    end_processes()
+    assert until(lambda: not any(alive(pid) for pid in before), 5.0)
+    assert not before & set(in_processes(_process, range(3), workers=2))
+
+
+def test_a_dead_process_is_reported_with_both_causes_and_what_to_try():
+    with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*is kept"):
+        list(in_processes(_killed, range(4), workers=2))
+    assert sorted(in_processes(abs, range(3), workers=2)) == [0, 1, 2]
+
+
+def _killed(_):
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_thread_watches_the_parent_where_there_is_no_signal(monkeypatch):
