@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 from tables import print_table
 
 from compare.ics.compute import jobs
-from compare.matrix.compute import matrix_jobs
+from compare.matrix.jobs import matrix_jobs
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.engine import build_section

@@ -13,7 +13,7 @@ from compare.contact import figures, sensitivity
 from compare.contact.answers import KILONEWTON, answer_sentences, answer_table, case_labels, numbers_table
 from compare.contact.compute import ContactResults
 from compare.contact.dataset import others_of, reference_of, to_dataset, with_supports
-from compare.matrix.compute import discounted
+from compare.matrix.jobs import discounted
 from compare.report.charts import chart_of
 from compare.report.looks import symbol_of
 from compare.report.parts import (

@@ -21,7 +21,7 @@ from compare.contact_frontier.solving import (
     solutions,
 )
 from compare.contact_frontier.ways import APPROXIMATION, MAP_OF_C, TIGHTEST, Way, ways_of
-from compare.matrix.compute import discounted
+from compare.matrix.jobs import discounted
 from femic.cache.digests import results_digest, versions
 from femic.contact.pairs.given_ics import C
 from femic.reference.run_options import DEFAULT, RunOptions

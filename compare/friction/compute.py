@@ -12,7 +12,7 @@ from compare.contact.compute import require_solvable
 from compare.contact.dataset import provenance
 from compare.friction import compression, rolling, transient
 from compare.friction.parts import by_friction_and_ics
-from compare.matrix.compute import discounted
+from compare.matrix.jobs import discounted
 from femic.contact.pairs.given_ics import NONE_GIVEN, GivenICs
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import DEFAULT, RunOptions

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.ics.compute import seconds_of
-from compare.matrix.compute import SOURCE, MatrixResults
+from compare.matrix.jobs import SOURCE
+from compare.matrix.results import MatrixResults
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.accuracy import component_of
 from femic.reference.at_points import references

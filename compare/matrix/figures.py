@@ -8,7 +8,8 @@ import xarray as xr
 from approx.matrix import columns as approximations
 from compare.ics.compute import parts_of, solids
 from compare.ics.curves import main_body
-from compare.matrix.compute import SOURCE, MatrixResults, columns_of
+from compare.matrix.jobs import SOURCE
+from compare.matrix.results import MatrixResults, columns_of
 from compare.report.charts import Cell, Chart, Curve, Map, Panel
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
 from femic.reference.estimate import total

@@ -11,8 +11,10 @@ from compare.ics.curves import combined_first, main_body
 from compare.ics.page import row_name
 from compare.ics.summary import body_name
 from compare.matrix.check import ColumnCheck, check_columns
-from compare.matrix.compute import MatrixResults, compute_matrix, discounted, matrix_plans
+from compare.matrix.compute import compute_matrix
 from compare.matrix.figures import chart, response
+from compare.matrix.jobs import discounted, matrix_plans
+from compare.matrix.results import MatrixResults
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
 from compare.report.looks import symbol_of

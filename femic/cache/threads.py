@@ -1,7 +1,8 @@
 """Threads of this program and of the numerical libraries."""
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -9,21 +10,28 @@ from threadpoolctl import threadpool_limits
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
+AHEAD = 2  # results and arguments at work per worker, while the first result is waited for
+
 
 def in_threads(
-    function: Callable[[Argument], Result], arguments: Sequence[Argument], workers: int
+    function: Callable[[Argument], Result], arguments: Iterable[Argument], workers: int
 ) -> Iterator[Result]:
     """Yield the results of a function for arguments, in their order; a single worker is this thread.
 
-    After an error or Ctrl-C the threads finish their current argument first: a program that ends while they
-    run loses its exit code.
+    At most `AHEAD` results per worker wait to be taken. After an error or Ctrl-C the threads finish their
+    current argument first: a program that ends while they run loses its exit code.
     """
     if workers == 1:
         yield from map(function, arguments)
         return
-    pool = ThreadPoolExecutor(workers)
+    pool, waiting = ThreadPoolExecutor(workers), deque[Future[Result]]()
     try:
-        yield from pool.map(function, arguments)
+        for argument in arguments:
+            waiting.append(pool.submit(function, argument))
+            if len(waiting) > AHEAD * workers:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -15,7 +15,7 @@ from geometries.patches import COMPONENTS
 with lazy_imports():
     from compare.export import export as exports
     from compare.frontier import advice, choice
-    from compare.matrix import compute, page
+    from compare.matrix import jobs, page
 
 
 def matrix(
@@ -27,7 +27,7 @@ def matrix(
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""
     loaded = load_scene(scene)
-    compute.require_matrices(loaded)
+    jobs.require_matrices(loaded)
     folder = work.folder(loaded)
     console = terminal()
     with work.options(folder, console) as options:

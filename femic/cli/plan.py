@@ -8,7 +8,8 @@ from rich.table import Table
 
 from compare.contact.compute import require_solvable
 from compare.ics.compute import run_plans
-from compare.matrix.compute import file_size, matrix_plans
+from compare.matrix.file import file_size
+from compare.matrix.jobs import matrix_plans
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.c_jobs import c_jobs, components_of

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from approx.matrix import matrix
 from compare.export import contact_file
 from compare.export.export import to_contact
-from compare.matrix.compute import DIMENSIONS, matrix_jobs
+from compare.matrix.file import DIMENSIONS
+from compare.matrix.jobs import matrix_jobs
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of

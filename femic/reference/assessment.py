@@ -18,6 +18,13 @@ class Assessment:
     combined: Shares | None = None
     in_combined: Mapping[str, Shares] = field(default_factory=dict)
 
+    def of(self, compared: str) -> Shares:
+        """Return the errors of a body, or of the sum ("combined")."""
+        if compared != "combined":
+            return self.own[compared]
+        assert self.combined is not None  # as the caller has made sure
+        return self.combined
+
 
 @dataclass(frozen=True)
 class Batch:

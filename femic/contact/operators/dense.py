@@ -26,7 +26,8 @@ EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least
 PRECONDITIONER_SHIFT = 0.1  # smallest eigenvalue of the preconditioner's inverse over that IC
 ALL_BELOW, EVERY = 6, 6  # frequencies of the preconditioner: all below a number, then every sixth
 VANISHES = 1e-9  # size of a component over the largest one up to which it is zero by symmetry
-MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
+MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue, from each start
+RESTARTS = 3  # of the search, from where it has ended: then another method goes on
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +78,16 @@ class GridOperator:
         return cls.of(pairs.mean(axis=2).sum(axis=3), convolution.directions)
 
     def __call__(self, tractions: Array) -> Array:
-        """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
-        phases = np.tile(_phases(self.directions, np.complex128), tractions.shape[1])
-        spectra = fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0) / phases
-        parts = spectra.view(float).reshape(*spectra.shape, 2).astype(self.transformed.dtype)
-        moved = np.matmul(self.transformed, parts).astype(float).view(complex)[..., 0] * phases
-        return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
+        """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each.
+
+        They are computed in the precision of the operator.
+        """
+        real, compl = self.transformed.dtype, np.result_type(self.transformed, np.complex64)
+        phases = np.tile(_phases(self.directions, compl), tractions.shape[1])
+        spectra = fft.rfft(tractions.reshape(self.n_x, -1).astype(real), 2 * self.n_x, axis=0) / phases
+        parts = spectra.view(real).reshape(*spectra.shape, 2)
+        moved = np.matmul(self.transformed, parts).view(compl)[..., 0] * phases
+        return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape).astype(float)
 
     def coarsened(self) -> "GridOperator":
         """Return the operator on elements twice as large: mean displacements due to equal tractions on four.
@@ -141,21 +146,22 @@ class GridOperator:
         unknowns = of_chosen.shape[1]
         shifted = of_chosen - (shift * np.eye(unknowns)).astype(of_chosen.dtype)
         inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
-        start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
-        with warnings.catch_warnings(action="ignore"):  # on slow convergence: the residual is checked
-            _, vectors = lobpcg(
-                symmetric.linear,
-                start,
-                M=inverse.linear,
-                largest=False,
-                tol=EIGENVALUE_ACCURACY * least,
-                maxiter=MOST_ITERATIONS,
-            )
-        vector = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
-        moved = symmetric.linear @ vector
-        eigenvalue = float(vector @ moved)
-        if np.linalg.norm(moved - eigenvalue * vector) <= EIGENVALUE_ACCURACY * least:
-            return eigenvalue
+        vector = np.random.default_rng(0).standard_normal(self.n_x * unknowns)
+        for _ in range(RESTARTS):
+            with warnings.catch_warnings(action="ignore"):  # on slow convergence: the residual is checked
+                _, vectors = lobpcg(
+                    symmetric.linear,
+                    vector[:, None],
+                    M=inverse.linear,
+                    largest=False,
+                    tol=EIGENVALUE_ACCURACY * least,
+                    maxiter=MOST_ITERATIONS,
+                )
+            vector = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
+            moved = symmetric.linear @ vector
+            eigenvalue = float(vector @ moved)
+            if np.linalg.norm(moved - eigenvalue * vector) <= EIGENVALUE_ACCURACY * least:
+                return eigenvalue
         return float(
             eigsh(
                 symmetric.linear,

@@ -8,12 +8,13 @@ reliable than their values.
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.expected import expected_samples
 from femic.reference.harmonic.request import HarmonicRequest
+from femic.reference.harmonic.section_work import processes_for
 from femic.reference.models import BASE_MEMORY, ExpectedCost
 
 FACTOR, FACTOR_GROWTH = 0.28 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
-IN_PARALLEL = 0.65  # speed-up over the number of workers, which share the memory
+BY_THREADS, BY_PROCESSES = 0.65, 0.95  # speed-up over the number of workers
 START, PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly: in any case, and per unknown
-MEMORY = 0.02  # MB per unknown
+MEMORY, MEMORY_OF_PROCESS = 0.012, 0.006  # MB per unknown: in this process, or in each of several
 
 
 def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
@@ -26,12 +27,17 @@ def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
         for load in request.loads
     }
     samples = expected_samples(request)
+    processes = processes_for(unknowns, workers)
 
     def solution(unknowns: int) -> float:
         """Seconds that a wavenumber takes."""
-        return FACTOR * unknowns**FACTOR_GROWTH / max(1.0, IN_PARALLEL * workers)
+        of_threads = max(1.0, BY_THREADS * workers)
+        speed_up = BY_PROCESSES * processes if processes > 1 else of_threads
+        return FACTOR * unknowns**FACTOR_GROWTH / speed_up
 
     seconds = 2 * START + PER_UNKNOWN * (unknowns + coarser)
     seconds += len(samples.k) * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
     memory = BASE_MEMORY + MEMORY * unknowns
+    if processes > 1:
+        memory = BASE_MEMORY + processes * (BASE_MEMORY + MEMORY_OF_PROCESS * unknowns)
     return ExpectedCost(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)

@@ -34,6 +34,11 @@ class Solver(Protocol):
         """Yield the solutions at wavenumbers [1/mm], in their order, part by part."""
 
 
+def processes_for(unknowns: int, workers: int) -> int:
+    """Return how many processes solve the wavenumbers of a section; 1 is this process, with its threads."""
+    return min(workers, MOST_PROCESSES) if unknowns >= UNKNOWNS_FOR_PROCESSES else 1
+
+
 @dataclass(frozen=True, eq=False)
 class SectionWork:
     """A section with loads, and observers at arc lengths s [mm].
@@ -55,9 +60,9 @@ class SectionWork:
 
         Threads share the equations, which are prepared here; each process prepares its own.
         """
-        if workers > 1 and 3 * self.section.mesh.doflocs.shape[1] >= UNKNOWNS_FOR_PROCESSES:
+        processes = processes_for(3 * self.section.mesh.doflocs.shape[1], workers)
+        if processes > 1:
             each = Prepared(partial(self._prepared, cache))
-            processes = min(workers, MOST_PROCESSES)
             return lambda k: in_processes(each, self._parts(k, processes), processes, in_order=True)
         shared = self._prepared(cache)
         return lambda k: in_threads(shared, self._parts(k, workers), workers)

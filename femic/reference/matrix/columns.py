@@ -45,9 +45,14 @@ def column_shares(
     """Return the largest estimate of components in a column, and of each part, on the column's scale."""
     chosen = places(components)
     mesh, truncation, waves, total_share = (
-        np.nan_to_num(part[chosen] / scale[chosen], nan=np.inf) for part in (*c.errors, c.estimate)
+        _infinite_where_nan(part[chosen] / scale[chosen]) for part in (*c.errors, c.estimate)
     )
     number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
     line = f"of strip {observer} under strip {strip} (worst at lag {lag})"
     parts = float(np.max(mesh)), float(np.max(truncation)), float(np.max(waves))
     return Shares(*parts, float(np.max(total_share)), components[int(number)], line)
+
+
+def _infinite_where_nan(shares: Array) -> Array:
+    shares[np.isnan(shares)] = np.inf
+    return shares

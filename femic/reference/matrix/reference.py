@@ -8,10 +8,12 @@ The discount has one matrix M per body (`discount_rules`).
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from itertools import chain
+from typing import Any, Protocol
 
 import numpy as np
 
-from femic.cache.threads import one_blas_thread
+from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.assessment import Assessment, Batch, Measure, assessed, worst_assessment
 from femic.reference.discount import FZ, discount, fit_discount, motions
 from femic.reference.engine import ColumnSynthesis, GridModel
@@ -27,6 +29,7 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.bodies import Body
 
+ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute columns faster than one
 REMEMBERED_ENTRIES = 20_000_000  # of the largest matrix that is held in memory as a whole
 REMEMBERED_COLUMNS = 4  # of larger matrices
 
@@ -149,17 +152,35 @@ class MatrixReference:
         return lambda m: discount(m, unit, entries)
 
 
+class ColumnUse(Protocol):
+    """What uses the columns of matrices as they are assessed, so that they are synthesised only once."""
+
+    def begin(self, references: Mapping[str, MatrixReference]) -> None:
+        """Begin with matrices; those of an earlier round were not accurate enough."""
+
+    def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Any:
+        """Return what is made of the columns of bodies under loads on a strip; several threads call this."""
+
+    def add(self, made: Any, assessment: Assessment) -> None:
+        """Add what has been made of a strip, and the errors of its columns, strip by strip."""
+
+
 def matrices(
-    jobs: Mapping[str, MatrixJob], options: RunOptions = DEFAULT, *, combined: bool = False
+    jobs: Mapping[str, MatrixJob],
+    options: RunOptions = DEFAULT,
+    *,
+    combined: bool = False,
+    use: ColumnUse | None = None,
 ) -> dict[str, MatrixReference]:
     """Solve all bodies and refine each until its estimate meets its tolerance.
 
     With `combined` the estimate of the sum of the bodies must also meet it. Errors are measured on the scale
-    of `column_scale`. Raises as `femic.reference.at_points.references`.
+    of `column_scale`. `use` gets all columns of the matrices that are returned. Raises as
+    `femic.reference.at_points.references`.
     """
-    assess_all = partial(assess_matrices, jobs, combined=combined)
+    assess = partial(assess_matrices, jobs, combined=combined, use=use, workers=options.workers)
     return converged(
-        jobs, options, read=lambda _, solved: solved.model, combine=_matrix_reference, assess=assess_all
+        jobs, options, read=lambda _, solved: solved.model, combine=_matrix_reference, assess=assess
     )
 
 
@@ -176,16 +197,50 @@ def assess_matrices(
     references: Mapping[str, MatrixReference],
     *,
     combined: bool,
+    use: ColumnUse | None = None,
+    workers: int = 1,
 ) -> Assessment:
-    """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
+    """Return the estimated errors of the bodies, at worst over all strips, and of their sum.
 
-    def batch(strip: int) -> Batch:
-        def measure(bodies: Sequence[str], ic: Array) -> Measure:
-            scale = column_scale(strip, ic, [jobs[body] for body in bodies])
-            return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
+    `use` gets no further columns after one that is not accurate enough.
+    """
+    job = next(iter(jobs.values()))
+    assessments: list[Assessment] = []
 
-        return Batch({body: reference.column(strip) for body, reference in references.items()}, measure)
+    def is_accurate() -> bool:
+        return all(_meets_tolerances(jobs, one) for one in assessments)
 
-    strips = range(next(iter(jobs.values())).grid.n_s)
+    def of_strip(strip: int) -> tuple[Assessment, Any]:
+        columns = {body: reference.column(strip) for body, reference in references.items()}
+        made = use.made(strip, columns) if use is not None and is_accurate() else None
+        return assessed(_batch(jobs, strip, columns), combined=combined), made
+
     with one_blas_thread():
-        return worst_assessment([assessed(batch(strip), combined=combined) for strip in strips])
+        if use is not None:
+            use.begin(references)
+        first = of_strip(0)  # what all columns need is computed here, before several threads ask for it
+        large = job.grid.n_x * job.grid.n_s >= ELEMENTS_FOR_THREADS
+        others = in_threads(of_strip, range(1, job.grid.n_s), workers if large else 1)
+        for assessment, made in chain([first], others):
+            assessments.append(assessment)
+            if use is not None and is_accurate():
+                use.add(made, assessment)
+    return worst_assessment(assessments)
+
+
+def _meets_tolerances(jobs: Mapping[str, MatrixJob], assessment: Assessment) -> bool:
+    """Whether the bodies meet their tolerances, and their sum that of the first."""
+    sums = [] if assessment.combined is None else [(next(iter(jobs)), assessment.combined)]
+    return all(
+        errors.total <= jobs[name].settings.tolerance for name, errors in [*assessment.own.items(), *sums]
+    )
+
+
+def _batch(jobs: Mapping[str, MatrixJob], strip: int, columns: Mapping[str, EstimatedICs]) -> Batch:
+    """The columns of bodies under loads on a strip, with the measure of their errors."""
+
+    def measure(bodies: Sequence[str], ic: Array) -> Measure:
+        scale = column_scale(strip, ic, [jobs[body] for body in bodies])
+        return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
+
+    return Batch(columns, measure)

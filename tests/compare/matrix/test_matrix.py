@@ -13,16 +13,18 @@ import xarray as xr
 from compare.export.contact_file import read
 from compare.export.export import SUFFIXES
 from compare.ics.compute import jobs
-from compare.matrix import compute as matrix
 from compare.matrix import page
 from compare.matrix.check import ColumnCheck, check_columns, checked_strips
-from compare.matrix.compute import compute_matrix, file_size, matrix_jobs, matrix_plans
+from compare.matrix.compute import compute_matrix
 from compare.matrix.figures import PER_KILONEWTON, chart, response
+from compare.matrix.file import file_size
+from compare.matrix.jobs import matrix_jobs, matrix_plans
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import symbol_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
+from femic.reference.harmonic import section_work
 from femic.reference.harmonic.condensation import Condensation
 from femic.reference.level import Level
 from femic.reference.run_options import RunOptions
@@ -224,11 +226,12 @@ def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
 
 
-def test_large_matrices_are_not_held_as_a_whole(made, monkeypatch):
+def test_large_matrices_are_not_held_as_a_whole_and_made_in_threads(made, monkeypatch):
     path, out = made
-    monkeypatch.setattr(matrix, "LARGEST_WHOLE_MATRIX", 100)
+    monkeypatch.setattr("femic.reference.matrix.reference.ELEMENTS_FOR_THREADS", 1)
+    monkeypatch.setattr("compare.matrix.results.LARGEST_WHOLE_MATRIX", 100)
     monkeypatch.setattr("femic.reference.matrix.reference.REMEMBERED_ENTRIES", 100)
-    results = compute_matrix(load_scene(str(path)), out / "large.nc", RunOptions(store=Store(out / "store")))
+    results = compute_matrix(load_scene(str(path)), out / "large.nc", RunOptions(2, Store(out / "store")))
     assert not results.eigenvalues
     assert not results.reciprocity
     with (
@@ -340,7 +343,7 @@ def test_damaged_chunk_of_matrix_is_not_read(made, tmp_path):
 
 
 def test_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
-    for module, name in ((harmonic, "SectionSolver"), (solid, "assemble")):
+    for module, name in ((section_work, "SectionSolver"), (solid, "assemble")):
         monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
     path = write_scene(engine=HARMONIC + GRID + "\n")
     assert exit_code(["plan", str(path)]) == DONE

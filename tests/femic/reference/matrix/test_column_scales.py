@@ -153,6 +153,52 @@ def test_all_strips_are_assessed_and_the_sum_of_bodies_on_its_own_scale():
     assert alone.combined is None
 
 
+class Recorded:
+    """A use of columns that records what it gets."""
+
+    def __init__(self):
+        self.begun, self.added = 0, []
+
+    def begin(self, references):
+        self.begun += 1
+        self.references = references
+
+    def made(self, strip, columns):
+        assert columns == {name: one.column(strip) for name, one in self.references.items()}
+        return strip
+
+    def add(self, made, assessment):
+        assert f"under strip {made} " in assessment.own["lower"].line
+        self.added.append(made)
+
+
+@pytest.fixture(name="in_threads")
+def _in_threads(monkeypatch):
+    monkeypatch.setattr("femic.reference.matrix.reference.ELEMENTS_FOR_THREADS", 1)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize(
+    ("lower", "upper", "combined", "used"),
+    [
+        (1.01, 5.01, False, 6),
+        (0.99, 5.01, False, 0),
+        (1.01, 4.99, False, 4),
+        (1.01, 5.01, True, 4),  # the error of the sum is the mean of both, and must meet the first tolerance
+        (3.01, 5.01, True, 6),
+    ],
+)
+@pytest.mark.usefixtures("in_threads")
+def test_columns_are_used_in_order_until_one_is_not_accurate_enough(workers, lower, upper, combined, used):
+    """The tolerances are multiples of the error of the first column."""
+    result = {"lower": columns([1, 1, 1, 1, 1, 1]), "upper": columns([1, 1, 1, 1, 5, 1])}
+    one = assess_matrices({"lower": job()}, {"lower": result["lower"]}, combined=False).own["lower"].total
+    jobs, use = {"lower": job(tolerance=lower * one), "upper": job(tolerance=upper * one)}, Recorded()
+    assess_matrices(jobs, result, combined=combined, use=use, workers=workers)
+    assert use.begun == 1
+    assert use.added == list(range(used))
+
+
 def test_first_cells_and_domains_follow_tolerance_and_grid():
     tuned = job(tolerance=1e-3).first_cells
     assert tuned.smallest == pytest.approx(GRID.ds / 4)
