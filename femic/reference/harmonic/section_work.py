@@ -20,9 +20,9 @@ from femic.reference.models import peak_memory
 from geometries.arrays import Array
 from geometries.patches import Load
 
-MOST_OF_A_PART = 8  # wavenumbers that a thread or a process solves before it takes others
-UNKNOWNS_FOR_PROCESSES = 15_000  # of a section, from which on processes are faster
+UNKNOWNS_FOR_PROCESSES = 25_000  # of a section, from which on processes are faster
 MOST_PROCESSES = 8  # each has equations of its own, hundreds of MB
+AT_ONCE = 4  # wavenumbers that a process solves before it takes others
 
 Part = tuple[list[WaveSolution], float]  # solutions, and the peak memory of their process so far [MB]
 
@@ -63,17 +63,17 @@ class SectionWork:
         processes = processes_for(3 * self.section.mesh.doflocs.shape[1], workers)
         if processes > 1:
             each = Prepared(partial(self._prepared, cache))
-            return lambda k: in_processes(each, self._parts(k, processes), processes, in_order=True)
+            return lambda k: in_processes(each, self._parts(k, AT_ONCE, processes), processes, in_order=True)
         shared = self._prepared(cache)
-        return lambda k: in_threads(shared, self._parts(k, workers), workers)
+        return lambda k: in_threads(shared, self._parts(k, shared.responses.together, workers), workers)
 
     def _prepared(self, cache: StoredWaves) -> "_PreparedSection":
         return _PreparedSection(self, SectionSolver(self.section, self.loads, self.s, self.shares), cache)
 
-    def _parts(self, k: Sequence[float], workers: int) -> list[list[float]]:
-        """Wavenumbers [1/mm] in parts, none of which has some on both sides of `felt`."""
+    def _parts(self, k: Sequence[float], at_once: int, workers: int) -> list[list[float]]:
+        """Wavenumbers [1/mm] in parts of some at once, none of them with some on both sides of `felt`."""
         groups = [one for one in k if one < self.felt], [one for one in k if one >= self.felt]
-        return [part for group in groups for part in in_parts(group, MOST_OF_A_PART, workers)]
+        return [part for group in groups for part in in_parts(group, at_once, workers)]
 
 
 @dataclass(frozen=True, eq=False)

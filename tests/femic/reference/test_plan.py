@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.harmonic import plan
+from femic.reference.harmonic import plan, section_work
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.expected import expected_samples
 from femic.reference.meshing.cell_size import Cells
@@ -49,13 +49,15 @@ def solutions(request):
     return len(samples.k), coarser
 
 
-def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
+@pytest.mark.parametrize(("least", "speed_up"), [(10**9, "BY_THREADS"), (0, "BY_PROCESSES")])
+def test_workers_share_the_eliminations(monkeypatch, least, speed_up):
     """A share of a core each, and one alone is one; mesh and assembly are not shared."""
+    monkeypatch.setattr(section_work, "UNKNOWNS_FOR_PROCESSES", least)
     times = {}
     for workers in (1, 4, 8):
         result = HARMONIC.models.expected_cost(TASK.request, workers)
         times[workers] = result.seconds - start_of(TASK.request)
-    assert times[1] == pytest.approx(4 * plan.IN_PARALLEL * times[4])
+    assert times[1] == pytest.approx(4 * getattr(plan, speed_up) * times[4])
     assert times[4] == pytest.approx(2 * times[8])
 
 
@@ -65,9 +67,17 @@ def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
         for f in (1, 0.5)
     )
     assert result.unknowns == unknowns_of(TASK.request)
-    assert result.memory == pytest.approx(200 + 0.02 * result.unknowns)
+    assert result.memory == pytest.approx(200 + 0.012 * result.unknowns)
     assert finer.unknowns > 1.5 * result.unknowns
     assert not result.half_section
+
+
+def test_each_process_takes_memory_and_no_more_than_eight_are_begun(monkeypatch):
+    monkeypatch.setattr(section_work, "UNKNOWNS_FOR_PROCESSES", 0)
+    alone, two, eight, many = (HARMONIC.models.expected_cost(TASK.request, n) for n in (1, 2, 8, 64))
+    assert alone.memory == pytest.approx(200 + 0.012 * alone.unknowns)
+    assert two.memory == pytest.approx(200 + 2 * (200 + 0.006 * two.unknowns))
+    assert many == eight
 
 
 @pytest.mark.parametrize("contour", [arc(10.0, 0.3, 0.4), plane()])
