@@ -3,11 +3,12 @@
     python benchmarks/elimination.py
 
 Sections of Geometry 2 at tolerance 0.001, under one load and under all strips of a grid: milliseconds per
-wavenumber, with all responses and their residuals, by one and by two threads; and of SuperLU (SciPy) for the
-factors of K alone, in the same order, which a route by sparse factors would need besides.
+wavenumber, with all responses and their residuals, by one thread, by two, and by two processes; and of
+SuperLU (SciPy) for the factors of K alone, in the same order, which a route by sparse factors would need besides.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -17,33 +18,55 @@ from tables import print_table
 
 from compare.ics.compute import jobs
 from compare.matrix.jobs import matrix_jobs
+from femic.cache.processes import Prepared, in_processes
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.engine import build_section
+from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import SectionSolver
+from femic.reference.harmonic.section_work import AT_ONCE
 from femic.reference.level import Level
 from femic.scenes.load import load_scene
 
 WAVENUMBERS = np.geomspace(0.01, 3.0, 16).tolist()  # [1/mm]
 REPEATED = 3
 GRID = {"n_s": 64, "n_x": 128}
-COLUMNS = ("section", "unknowns", "1 thread: ms", "2 threads: ms", "SuperLU, K alone, 1 thread: ms", "ratio")
+COLUMNS = (
+    "section",
+    "unknowns",
+    "1 thread: ms",
+    "2 threads: ms",
+    "2 processes: ms",
+    "SuperLU, K alone, 1 thread: ms",
+    "ratio",
+)
 
 
-def milliseconds(work: Callable[[list[float]], object], together: int, workers: int) -> float:
-    """Return the least milliseconds per wavenumber."""
-    parts = in_parts(WAVENUMBERS, together, workers)
+def milliseconds(work: Callable[[], object]) -> float:
+    """Return the least milliseconds per wavenumber of some work on all of them."""
     runs = []
     for _ in range(REPEATED):
         start = perf_counter()
-        list(in_threads(work, parts, workers))
+        work()
         runs.append(perf_counter() - start)
     return 1e3 * min(runs) / len(WAVENUMBERS)
 
 
-def by_superlu(solver: SectionSolver, section) -> Callable[[Sequence[float]], None]:
-    """Return a function that factors K of the free amplitudes, in the order of elimination."""
+def by_threads(solver: SectionSolver, workers: int) -> float:
+    """Return milliseconds per wavenumber in threads."""
+    parts = in_parts(WAVENUMBERS, solver.together, workers)
+    return milliseconds(lambda: list(in_threads(solver, parts, workers)))
+
+
+def by_processes(prepare: Callable[[], SectionSolver], workers: int) -> float:
+    """Return milliseconds per wavenumber in processes that have prepared the equations."""
+    each, parts = Prepared(prepare), in_parts(WAVENUMBERS, AT_ONCE, workers)
+    return milliseconds(lambda: list(in_processes(each, parts, workers)))
+
+
+def by_superlu(solver: SectionSolver, section: SectionMesh) -> float:
+    """Return milliseconds per wavenumber for factors of K of the free amplitudes, in the same order."""
     model, amplitudes = assemble(section), solver._shared[0].condensation.elimination.amplitudes
     of_cells = (3 * model.cells[:, :, None] + np.arange(3)).reshape(len(model.cells), -1)
     place = np.full(3 * section.mesh.doflocs.shape[1], -1)
@@ -58,8 +81,8 @@ def by_superlu(solver: SectionSolver, section) -> Callable[[Sequence[float]], No
         for part in model.cell_matrices
     )
 
-    def factored(wavenumbers: Sequence[float]) -> None:
-        for k in wavenumbers:
+    def factored() -> None:
+        for k in WAVENUMBERS:
             splu(
                 (k0 + k * k1 + k**2 * k2).tocsc(),
                 permc_spec="NATURAL",
@@ -68,7 +91,7 @@ def by_superlu(solver: SectionSolver, section) -> Callable[[Sequence[float]], No
                 options={"SymmetricMode": True},
             )
 
-    return factored
+    return milliseconds(factored)
 
 
 def rows() -> Iterator[list[object]]:
@@ -80,12 +103,13 @@ def rows() -> Iterator[list[object]]:
         for body, job in of_bodies.items():
             request = job.request(Level())
             section = build_section(request)
-            solver = SectionSolver(section, request.loads, request.observed, request.shares)
-            alone, both = (milliseconds(solver, solver.together, workers) for workers in (1, 2))
-            superlu = milliseconds(by_superlu(solver, section), len(WAVENUMBERS), 1)
+            prepare = partial(SectionSolver, section, request.loads, request.observed, request.shares)
+            solver = prepare()
+            alone, both = (by_threads(solver, workers) for workers in (1, 2))
+            processes, superlu = by_processes(prepare, 2), by_superlu(solver, section)
             unknowns = 3 * section.mesh.doflocs.shape[1]
-            cells = f"{alone:.0f}", f"{both:.0f}", f"{superlu:.0f}", f"{superlu / alone:.1f}"
-            yield [f"{body}, {kind}", f"{unknowns:,}", *cells]
+            times = f"{alone:.0f}", f"{both:.0f}", f"{processes:.0f}", f"{superlu:.0f}"
+            yield [f"{body}, {kind}", f"{unknowns:,}", *times, f"{superlu / alone:.1f}"]
 
 
 if __name__ == "__main__":
