@@ -4,7 +4,8 @@
 
 Sections of Geometry 2 at tolerance 0.001, under one load and under all strips of a grid: milliseconds per
 wavenumber, with all responses and their residuals, by one thread, by two, and by two processes; and of
-SuperLU (SciPy) for the factors of K alone, in the same order, which a route by sparse factors would need besides.
+SuperLU (SciPy) for the factors of K alone, in the same order, which a route by sparse factors would need
+besides.
 """
 
 from collections.abc import Callable, Iterator
