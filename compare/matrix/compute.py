@@ -20,5 +20,5 @@ def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> M
     start = perf_counter()
     jobs, combined = matrix_jobs(scene, further=(SOURCE,)), "combined" in scene.compared
     with replacing(path) as unfinished, MatrixFile(scene, unfinished, options) as file:
-        matrices(jobs, options, combined=combined, use=file)
+        matrices(jobs, options, combined=combined, consumer=file)
         return file.finished(start)

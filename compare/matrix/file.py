@@ -13,7 +13,6 @@ from compare.ics.compute import models_of
 from compare.matrix.results import Accumulator, MatrixResults, Strip, directions_last, matrix_shape
 from femic.cache.digests import results_digest, versions
 from femic.contact.pairs.c_jobs import far_radius
-from femic.reference.assessment import Assessment
 from femic.reference.discount import AXES
 from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.reference import MatrixReference
@@ -26,16 +25,12 @@ VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated
 
 
 class MatrixFile:
-    """The file of the matrices of a scene, written strip by strip while their accuracy is assessed.
-
-    After a round that was not accurate enough the file is written anew.
-    """
+    """The file of the matrices of a scene, written strip by strip while their accuracy is assessed."""
 
     def __init__(self, scene: Scene, path: Path, options: RunOptions) -> None:
-        """Begin nothing yet: there are no matrices."""
+        """Take what the file is for; `begin` opens it."""
         self._scene, self._path, self._options = scene, path, options
-        self._accumulator: Accumulator
-        self._file: h5netcdf.File | None = None
+        self._begun: tuple[Accumulator, h5netcdf.File] | None = None
 
     def __enter__(self) -> "MatrixFile":
         """Return this file."""
@@ -43,42 +38,48 @@ class MatrixFile:
 
     def __exit__(self, *_: object) -> None:
         """Close the file."""
-        self._close()
+        self.discard()
 
     def begin(self, references: Mapping[str, MatrixReference]) -> None:
         """Write the coordinates, and prepare the variables of the matrices."""
-        self._close()
         self._options.watch.on_stage("  checking, writing")
-        self._accumulator = Accumulator.of(self._scene, references)
         _write_coordinates(self._scene, references, self._path)
-        self._file = h5netcdf.File(self._path, "a")
-        _create_variables(self._file, self._scene)
+        file = h5netcdf.File(self._path, "a")
+        self._begun = Accumulator.of(self._scene, references), file
+        _create_variables(file, self._scene)
 
     def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Strip:
         """Return what the columns of the solved bodies give."""
-        return Strip.of(self._scene, self._accumulator.solved, strip, columns)
+        accumulator, _ = self._opened
+        return Strip.of(self._scene, accumulator.solved, strip, columns)
 
-    def add(self, made: Strip, assessment: Assessment) -> None:
+    def add(self, made: Strip) -> None:
         """Write the columns of a strip, and add them to the results."""
-        self._accumulator.add(made, assessment)
-        assert self._file is not None  # as `begin` has made sure
+        accumulator, file = self._opened
+        accumulator.add(made)
         for b, c in enumerate(made.columns.values()):
             for name, ics in (("ic", c.ic), ("estimate", c.estimate)):
-                self._file[name][b, :, :, made.strip] = self._scene.grid.area * directions_last(ics)
+                file[name][b, :, :, made.strip] = self._scene.grid.area * directions_last(ics)
 
     def finished(self, start: float) -> MatrixResults:
         """Return the results, written to the file, which is read back; `start` is when the run began [s]."""
-        results = self._accumulator.results(start, self._options.workers)
-        assert self._file is not None  # as `begin` has made sure
-        self._file.attrs.update(_attributes(results))
-        self._close()
+        accumulator, file = self._opened
+        results = accumulator.results(start, self._options.workers)
+        file.attrs.update(_attributes(results))
+        self.discard()
         _require_readable(self._path)
         return results
 
-    def _close(self) -> None:
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+    def discard(self) -> None:
+        """Close the file, and drop what has been accumulated."""
+        if self._begun is not None:
+            self._begun[1].close()
+        self._begun = None
+
+    @property
+    def _opened(self) -> tuple[Accumulator, h5netcdf.File]:
+        assert self._begun is not None  # as `begin` has made sure
+        return self._begun
 
 
 def file_size(scene: Scene) -> int:

@@ -8,16 +8,16 @@ import numpy as np
 
 from approx.matrix import columns as approximations
 from approx.variants import needs_effective
-from compare.ics.compute import models_of, parts_of, solids
+from compare.ics.compute import parts_of, solids
 from compare.matrix.jobs import SOURCE
-from femic.cache.threads import in_threads, one_blas_thread
-from femic.contact.operators.dense import GridOperator
+from femic.cache.threads import one_blas_thread
+from femic.contact.operators.dense import smallest_eigenvalues
 from femic.contact.operators.reciprocity import Reciprocity, reciprocity
 from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
 from femic.reference.accuracy import Shares
-from femic.reference.assessment import Assessment, worst_of
+from femic.reference.assessment import worst_of
 from femic.reference.estimate import EstimatedICs, total
-from femic.reference.matrix.columns import half_spaces_nn, is_far
+from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference
 from femic.reference.models import peak_memory
@@ -35,10 +35,12 @@ class MatrixResults:
     matrices: Mapping[str, MatrixReference]  # by solved body
     errors: Mapping[str, Shares]  # largest estimated error, by body compared
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
-    eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
+    eigenvalues: Mapping[
+        str, float
+    ]  # smallest of the symmetric part, over the least IC xx, ss, nn of an element on itself
     deviations: Mapping[str, Mapping[str, Deviation]]  # from C after the source's discount, by body, variant
     seconds: float
-    memory: float  # peak of the largest process [MB]
+    memory: float  # peak of this process [MB]
 
 
 def columns_of(scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> dict[str, EstimatedICs]:
@@ -68,6 +70,7 @@ class Strip:
     strip: int
     raw: Mapping[str, Array]  # C before the discount, by solved body
     columns: Mapping[str, EstimatedICs]  # C after the discount
+    errors: Mapping[str, Shares]  # their estimated errors
     deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
 
     @classmethod
@@ -83,14 +86,15 @@ class Strip:
         by_source = of_solved
         if scene.discount != SOURCE:
             by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
-        deviations = {}
-        for body in columns:
+        errors, deviations = {}, {}
+        for body, c in columns.items():
             jobs = [solved[part].job for part in parts_of(body)]
+            errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
             without_bending = total([by_source[part] for part in parts_of(body)])
             column = ReferenceColumn(without_bending, is_far(strip, scene.grid), half_spaces_nn(strip, jobs))
             deviations[body] = _deviations(scene, body, strip, column)
         raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
-        return cls(strip, raw, columns, deviations)
+        return cls(strip, raw, columns, errors, deviations)
 
 
 def _deviations(scene: Scene, body: str, strip: int, column: ReferenceColumn) -> dict[str, Deviation]:
@@ -138,15 +142,15 @@ class Accumulator:
             {body: {} for body in scene.compared},
         )
 
-    def add(self, columns: Strip, assessment: Assessment) -> None:
-        """Add the columns of one more loaded strip, and their estimated errors."""
+    def add(self, columns: Strip) -> None:
+        """Add the columns of one more loaded strip."""
         strip = columns.strip
         for body, matrix in self.raw.items():
             matrix[:, :, strip] = directions_last(columns.raw[body])
         for body, matrix in self.discounted.items():
             matrix[:, :, strip] = directions_last(columns.columns[body].ic)
         for body, deviations in columns.deviations.items():
-            self.errors[body].append(assessment.of(body))
+            self.errors[body].append(columns.errors[body])
             joined = self.deviations[body]
             for name, deviation in deviations.items():
                 joined[name] = joined[name].joined(deviation) if name in joined else deviation
@@ -154,11 +158,11 @@ class Accumulator:
     def results(self, start: float, workers: int) -> MatrixResults:
         """Return the results after the last strip; `start` is when their computation began [s]."""
         scene = self.scene
+        assert all(len(of_body) == scene.grid.n_s for of_body in self.errors.values())
         whole = {f"{body}, raw": ics for body, ics in self.raw.items()}
         whole |= {f"{body}, discounted": ics for body, ics in self.discounted.items()}
         with one_blas_thread():
-            smallest = in_threads(_relative_smallest_eigenvalue, whole.values(), workers)
-            eigenvalues = dict(zip(whole, smallest, strict=True))
+            eigenvalues = dict(zip(whole, smallest_eigenvalues(whole.values(), workers), strict=True))
         return MatrixResults(
             scene,
             self.solved,
@@ -170,7 +174,7 @@ class Accumulator:
             eigenvalues,
             self.deviations,
             perf_counter() - start,
-            max(peak_memory(), *(cost.peak_memory for cost in models_of(self.solved).values())),
+            peak_memory(),
         )
 
 
@@ -183,9 +187,3 @@ def matrix_shape(scene: Scene) -> tuple[int, int, int, int, int]:
 def directions_last(column: Array) -> Array:
     """Return a column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
     return np.moveaxis(column, (0, 1), (2, 3))
-
-
-def _relative_smallest_eigenvalue(ics: Array) -> float:
-    """Return the smallest eigenvalue of a matrix over the least IC xx, ss, nn of an element on itself."""
-    own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
-    return GridOperator.of(ics).smallest_eigenvalue() / float(own_ic)

@@ -1,20 +1,23 @@
 """Work in parallel processes that end when this one does, however it ends."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from threading import Thread
 from time import sleep
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 from uuid import uuid4
 
 from joblib import Parallel, delayed
-from joblib.externals.loky import get_reusable_executor
-from joblib.externals.loky.process_executor import TerminatedWorkerError
+from joblib.externals.loky import ProcessPoolExecutor
 
+from femic.cache.threads import AHEAD, in_order
 from geometries.errors import Failure
 
 Argument = TypeVar("Argument")
@@ -25,45 +28,64 @@ LOOK_EVERY = 0.5  # seconds between checks whether the parent still runs
 
 
 def in_processes(
-    function: Callable[[Argument], Result],
-    arguments: Iterable[Argument],
-    workers: int,
-    *,
-    in_order: bool = False,
+    function: Callable[[Argument], Result], arguments: Iterable[Argument], workers: int
 ) -> Iterator[Result]:
-    """Yield the results of a function for arguments, as they are finished or in the order of arguments.
+    """Yield the results of a function for arguments, in the order in which they are finished.
 
     `workers` processes work in parallel; a single worker is this process. An argument is taken from the
-    iterable when a process is free for it. Processes wait for further work until `end_processes`. Raises
-    Failure where one of them ends without a result.
+    iterable when a process is free for it.
     """
     parallel = Parallel(
         n_jobs=workers,
-        return_as="generator" if in_order else "generator_unordered",
+        return_as="generator_unordered",
         pre_dispatch=workers,
         batch_size=1,
         initializer=end_with_parent,
         initargs=(os.getpid(),),
     )
-    try:
-        yield from parallel(delayed(function)(argument) for argument in arguments)
-    except TerminatedWorkerError as error:
-        raise Failure(
-            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
-            "memory: use fewer (`workers` = 1) or larger cells (`tolerance`, `growth`). Or the mesher "
-            "crashed, which it does at the same place with one process too: change the cells a little "
-            "(`growth`). What was finished is kept"
-        ) from error
+    yield from parallel(delayed(function)(argument) for argument in arguments)
 
 
-def end_processes() -> None:
-    """End the processes that wait for further work, which frees their memory."""
-    get_reusable_executor(reuse=True).shutdown()
+class Processes:
+    """Processes for one piece of work: they begin with its first call and end with this context."""
+
+    def __init__(self, workers: int) -> None:
+        """Take the number of processes; none is begun yet."""
+        self._workers = workers
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Self:
+        """Return these processes."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the processes, also in the middle of their work."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, kill_workers=True)
+
+    def __call__(
+        self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
+    ) -> Iterator[Result]:
+        """Yield the results of a function for arguments, in their order.
+
+        Raises Failure where a process ends without a result.
+        """
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(
+                self._workers, initializer=end_with_parent, initargs=(os.getpid(),)
+            )
+        try:
+            yield from in_order(self._pool, function, arguments, AHEAD * self._workers)
+        except BrokenProcessPool as error:
+            raise Failure(
+                f"one of {self._workers} worker processes ended without an answer. It was killed, most "
+                "likely for memory: use fewer (`workers` = 1) or a larger `tolerance`. What is stored is kept"
+            ) from error
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared(Generic[Argument, Result]):
-    """A function that each process prepares once for many arguments; it keeps the last one only."""
+    """A function that each process prepares once for many arguments; a process keeps the last one only."""
 
     prepare: Callable[[], Callable[[Argument], Result]]
     name: str = field(default_factory=lambda: uuid4().hex)

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
-AHEAD = 2  # results and arguments at work per worker, while the first result is waited for
+AHEAD = 2  # calls per worker that are begun or finished before the result of the first of them is taken
 
 
 def in_threads(
@@ -18,22 +18,30 @@ def in_threads(
 ) -> Iterator[Result]:
     """Yield the results of a function for arguments, in their order; a single worker is this thread.
 
-    At most `AHEAD` results per worker wait to be taken. After an error or Ctrl-C the threads finish their
-    current argument first: a program that ends while they run loses its exit code.
+    At most `AHEAD` calls per worker are ahead of the result that is taken. After an error or Ctrl-C the
+    threads finish their current argument first: a program that ends while they run loses its exit code.
     """
     if workers == 1:
         yield from map(function, arguments)
         return
-    pool, waiting = ThreadPoolExecutor(workers), deque[Future[Result]]()
+    pool = ThreadPoolExecutor(workers)
     try:
-        for argument in arguments:
-            waiting.append(pool.submit(function, argument))
-            if len(waiting) > AHEAD * workers:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+        yield from in_order(pool, function, arguments, AHEAD * workers)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def in_order(
+    pool: Executor, function: Callable[[Argument], Result], arguments: Iterable[Argument], ahead: int
+) -> Iterator[Result]:
+    """Yield the results of a function for arguments, in their order, with some calls ahead."""
+    waiting = deque[Future[Result]]()
+    for argument in arguments:
+        waiting.append(pool.submit(function, argument))
+        if len(waiting) >= ahead:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
 
 
 def one_blas_thread() -> threadpool_limits:

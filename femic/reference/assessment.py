@@ -18,12 +18,12 @@ class Assessment:
     combined: Shares | None = None
     in_combined: Mapping[str, Shares] = field(default_factory=dict)
 
-    def of(self, compared: str) -> Shares:
-        """Return the errors of a body, or of the sum ("combined")."""
-        if compared != "combined":
-            return self.own[compared]
-        assert self.combined is not None  # as the caller has made sure
-        return self.combined
+    def meets(self, tolerances: Mapping[str, float]) -> bool:
+        """Whether the bodies meet their tolerances, and their sum that of the first body."""
+        of_sum = next(iter(tolerances.values()))
+        return all(errors.total <= tolerances[body] for body, errors in self.own.items()) and (
+            self.combined is None or self.combined.total <= of_sum
+        )
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
 from typing import Literal
 
@@ -25,7 +26,7 @@ class Points:
 class Cost:
     """The cost of a model: iterations per field, worst residual, seconds per stage, memory [MB].
 
-    `peak_memory` is the peak of the process so far.
+    `peak_memory` is the peak of the process so far, and of those that solved the model for it.
     """
 
     unknowns: int
@@ -70,7 +71,11 @@ class RawICs:
 
 def peak_memory() -> float:
     """Return the peak memory of this process so far [MB]."""
-    return getrusage(RUSAGE_SELF).ru_maxrss / 1024
+    try:  # Linux: getrusage would begin with the peak of the process that started this one
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+    except OSError:
+        return getrusage(RUSAGE_SELF).ru_maxrss / 1024
+    return float(status.split("VmHWM:")[1].split()[0]) / 1024
 
 
 def cost_from(text: str) -> Cost:

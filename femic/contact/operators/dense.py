@@ -5,7 +5,7 @@ dense matrix between strips.
 """
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
+from femic.cache.threads import in_threads
 from femic.contact.operators.convolution import Convolution, merged
 from geometries.arrays import Array, Indices
 from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
@@ -27,6 +28,7 @@ PRECONDITIONER_SHIFT = 0.1  # smallest eigenvalue of the preconditioner's invers
 ALL_BELOW, EVERY = 6, 6  # frequencies of the preconditioner: all below a number, then every sixth
 VANISHES = 1e-9  # size of a component over the largest one up to which it is zero by symmetry
 MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue, from each start
+MOST_AT_ONCE = 2  # matrices whose eigenvalues are searched: each takes five times its memory
 RESTARTS = 3  # of the search, from where it has ended: then another method goes on
 
 
@@ -131,9 +133,18 @@ class GridOperator:
         return GridOperator(np.ascontiguousarray(part), self.n_x, directions)
 
     def smallest_eigenvalue(self) -> float:
-        """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
+        """Smallest eigenvalue of the symmetric part [mm/MPa].
 
-        It is positive if all tractions do positive work. On a ring of twice the grid's length the
+        It is accurate to 3 % of the least IC of an element on itself, and positive if all tractions do
+        positive work.
+        """
+        with warnings.catch_warnings(action="ignore"):  # on slow convergence: the residual is checked
+            return self._smallest_eigenvalue()
+
+    def _smallest_eigenvalue(self) -> float:
+        """Search the smallest eigenvalue, with warnings where the search is slow.
+
+        On a ring of twice the grid's length the
         frequencies decouple and the smallest eigenvalue is not larger; so with a shift the inverse on that
         ring is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
         """
@@ -148,15 +159,14 @@ class GridOperator:
         inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
         vector = np.random.default_rng(0).standard_normal(self.n_x * unknowns)
         for _ in range(RESTARTS):
-            with warnings.catch_warnings(action="ignore"):  # on slow convergence: the residual is checked
-                _, vectors = lobpcg(
-                    symmetric.linear,
-                    vector[:, None],
-                    M=inverse.linear,
-                    largest=False,
-                    tol=EIGENVALUE_ACCURACY * least,
-                    maxiter=MOST_ITERATIONS,
-                )
+            _, vectors = lobpcg(
+                symmetric.linear,
+                vector[:, None],
+                M=inverse.linear,
+                largest=False,
+                tol=EIGENVALUE_ACCURACY * least,
+                maxiter=MOST_ITERATIONS,
+            )
             vector = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
             moved = symmetric.linear @ vector
             eigenvalue = float(vector @ moved)
@@ -188,6 +198,20 @@ class GridOperator:
             return self(tractions.reshape(self.n_x, -1, m)).ravel()
 
         return LinearOperator((size, size), dtype=float, matvec=applied)
+
+
+def smallest_eigenvalues(matrices: Iterable[Array], workers: int) -> list[float]:
+    """Smallest eigenvalues of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa], of at most two matrices at once.
+
+    Each is a share of the least IC xx, ss or nn of an element on itself.
+    """
+
+    def of_matrix(ics: Array) -> float:
+        own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
+        return GridOperator.of(ics)._smallest_eigenvalue() / float(own_ic)
+
+    with warnings.catch_warnings(action="ignore"):  # of all threads, which share their filters
+        return list(in_threads(of_matrix, matrices, min(workers, MOST_AT_ONCE)))
 
 
 def _between_strips(convolution: Convolution, at_lags: Callable[[Array], Array]) -> Array:

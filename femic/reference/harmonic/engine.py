@@ -8,20 +8,23 @@ sign of U changed. So one factorisation per wavenumber serves all loads. On a cl
 displacements anywhere along x from the responses. Theory: docs/theory/reference.md.
 """
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
 
+from femic.cache.processes import Processes
 from femic.cache.threads import one_blas_thread
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.entry import NOT_STORED, StoredWaves
 from femic.reference.harmonic.request import COLUMNS_NEED, HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
 from femic.reference.harmonic.section_size import FitCells, SectionSize
-from femic.reference.harmonic.section_work import SectionWork, Solver
+from femic.reference.harmonic.section_work import MOST_PROCESSES, SectionWork, Solver, processes_for
 from femic.reference.harmonic.synthesis import Responses, odd_in_k
 from femic.reference.harmonic.wavenumbers import Samples, sample
 from femic.reference.models import Cost, peak_memory
@@ -80,12 +83,12 @@ def solve(
     run has solved, and takes the new ones.
     """
     run = _Run(most_unknowns, workers, progress, cache)
-    with one_blas_thread():
+    with one_blas_thread(), run.processes:
         section, samples = _sampled(request, run)
         coarser = _with_coarser_cells(request, run, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
-    memory = max(peak_memory(), run.memory)
+    memory = sum((run.memory | {os.getpid(): peak_memory()}).values())
     cost = Cost(unknowns, cells, solver, (), max(run.residuals), run.seconds, memory)
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
     return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
@@ -133,7 +136,12 @@ class _Run:
         default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
     )
     residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
-    memory: float = 0.0  # largest peak memory of the processes that have solved wavenumbers [MB]
+    memory: dict[int, float] = field(default_factory=dict)  # peak memory by process [MB]
+
+    @cached_property
+    def processes(self) -> Processes:
+        """The processes that solve large sections."""
+        return Processes(min(self.workers, MOST_PROCESSES))
 
     def section(self, request: HarmonicRequest) -> SectionMesh:
         """The section of a request."""
@@ -148,16 +156,19 @@ class _Run:
         return section
 
     def solver(self, work: SectionWork) -> Solver:
-        """What solves the wavenumbers of a section. Where processes do, their assembly is a part of that."""
+        """The solver of a section. Where processes assemble it, that time counts as solution."""
+        processes = processes_for(work.unknowns, self.workers)
+        if processes > 1:
+            return work.in_processes(self.processes, processes, self.cache)
         with self.timed("assembly"):
-            return work.solver(self.workers, self.cache)
+            return work.in_threads(self.workers, self.cache)
 
     def solutions(self, solver: Solver, k: Sequence[float]) -> list[Array]:
-        """Responses (share, load, 3, len(s)) at wavenumbers [1/mm], in their order."""
+        """Responses (share, load, 3, len(s)) at growing wavenumbers [1/mm], in their order."""
         responses = []
-        for solutions, memory in solver(k):
-            self.memory = max(self.memory, memory)
-            for response, residual in solutions:
+        for solved in solver(k):
+            self.memory[solved.process] = solved.peak_memory
+            for response, residual in solved.solutions:
                 responses.append(response)
                 self.residuals.append(residual)
                 self.progress(len(self.residuals))

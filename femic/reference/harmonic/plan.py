@@ -27,17 +27,16 @@ def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
         for load in request.loads
     }
     samples = expected_samples(request)
-    processes = processes_for(unknowns, workers)
 
     def solution(unknowns: int) -> float:
         """Seconds that a wavenumber takes."""
-        of_threads = max(1.0, BY_THREADS * workers)
-        speed_up = BY_PROCESSES * processes if processes > 1 else of_threads
+        processes = processes_for(unknowns, workers)
+        speed_up = BY_PROCESSES * processes if processes > 1 else max(1.0, BY_THREADS * workers)
         return FACTOR * unknowns**FACTOR_GROWTH / speed_up
 
     seconds = 2 * START + PER_UNKNOWN * (unknowns + coarser)
     seconds += len(samples.k) * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
-    memory = BASE_MEMORY + MEMORY * unknowns
+    memory, processes = BASE_MEMORY + MEMORY * unknowns, processes_for(unknowns, workers)
     if processes > 1:
         memory = BASE_MEMORY + processes * (BASE_MEMORY + MEMORY_OF_PROCESS * unknowns)
     return ExpectedCost(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)

@@ -1,16 +1,17 @@
 """The wavenumbers of a section, solved in several threads or processes.
 
 For each of the many small matrices of an elimination NumPy gives the interpreter's lock back and takes it
-again: two threads are hardly faster than one, two processes twice as fast. But a process takes a second to
-start, and prepares the equations once more. So threads serve small sections, processes large ones.
+again, so threads mostly wait for each other: two are 1.2 to 1.4 times as fast as one, two processes 1.9
+times. But a process takes a second to start, and prepares the equations once more. So threads serve small
+sections, processes large ones.
 """
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Protocol
+from functools import cached_property, partial
 
-from femic.cache.processes import Prepared, in_processes
+from femic.cache.processes import Prepared, Processes
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.entry import StoredWaves, WaveSolution
@@ -24,14 +25,17 @@ UNKNOWNS_FOR_PROCESSES = 25_000  # of a section, from which on processes are fas
 MOST_PROCESSES = 8  # each has equations of its own, hundreds of MB
 AT_ONCE = 4  # wavenumbers that a process solves before it takes others
 
-Part = tuple[list[WaveSolution], float]  # solutions, and the peak memory of their process so far [MB]
+
+@dataclass(frozen=True)
+class Solved:
+    """Solutions at some wavenumbers, and which process has solved them, with its peak memory so far [MB]."""
+
+    solutions: list[WaveSolution]
+    process: int
+    peak_memory: float
 
 
-class Solver(Protocol):
-    """Solves wavenumbers of a section."""
-
-    def __call__(self, k: Sequence[float]) -> Iterator[Part]:
-        """Yield the solutions at wavenumbers [1/mm], in their order, part by part."""
+Solver = Callable[[Sequence[float]], Iterator[Solved]]  # at growing wavenumbers [1/mm], in their order
 
 
 def processes_for(unknowns: int, workers: int) -> int:
@@ -55,47 +59,53 @@ class SectionWork:
     felt: float = 0.0
     kind: str = ""
 
-    def solver(self, workers: int, cache: StoredWaves) -> Solver:
-        """Return what solves wavenumbers in parallel, and takes them from a cache or puts them there.
+    @property
+    def unknowns(self) -> int:
+        """The number of unknowns, held ones included."""
+        return 3 * int(self.section.mesh.doflocs.shape[1])
 
-        Threads share the equations, which are prepared here; each process prepares its own.
-        """
-        processes = processes_for(3 * self.section.mesh.doflocs.shape[1], workers)
-        if processes > 1:
-            each = Prepared(partial(self._prepared, cache))
-            return lambda k: in_processes(each, self._parts(k, AT_ONCE, processes), processes, in_order=True)
-        shared = self._prepared(cache)
-        return lambda k: in_threads(shared, self._parts(k, shared.responses.together, workers), workers)
+    def in_threads(self, workers: int, cache: StoredWaves) -> Solver:
+        """Prepare the equations, and return what solves wavenumbers in threads, which share them."""
+        shared = _PreparedSection(self, cache)
+        at_once = shared.equations.together
+        return lambda k: in_threads(shared, self._groups(k, at_once, workers), workers)
 
-    def _prepared(self, cache: StoredWaves) -> "_PreparedSection":
-        return _PreparedSection(self, SectionSolver(self.section, self.loads, self.s, self.shares), cache)
+    def in_processes(self, processes: Processes, workers: int, cache: StoredWaves) -> Solver:
+        """Return what solves wavenumbers in processes, each of which prepares the equations."""
+        each = Prepared(partial(_PreparedSection, self, cache))
+        return lambda k: processes(each, self._groups(k, AT_ONCE, workers))
 
-    def _parts(self, k: Sequence[float], at_once: int, workers: int) -> list[list[float]]:
-        """Wavenumbers [1/mm] in parts of some at once, none of them with some on both sides of `felt`."""
-        groups = [one for one in k if one < self.felt], [one for one in k if one >= self.felt]
-        return [part for group in groups for part in in_parts(group, at_once, workers)]
+    def _groups(self, k: Sequence[float], at_once: int, workers: int) -> list[list[float]]:
+        """Groups of at most `at_once` growing wavenumbers [1/mm], all of them below `felt` or none."""
+        sides = [one for one in k if one < self.felt], [one for one in k if one >= self.felt]
+        return [group for side in sides for group in in_parts(side, at_once, workers)]
 
 
 @dataclass(frozen=True, eq=False)
 class _PreparedSection:
-    """The prepared equations of a section."""
+    """Solves groups of wavenumbers, or takes their solutions from a cache."""
 
     work: SectionWork
-    responses: SectionSolver
     cache: StoredWaves
 
-    def __call__(self, k: Sequence[float]) -> Part:
-        """Return the solutions of a part of the wavenumbers; those that are not in the cache are solved."""
+    @cached_property
+    def equations(self) -> SectionSolver:
+        """The prepared equations."""
+        return SectionSolver(self.work.section, self.work.loads, self.work.s, self.work.shares)
+
+    def __call__(self, k: Sequence[float]) -> Solved:
+        """Return the solutions of a group of wavenumbers; those that are not in the cache are solved."""
         names = {one: f"{self.work.kind}k{float(one)!r}" for one in k}
         stored = {one: self.cache.get(name) for one, name in names.items()}
         missing = [one for one, solution in stored.items() if solution is None]
         shares = self.work.shares if min(k) < self.work.felt else self.work.shares[:1]
         solved: dict[float, WaveSolution] = {}
         with one_blas_thread():
-            for together in in_parts(missing, self.responses.together, workers=1):
-                responses, residuals = self.responses(together, shares)
-                new = dict(zip(together, zip(responses, residuals.tolist(), strict=True), strict=True))
+            for batch in in_parts(missing, self.equations.together, workers=1) if missing else ():
+                responses, residuals = self.equations(batch, shares)
+                new = dict(zip(batch, zip(responses, residuals.tolist(), strict=True), strict=True))
                 for one, solution in new.items():
                     self.cache.put(names[one], solution)
                 solved |= new
-        return [solved[one] if found is None else found for one, found in stored.items()], peak_memory()
+        solutions = [solved[one] if found is None else found for one, found in stored.items()]
+        return Solved(solutions, os.getpid(), peak_memory())

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 
-from femic.cache.processes import end_processes
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.entry import StoredWaves
@@ -18,12 +17,8 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
 
     A model that an interrupted run has begun continues after its last finished wavenumber.
     """
-    try:
-        for task in tasks:
-            yield _solved(task, options)
-    finally:
-        if options.workers > 1:
-            end_processes()
+    for task in tasks:
+        yield _solved(task, options)
 
 
 def _solved(task: Task, options: RunOptions) -> Solved:

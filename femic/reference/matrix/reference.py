@@ -30,8 +30,9 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 
 ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute columns faster than one
+MOST_THREADS = 4
 REMEMBERED_ENTRIES = 20_000_000  # of the largest matrix that is held in memory as a whole
-REMEMBERED_COLUMNS = 4  # of larger matrices
+REMEMBERED_COLUMNS = 2 * MOST_THREADS  # of larger matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,17 +153,20 @@ class MatrixReference:
         return lambda m: discount(m, unit, entries)
 
 
-class ColumnUse(Protocol):
-    """What uses the columns of matrices as they are assessed, so that they are synthesised only once."""
+class ColumnConsumer(Protocol):
+    """Takes the columns of matrices as they are assessed, so that they are synthesised only once."""
 
     def begin(self, references: Mapping[str, MatrixReference]) -> None:
-        """Begin with matrices; those of an earlier round were not accurate enough."""
+        """Begin with matrices."""
 
     def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Any:
         """Return what is made of the columns of bodies under loads on a strip; several threads call this."""
 
-    def add(self, made: Any, assessment: Assessment) -> None:
-        """Add what has been made of a strip, and the errors of its columns, strip by strip."""
+    def add(self, made: Any) -> None:
+        """Add what has been made of a strip, strip by strip."""
+
+    def discard(self) -> None:
+        """Drop all since the beginning: the matrices are not accurate enough, and better ones follow."""
 
 
 def matrices(
@@ -170,15 +174,15 @@ def matrices(
     options: RunOptions = DEFAULT,
     *,
     combined: bool = False,
-    use: ColumnUse | None = None,
+    consumer: ColumnConsumer | None = None,
 ) -> dict[str, MatrixReference]:
     """Solve all bodies and refine each until its estimate meets its tolerance.
 
     With `combined` the estimate of the sum of the bodies must also meet it. Errors are measured on the scale
-    of `column_scale`. `use` gets all columns of the matrices that are returned. Raises as
+    of `column_scale`. `consumer` gets all columns of the matrices that are returned. Raises as
     `femic.reference.at_points.references`.
     """
-    assess = partial(assess_matrices, jobs, combined=combined, use=use, workers=options.workers)
+    assess = partial(assess_matrices, jobs, combined=combined, consumer=consumer, workers=options.workers)
     return converged(
         jobs, options, read=lambda _, solved: solved.model, combine=_matrix_reference, assess=assess
     )
@@ -197,43 +201,38 @@ def assess_matrices(
     references: Mapping[str, MatrixReference],
     *,
     combined: bool,
-    use: ColumnUse | None = None,
+    consumer: ColumnConsumer | None = None,
     workers: int = 1,
 ) -> Assessment:
     """Return the estimated errors of the bodies, at worst over all strips, and of their sum.
 
-    `use` gets no further columns after one that is not accurate enough.
+    `consumer` gets no further columns after one that is not accurate enough.
     """
     job = next(iter(jobs.values()))
+    tolerances = {name: one.settings.tolerance for name, one in jobs.items()}
     assessments: list[Assessment] = []
+    taking = [consumer] if consumer is not None else []  # empty after a column that is not accurate enough
 
-    def is_accurate() -> bool:
-        return all(_meets_tolerances(jobs, one) for one in assessments)
-
-    def of_strip(strip: int) -> tuple[Assessment, Any]:
+    def of_strip(strip: int) -> tuple[Assessment, list[Any]]:
         columns = {body: reference.column(strip) for body, reference in references.items()}
-        made = use.made(strip, columns) if use is not None and is_accurate() else None
+        made = [one.made(strip, columns) for one in taking]
         return assessed(_batch(jobs, strip, columns), combined=combined), made
 
     with one_blas_thread():
-        if use is not None:
-            use.begin(references)
+        for one in taking:
+            one.begin(references)
         first = of_strip(0)  # what all columns need is computed here, before several threads ask for it
         large = job.grid.n_x * job.grid.n_s >= ELEMENTS_FOR_THREADS
-        others = in_threads(of_strip, range(1, job.grid.n_s), workers if large else 1)
+        others = in_threads(of_strip, range(1, job.grid.n_s), min(workers, MOST_THREADS) if large else 1)
         for assessment, made in chain([first], others):
             assessments.append(assessment)
-            if use is not None and is_accurate():
-                use.add(made, assessment)
+            if not assessment.meets(tolerances):
+                taking.clear()
+            for one, of_one in zip(taking, made, strict=False):
+                one.add(of_one)
+    if consumer is not None and not taking:
+        consumer.discard()
     return worst_assessment(assessments)
-
-
-def _meets_tolerances(jobs: Mapping[str, MatrixJob], assessment: Assessment) -> bool:
-    """Whether the bodies meet their tolerances, and their sum that of the first."""
-    sums = [] if assessment.combined is None else [(next(iter(jobs)), assessment.combined)]
-    return all(
-        errors.total <= jobs[name].settings.tolerance for name, errors in [*assessment.own.items(), *sums]
-    )
 
 
 def _batch(jobs: Mapping[str, MatrixJob], strip: int, columns: Mapping[str, EstimatedICs]) -> Batch:

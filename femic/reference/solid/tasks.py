@@ -6,6 +6,7 @@ from dataclasses import asdict
 from functools import partial
 
 import xarray as xr
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from femic.cache.processes import in_processes
 from femic.cache.store import Store
@@ -13,10 +14,14 @@ from femic.reference.models import RawICs, cost_from
 from femic.reference.run_options import RunOptions, Solved, Step, Task
 from femic.reference.solid.engine import raw_ics
 from femic.reference.solid.request import SolidRequest
+from geometries.errors import Failure
 
 
 def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
-    """Solve models, and yield each as it is finished; models that an earlier run finished come first."""
+    """Solve models, and yield each as it is finished; models that an earlier run finished come first.
+
+    Raises Failure where a worker process ends without a result.
+    """
     store, unsolved = options.store, []
     for task in tasks:
         entry = store.get(model_key(task.request, store))
@@ -24,8 +29,16 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
             unsolved.append(task)
         else:
             yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), cached=True)
-    begun_tasks = _begun(unsolved, options.watch.on_step)
-    yield from in_processes(partial(_solved, store=store), begun_tasks, options.workers)
+    begun_tasks, workers = _begun(unsolved, options.watch.on_step), options.workers
+    try:
+        yield from in_processes(partial(_solved, store=store), begun_tasks, workers)
+    except TerminatedWorkerError as error:
+        raise Failure(
+            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
+            "memory: use fewer (`workers` = 1) or larger cells (`growth`, `line_growth`). Or the "
+            "mesher crashed, which it does at the same place with one process too: change the cells a "
+            "little (`smallest_cell`, `growth`). Finished models are kept"
+        ) from error
 
 
 def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:

@@ -17,12 +17,14 @@ from compare.matrix import page
 from compare.matrix.check import ColumnCheck, check_columns, checked_strips
 from compare.matrix.compute import compute_matrix
 from compare.matrix.figures import PER_KILONEWTON, chart, response
-from compare.matrix.file import file_size
+from compare.matrix.file import MatrixFile, file_size
 from compare.matrix.jobs import matrix_jobs, matrix_plans
+from compare.matrix.results import columns_of
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import symbol_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.reference.assessment import Assessment
 from femic.reference.harmonic import engine as harmonic
 from femic.reference.harmonic import section_work
 from femic.reference.harmonic.condensation import Condensation
@@ -239,6 +241,34 @@ def test_large_matrices_are_not_held_as_a_whole_and_made_in_threads(made, monkey
         xr.open_dataset(out / "large.nc", engine="h5netcdf") as second,
     ):
         xr.testing.assert_equal(first, second)
+
+
+def test_file_of_a_round_that_was_not_accurate_enough_is_written_anew(made, monkeypatch, tmp_path):
+    path, out = made
+    rounds, begin = [], MatrixFile.begin
+
+    def begun(file, references):
+        rounds.append({body: reference.level for body, reference in references.items()})
+        begin(file, references)
+
+    def refined(*_):
+        return {} if len(rounds) > 1 else {"lower": Level(cells=1)}
+
+    monkeypatch.setattr(MatrixFile, "begin", begun)
+    monkeypatch.setattr(Assessment, "meets", lambda *_: len(rounds) > 1)
+    monkeypatch.setattr("femic.reference.refinement.refine", refined)
+    scene, file = load_scene(str(path)), tmp_path / "matrix.nc"
+    results = compute_matrix(
+        scene, file, RunOptions(2, Store(shutil.copytree(out / "store", tmp_path / "store")))
+    )
+    assert [one["lower"] for one in rounds] == [Level(), Level(cells=1)]
+    with xr.open_dataset(file, engine="h5netcdf") as written:
+        for strip in range(scene.grid.n_s):
+            column = columns_of(scene, results.matrices, strip)["lower"].ic
+            found = written.ic.sel(body="lower")[:, :, strip].transpose("i", "j", "lag", "observed")
+            np.testing.assert_allclose(found, scene.grid.area * column, rtol=1e-12, atol=0)
+        with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as coarser:
+            assert not np.allclose(written.ic, coarser.ic, rtol=1e-9, atol=0)
 
 
 @pytest.mark.parametrize(

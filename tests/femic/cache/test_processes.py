@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from femic.cache import processes
-from femic.cache.processes import Prepared, end_processes, in_processes
+from femic.cache.processes import Prepared, Processes, in_processes
 from geometries.errors import Failure
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
@@ -86,47 +86,6 @@ def _process(_):
     return os.getpid()
 
 
-def test_results_come_in_the_order_of_arguments_where_it_matters():
-    later_first = [0.3, 0.2, 0.1, 0.0]
-    assert list(in_processes(_waited, later_first, workers=2, in_order=True)) == later_first
-    assert list(in_processes(_waited, later_first, workers=2)) != later_first
-
-
-def _waited(seconds):
-    time.sleep(seconds)
-    return seconds
-
-
-def test_each_process_prepares_a_function_once():
-    one, other = Prepared(_prepared), Prepared(_prepared)
-    of_one = set(in_processes(one, range(6), workers=2))
-    assert 1 <= len(of_one) <= 2
-    assert of_one >= set(in_processes(one, range(6), workers=2))
-    assert not of_one & set(in_processes(other, range(6), workers=2))
-
-
-def _prepared():
-    made = (os.getpid(), time.monotonic_ns())
-    return lambda _: made
-
-
-def test_ended_processes_are_replaced():
-    before = set(in_processes(_process, range(3), workers=2))
-    end_processes()
-    assert until(lambda: not any(alive(pid) for pid in before), 5.0)
-    assert not before & set(in_processes(_process, range(3), workers=2))
-
-
-def test_a_dead_process_is_reported_with_both_causes_and_what_to_try():
-    with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*is kept"):
-        list(in_processes(_killed, range(4), workers=2))
-    assert sorted(in_processes(abs, range(3), workers=2)) == [0, 1, 2]
-
-
-def _killed(_):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
 def test_thread_watches_the_parent_where_there_is_no_signal(monkeypatch):
     """On other systems: with the parent there it goes on, without it the process ends."""
     ended, looked = [], []
@@ -143,3 +102,77 @@ def test_thread_watches_the_parent_where_there_is_no_signal(monkeypatch):
     with pytest.raises(StopIteration):
         processes._watch(os.getppid())
     assert ended == [1]
+
+
+# --- for one piece of work -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def two():
+    with Processes(2) as processes:
+        yield processes
+
+
+def test_results_come_in_the_order_of_arguments(two):
+    later_first = [0.3, 0.2, 0.1, 0.0, 0.0, 0.1]
+    assert list(two(_waited, later_first)) == later_first
+    assert os.getpid() not in set(two(_process, range(3)))
+
+
+def _waited(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def test_each_process_prepares_a_function_once(two):
+    one, other = Prepared(_prepared), Prepared(_prepared)
+    prepared = [*two(one, range(8)), *two(one, range(8))]
+    assert len(set(prepared)) == len({pid for pid, _ in prepared}) == 2
+    assert not set(two(other, range(8))) & set(prepared)
+
+
+def _prepared():
+    made = (os.getpid(), time.monotonic_ns())
+
+    def function(_):
+        time.sleep(0.05)
+        return made
+
+    return function
+
+
+@pytest.mark.parametrize("work", [300.0, 0.0])
+def test_processes_end_with_their_work_also_in_the_middle_of_it(work):
+    with Processes(2) as processes:
+        pids = set(processes(_process_after, [0.2] * 4))
+        results = processes(_waited, [0.0, 0.0, *[work] * 8])
+        assert next(results) == 0.0
+    assert len(pids) == 2
+    assert until(lambda: not any(alive(pid) for pid in pids), 2.0)
+
+
+def _process_after(seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def test_no_process_is_begun_without_work():
+    with Processes(2) as processes:
+        assert processes._pool is None
+
+
+def test_two_pieces_of_work_do_not_share_processes(two):
+    results = two(_waited, [0.1] * 6)
+    assert next(results) == 0.1
+    with Processes(2) as others:
+        assert list(others(abs, [-1, -2])) == [1, 2]
+    assert list(results) == [0.1] * 5
+
+
+def test_a_dead_process_is_reported_with_its_cause_and_what_to_try(two):
+    with pytest.raises(Failure, match=r"one of 2 .* ended .*memory: use fewer \(`workers` = 1\).*is kept"):
+        list(two(_killed, range(4)))
+
+
+def _killed(_):
+    os.kill(os.getpid(), signal.SIGKILL)

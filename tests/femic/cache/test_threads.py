@@ -5,18 +5,26 @@ from threading import Event, current_thread, main_thread
 
 import pytest
 
-from femic.cache.threads import in_threads
+from femic.cache.threads import AHEAD, in_threads
 
 
 @pytest.mark.parametrize("workers", [1, 3])
 def test_results_come_in_the_order_of_arguments(workers):
     def late(n):
-        time.sleep(0.01 * (4 - n))
+        time.sleep(0.01 * (4 - n % 5))
         return n, current_thread() is main_thread()
 
-    result = list(in_threads(late, range(5), workers))
-    assert [n for n, _ in result] == list(range(5))
+    result = list(in_threads(late, range(15), workers))
+    assert [n for n, _ in result] == list(range(15))
     assert {in_main for _, in_main in result} == {workers == 1}
+
+
+def test_results_that_nobody_takes_do_not_pile_up():
+    begun = []
+    results = in_threads(begun.append, range(50), 2)
+    next(results)
+    time.sleep(0.1)
+    assert len(begun) == AHEAD * 2
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])

@@ -1,5 +1,7 @@
 """The operator of an IC matrix against the matrix itself, element by element."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,32 @@ def test_smallest_eigenvalue_of_a_long_grid_is_found_with_some_frequencies(share
     exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
     least = np.min(np.abs(np.diagonal(whole)))
     assert GridOperator.of(ics).smallest_eigenvalue() == pytest.approx(exact, abs=0.03 * least)
+
+
+def test_search_goes_on_from_where_it_has_ended(monkeypatch):
+    monkeypatch.setattr(dense, "MOST_ITERATIONS", 4)
+    monkeypatch.setattr(dense, "eigsh", lambda *_, **__: pytest.fail("another method was begun"))
+    ics, whole = matrix("Bhat", RAIL, GRID), whole_matrix("Bhat")
+    least = np.min(np.abs(np.diagonal(whole)))
+    monkeypatch.setattr(dense, "RESTARTS", 20)
+    exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
+    assert GridOperator.of(ics).smallest_eigenvalue() == pytest.approx(exact, abs=0.03 * least)
+    monkeypatch.setattr(dense, "RESTARTS", 1)
+    with pytest.raises(pytest.fail.Exception, match="another method"):
+        GridOperator.of(ics).smallest_eigenvalue()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_smallest_eigenvalues_of_matrices_are_shares_and_leave_warnings_alone(workers, monkeypatch):
+    """Slow searches warn."""
+    monkeypatch.setattr(dense, "MOST_ITERATIONS", 2)
+    ics = [matrix(variant, RAIL, GRID) for variant in ("A", "B", "Bhat")]
+    filters = list(warnings.filters)
+    found = dense.smallest_eigenvalues(ics, workers)
+    assert warnings.filters == filters
+    for one, share in zip(ics, found, strict=True):
+        own = min(one[0, s, s, i, i] for s in range(GRID.n_s) for i in range(3))
+        assert share * own == pytest.approx(GridOperator.of(one).smallest_eigenvalue())
 
 
 def test_omitted_frequencies_use_the_nearest_chosen_ones():

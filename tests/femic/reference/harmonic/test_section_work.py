@@ -1,9 +1,11 @@
 """Wavenumbers in threads and in processes: the same solutions, kept at once, and errors that arrive."""
 
+import os
+
 import numpy as np
 import pytest
 
-from femic.cache.processes import end_processes
+from femic.cache.processes import Processes
 from femic.cache.store import Store
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic import section_work
@@ -21,8 +23,6 @@ K = np.geomspace(1e-3, 3.0, 11).tolist()
 def _in_processes(monkeypatch):
     """Small sections too are solved in processes."""
     monkeypatch.setattr(section_work, "UNKNOWNS_FOR_PROCESSES", 0)
-    yield
-    end_processes()
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +31,15 @@ def work():
     return SectionWork(section, REQUEST.loads, REQUEST.observed, REQUEST.shares, REQUEST.felt)
 
 
-def solutions(work, workers, store):
-    """All solutions, and the peak memory of the process of each part."""
-    parts = list(work.solver(workers, StoredWaves(store, "key"))(K))
-    return [solution for of_part, _ in parts for solution in of_part], [memory for _, memory in parts]
+@pytest.fixture(scope="module")
+def processes():
+    with Processes(2) as two:
+        yield two
+
+
+def in_threads(work, store):
+    """All solutions by this process."""
+    return [one for solved in work.in_threads(1, StoredWaves(store, "key"))(K) for one in solved.solutions]
 
 
 @pytest.mark.usefixtures("in_processes")
@@ -51,28 +56,35 @@ def test_processes_give_what_this_process_gives():
     assert parallel.cost.unknowns == alone.cost.unknowns
 
 
+@pytest.mark.usefixtures("in_processes")
+def test_processes_are_counted_with_their_memory():
+    """The sum of at most three of them; the peak of the parent is not theirs."""
+    ballast = np.ones(40_000_000)
+    costs = [solve(REQUEST, workers=workers).cost for workers in (1, 2)]
+    assert ballast.nbytes / 1e6 < costs[0].peak_memory < costs[1].peak_memory - 100
+    assert costs[1].peak_memory < 2 * costs[0].peak_memory
+
+
 def test_shares_are_those_that_are_felt(work):
     """From `felt` on one far arc serves both."""
-    found, _ = solutions(work, 1, Store())
+    found = in_threads(work, Store())
     assert [len(responses) for responses, _ in found] == [2 if k < REQUEST.felt else 1 for k in K]
     assert 0 < sum(len(responses) == 2 for responses, _ in found) < len(K)
 
 
-@pytest.mark.usefixtures("in_processes")
-def test_processes_keep_their_solutions_and_take_those_that_are_kept(work, tmp_path, monkeypatch):
+def test_processes_keep_their_solutions_and_take_those_that_are_kept(work, processes, tmp_path, monkeypatch):
     store = Store(tmp_path)
-    first, memory = solutions(work, 2, store)
-    assert min(memory) > 50
+    solved = list(work.in_processes(processes, 2, StoredWaves(store, "key"))(K))
+    assert os.getpid() not in {one.process for one in solved}
     assert set(store.part_names("key")) == {f"k{k!r}" for k in K}
+    first = [solution for one in solved for solution in one.solutions]
     monkeypatch.setattr(SectionSolver, "__call__", None)  # in this process nothing is solved
-    again, _ = solutions(work, 1, store)
-    for (responses, residual), (other, other_residual) in zip(first, again, strict=True):
+    for (responses, residual), (other, other_residual) in zip(first, in_threads(work, store), strict=True):
         np.testing.assert_array_equal(responses, other)
         assert residual == other_residual
 
 
-@pytest.mark.usefixtures("in_processes")
-def test_error_in_a_process_arrives(work):
+def test_error_in_a_process_arrives(work, processes):
     """At a wavenumber whose square no number can hold."""
     with pytest.raises(NotConverged, match=r"k = 1e\+200 1/mm.*not solved.*Try"):
-        list(work.solver(2, StoredWaves(Store(), "key"))([*K, 1e200]))
+        list(work.in_processes(processes, 2, StoredWaves(Store(), "key"))([*K, 1e200]))
