@@ -19,7 +19,7 @@ from tables import print_table
 
 from compare.ics.compute import jobs
 from compare.matrix.jobs import matrix_jobs
-from femic.cache.processes import Prepared, in_processes
+from femic.cache.processes import Prepared, Processes
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.engine import build_section
@@ -63,7 +63,8 @@ def by_threads(solver: SectionSolver, workers: int) -> float:
 def by_processes(prepare: Callable[[], SectionSolver], workers: int) -> float:
     """Return milliseconds per wavenumber in processes that have prepared the equations."""
     each, parts = Prepared(prepare), in_parts(WAVENUMBERS, AT_ONCE, workers)
-    return milliseconds(lambda: list(in_processes(each, parts, workers)))
+    with Processes(workers) as processes:
+        return milliseconds(lambda: list(processes(each, parts)))
 
 
 def by_superlu(solver: SectionSolver, section: SectionMesh) -> float:

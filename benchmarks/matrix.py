@@ -3,8 +3,9 @@
     python benchmarks/matrix.py [n_s ...]
 
 Geometry 2, both bodies and their sum, nine components, tolerance 0.001, 2 threads, a process each:
-seconds of all models and of making and checking the matrices, largest model, peak memory, sizes of the file
-and of the store; then the same scene again; growth exponents with n_s; what 64 single loads would take.
+seconds of all models and of making and checking the matrices, largest model, peak memory of all processes,
+sizes of the file and of the store; then the same scene again; growth exponents with n_s; what 64 single loads
+would take.
 """
 
 import subprocess
@@ -58,7 +59,7 @@ def print_row(n_s: int, n_x: int) -> None:
             f"{models:.0f}",
             f"{again:.0f}",
             f"{max(cost.unknowns for cost in costs):,}",
-            f"{results.memory:.0f}",
+            f"{max(results.memory, *(cost.peak_memory for cost in costs)):.0f}",
             f"{path.stat().st_size / 1e6:.0f}",
             f"{stored / 1e6:.0f}",
             f"{max(shares.total for shares in results.errors.values()):.2%}",

@@ -1,9 +1,9 @@
 """The wavenumbers of a section, solved in several threads or processes.
 
 For each of the many small matrices of an elimination NumPy gives the interpreter's lock back and takes it
-again, so threads mostly wait for each other: two are 1.2 to 1.4 times as fast as one, two processes 1.9
-times. But a process takes a second to start, and prepares the equations once more. So threads serve small
-sections, processes large ones.
+again, so threads wait for each other: two are 1.5 to 1.8 times as fast as one, two processes 1.9 times. But a
+process takes a second to start, and prepares the equations once more. So threads serve small sections,
+processes large ones.
 """
 
 import os
