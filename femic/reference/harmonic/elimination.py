@@ -69,7 +69,9 @@ class Elimination:
         matrix = np.zeros((len(powers), *front.shape))
         if front.stiffness is not None:
             n = len(front.amplitudes)
-            matrix[:, :n, :n] = (powers @ front.stiffness.reshape(3, -1)).reshape(-1, n, n)
+            matrix[:, :n, :n] = (powers[:, None] @ front.stiffness.reshape(3, n * n)).reshape(
+                len(powers), n, n
+            )
         for half in front.halves:
             _add(matrix, left.pop(half.number), half)
         row, load, entries = front.forces
