@@ -1,6 +1,7 @@
 """Input and output of the engines: observers, raw displacements, and costs."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +12,7 @@ from geometries.arrays import Array, Indices
 
 SolverChoice = Literal["auto", "multigrid", "direct"]  # of the solid engine
 
+STATE = Path("/proc/self/status")
 BASE_MEMORY = 200.0  # MB, of a process before it has a model
 
 
@@ -70,12 +72,14 @@ class RawICs:
 
 
 def peak_memory() -> float:
-    """Return the peak memory of this process so far [MB]."""
-    try:  # Linux: getrusage would begin with the peak of the process that started this one
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-    except OSError:
-        return getrusage(RUSAGE_SELF).ru_maxrss / 1024
-    return float(status.split("VmHWM:")[1].split()[0]) / 1024
+    """Return the peak memory of this process so far [MB].
+
+    Most Linux systems say it in a file of its state. Elsewhere it is not less than the peak of the process
+    that started this one.
+    """
+    state = STATE.read_bytes() if STATE.exists() else b""
+    found = re.search(rb"VmHWM:\s+(\d+) kB", state)
+    return (float(found[1]) if found else getrusage(RUSAGE_SELF).ru_maxrss) / 1024
 
 
 def cost_from(text: str) -> Cost:

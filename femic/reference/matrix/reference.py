@@ -30,7 +30,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 
 ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute columns faster than one
-MOST_THREADS = 4
+MOST_THREADS = 4  # that compute columns
 REMEMBERED_ENTRIES = 20_000_000  # of the largest matrix that is held in memory as a whole
 REMEMBERED_COLUMNS = 2 * MOST_THREADS  # of larger matrices
 

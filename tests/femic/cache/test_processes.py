@@ -14,16 +14,18 @@ from femic.cache.processes import Prepared, Processes, in_processes
 from geometries.errors import Failure
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
+ANY = "list(in_processes(task, [sys.argv[1]] * 2, workers=2))"
+OWN = "with Processes(2) as processes: list(processes(task, [sys.argv[1]] * 2))"
 PARENT = """
 import os, sys, time
-from femic.cache.processes import in_processes
+from femic.cache.processes import Processes, in_processes
 
 def task(folder):
     open(os.path.join(folder, str(os.getpid())), "w").close()
     {work}
 
 if __name__ == "__main__":
-    list(in_processes(task, [sys.argv[1]] * 2, workers=2))
+    {run}
 """
 
 
@@ -47,9 +49,9 @@ def started(tmp_path):
     """Starts a process that works in two others; gives it and their ids."""
     begun = []
 
-    def start(work):
+    def start(work, run):
         script, notes = tmp_path / "parent.py", tmp_path / "pids"
-        script.write_text(PARENT.format(work=work))
+        script.write_text(PARENT.format(work=work, run=run))
         notes.mkdir()
         begun.append(subprocess.Popen([sys.executable, str(script), str(notes)], env=environment()))
         assert until(lambda: len(list(notes.iterdir())) == 2, 30)
@@ -68,8 +70,9 @@ def environment():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 @pytest.mark.parametrize("work", [IDLE, BUSY])
-def test_workers_end_with_a_parent_that_is_killed(started, work):
-    parent, workers = started(work)
+@pytest.mark.parametrize("run", [ANY, OWN])
+def test_workers_end_with_a_parent_that_is_killed(started, work, run):
+    parent, workers = started(work, run)
     assert all(alive(pid) for pid in workers)
     parent.kill()
     parent.wait()

@@ -7,6 +7,7 @@ import pytest
 
 from femic.cache.processes import Processes
 from femic.cache.store import Store
+from femic.reference import models
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic import section_work
 from femic.reference.harmonic.engine import build_section, solve
@@ -63,6 +64,16 @@ def test_processes_are_counted_with_their_memory():
     costs = [solve(REQUEST, workers=workers).cost for workers in (1, 2)]
     assert ballast.nbytes / 1e6 < costs[0].peak_memory < costs[1].peak_memory - 100
     assert costs[1].peak_memory < 2 * costs[0].peak_memory
+
+
+@pytest.mark.parametrize("state", [None, b"Name:\t\xff\nVmRSS:\t1 kB\n"])
+def test_peak_memory_is_known_where_the_system_does_not_say_it(state, tmp_path, monkeypatch):
+    path = tmp_path / "status"
+    if state is not None:
+        path.write_bytes(state)
+    said = models.peak_memory()
+    monkeypatch.setattr(models, "STATE", path)
+    assert 0.9 * said < models.peak_memory() < 1e5
 
 
 def test_shares_are_those_that_are_felt(work):
