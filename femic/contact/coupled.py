@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from femic.contact.friction.centred import Linear
 from femic.contact.friction.law import Law
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
+from femic.contact.friction.newton import LOOSEST, correction, idle, inverse_of_amplitudes
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from geometries.arrays import Array, Mask
@@ -27,10 +27,7 @@ from geometries.patches import N
 
 MOST_STEPS = 20
 MOST_IDLE_STEPS = 5  # in which the error does not fall below the least one before
-LOOSEST = 0.1  # relative residual of the linear equations
 SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
-MOST_VECTORS = 80  # of GMRES
-SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
 LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
 
 
@@ -280,9 +277,7 @@ class Step:
     @cached_property
     def complement(self) -> Array:
         """The inverse of how all else changes forces, (k, k), where it does."""
-        k = len(self.columns)
-        of_each = [-self.sums(self.tractions(*column)[0]) for column in self.columns]
-        return np.asarray(np.linalg.pinv(np.reshape(of_each, (k, k)).T, rcond=SINGULAR), float)
+        return inverse_of_amplitudes([self.sums(self.tractions(*column)[0]) for column in self.columns])
 
     @cached_property
     def error(self) -> float:
@@ -294,15 +289,8 @@ class Step:
 
     def taken(self, tolerance: float) -> Guess:
         """Return what the solution of the equations leads to."""
-        size = (len(self.residual),) * 2
-        solution, _ = gmres(
-            LinearOperator(size, matvec=self.derivative, dtype=float),
-            -self.residual,
-            rtol=min(LOOSEST, max(SHARPER * tolerance / self.error, self.error)),
-            restart=MOST_VECTORS,
-            maxiter=1,
-            M=LinearOperator(size, matvec=self.inverse, dtype=float),
-        )
+        reduction = max(SHARPER * tolerance / self.error, self.error)
+        solution = correction(self.residual, self.derivative, self.inverse, min(LOOSEST, reduction))
         pressures, q, others = self.parts(solution)
         amplitudes, approach = self.coupled.split(others)
         state = self.state
@@ -313,7 +301,7 @@ class Step:
 def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
     """Return the contact, its tractions right to a share of the largest pressure, or None if not found."""
     errors: list[float] = []
-    while len(errors) <= MOST_STEPS and not _idle(errors):
+    while len(errors) <= MOST_STEPS and not idle(errors, MOST_IDLE_STEPS):
         state = State.of(coupled, guess)
         if not np.any(state.contact):
             return None
@@ -323,9 +311,3 @@ def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
             return state
         guess = step.taken(tolerance)
     return None
-
-
-def _idle(errors: list[float]) -> bool:
-    """Return whether the last errors are all larger than one before."""
-    before, last = errors[:-MOST_IDLE_STEPS], errors[-MOST_IDLE_STEPS:]
-    return bool(before) and min(last) > min(before)

@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from femic.contact.friction.centred import Linear
 from femic.contact.friction.force_limit import require_attainable
 from femic.contact.friction.law import Law
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
+from femic.contact.friction.newton import LOOSEST, correction, idle, inverse_of_amplitudes
 from femic.contact.friction.strips import Strips
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -34,10 +34,7 @@ MOST_STEPS = 60
 MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
 LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
-LOOSEST = 0.1  # relative residual of the linear equations
-OF_FULL_STICK = 1e-6  # the same for full stick, which may be far from a first guess
-MOST_VECTORS = 80  # of GMRES
-SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
+OF_FULL_STICK = 1e-6  # relative residual of the linear equations of full stick, far from a first guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +105,6 @@ def tractions(
         f"tangential tractions: after {len(residuals)} steps their residual is {residuals[-1]:.1e} of the "
         f"largest bound, not {tolerance:.1e} ({last}); use smaller elements, or smaller creepages"
     )
-
-
-def _idle(residuals: Sequence[float]) -> bool:
-    """Return whether the last residuals are all larger than one before."""
-    before, last = residuals[:-MOST_IDLE_STEPS], residuals[-MOST_IDLE_STEPS:]
-    return bool(before) and min(last) > min(before)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +181,7 @@ class _Newton:
     def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
         """Return the tractions, None where steps do not lead to them; the residuals go to a list."""
         before = len(residuals)
-        while len(residuals) - before <= MOST_STEPS and not _idle(residuals[before:]):
+        while len(residuals) - before <= MOST_STEPS and not idle(residuals[before:], MOST_IDLE_STEPS):
             residuals.append(state.largest)
             if state.largest <= tolerance:
                 stick = self.problem.edge.with_followers(state.law.stick)
@@ -237,23 +228,16 @@ class _Newton:
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
-        m, k, law = len(state.q), len(state.c), state.law
+        m, law = len(state.q), state.law
 
         def derivative(v: Array) -> Array:
             q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
             return np.concatenate([law.derivative(q, self.slip(q, c)).ravel(), self.forces(q)])
 
         bordered = _Bordered.of(self, law)
-        size = 2 * m + k
         reduction = tolerance * state.bound / np.max(np.abs(state.residual))
-        solution, _ = gmres(
-            LinearOperator((size, size), matvec=derivative, dtype=float),
-            -state.residual,
-            rtol=min(loosest, max(0.1 * reduction, min(LOOSEST, state.largest))),
-            restart=MOST_VECTORS,
-            maxiter=1,
-            M=LinearOperator((size, size), matvec=bordered, dtype=float),
-        )
+        enough = min(loosest, max(0.1 * reduction, min(LOOSEST, state.largest)))
+        solution = correction(state.residual, derivative, bordered, enough)
         return solution[: 2 * m].reshape(m, 2), solution[2 * m :]
 
 
@@ -272,8 +256,8 @@ class _Bordered:
         inverse, modes = problem.strips.inverse(law, problem.edge), problem.free.modes
         k, shape = len(modes), none.shape
         columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
-        complement = -np.reshape([newton.forces(column) for column in columns], (k, k)).T
-        return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR))
+        of_forces = inverse_of_amplitudes([newton.forces(column) for column in columns])
+        return cls(newton, inverse, columns, of_forces)
 
     def __call__(self, v: Array) -> Array:
         m = self.of_amplitudes.shape[1]

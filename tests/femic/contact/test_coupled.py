@@ -235,19 +235,6 @@ def test_no_contact_is_found_from_none():
     assert coupled.solve(system, Guess(np.zeros((*RIGID.shape[:2], 3)), np.zeros(0), -1.0), 1e-6) is None
 
 
-@pytest.mark.parametrize(
-    ("errors", "idle"),
-    [
-        ([], False),
-        ([1.0] + [2.0] * 4, False),
-        ([1.0] + [2.0] * 5, True),
-        ([3.0, 2.0, 1.0, 0.5, 0.3, 0.2], False),
-    ],
-)
-def test_steps_that_lead_nowhere_end(errors, idle):
-    assert coupled._idle(errors) is idle
-
-
 # ---- in a box
 
 
