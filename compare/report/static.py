@@ -1,6 +1,7 @@
 """Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib."""
 
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -34,6 +35,7 @@ SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [i
 CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
 MARGINS = Margins(left=0.95, right=0.12, top=0.27, bottom=0.5)
+TITLE_SIZE, LETTERS_PER_INCH = 9, 13.5  # of titles: font [pt], and letters in a line
 LEGEND_PADDING, LEGEND_GAP, LINE_HEIGHT = 0.2, 0.06, 0.14  # inch
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
 NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
@@ -131,15 +133,16 @@ def _lay_out_panels(figure: Figure, chart: Chart) -> None:
     assert specification is not None
     rows, columns = specification.get_gridspec().get_geometry()
     below = margin.bottom + _legend_height(figure, chart)
+    above = margin.top + LINE_HEIGHT * max(axes.get_title().count("\n") for axes in figure.axes)
     panel_width = width / columns - margin.left - margin.right
-    panel_height = (height - below + margin.bottom) / rows - margin.top - margin.bottom
+    panel_height = (height - below + margin.bottom) / rows - above - margin.bottom
     figure.subplots_adjust(
         margin.left / width,
         below / height,
         1 - margin.right / width,
-        1 - margin.top / height,
+        1 - above / height,
         (margin.left + margin.right) / panel_width,
-        (margin.top + margin.bottom) / panel_height,
+        (above + margin.bottom) / panel_height,
     )
 
 
@@ -166,7 +169,11 @@ def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
 
 def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     title_height = 1.0 if isinstance(cell, Panel) else None  # None: measured at each drawing
-    axes.set_title(", ".join(filter(None, (step, cell.title))), fontsize=9, y=title_height)
+    title = ", ".join(filter(None, (step, cell.title)))
+    letters = int(LETTERS_PER_INCH * (SIZE[type(cell)][0] - MARGINS.left))
+    lines = (textwrap.fill(line, letters) for line in title.splitlines())
+    axes.set_title("\n".join(lines), fontsize=TITLE_SIZE, y=title_height)
+    axes.yaxis.get_offset_text().set_horizontalalignment("right")  # beside the title
     if isinstance(cell, Surface):
         _draw_surface(figure, axes, cell)
         return
@@ -184,7 +191,7 @@ def _draw_surface(figure: Figure, axes: Axes, surface: Surface) -> None:
         axes.set_axis_off()
         return
     space: Any = figure.add_subplot(axes.get_subplotspec(), projection="3d", computed_zorder=False)
-    space.set_title(axes.get_title(), fontsize=9)
+    space.set_title(axes.get_title(), fontsize=TITLE_SIZE)
     axes.remove()
     norm = Normalize(np.nanmin(surface.values), np.nanmax(surface.values))
     colours = mpl.colormaps[COLOURS["sequential"]](norm(surface.values))
@@ -271,19 +278,28 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
         style = {"cmap": ListedColormap(drawn.colours[:count]), "norm": Normalize(-0.5, count - 0.5)}
         ticks = {"ticks": range(count), "format": lambda value, _: drawn.classes[round(value)]}
     elif drawn.scale == "logarithmic":
-        style["norm"] = SymLogNorm(high / 10**drawn.decades, vmin=low, vmax=high)
+        least = high / 10**drawn.decades
+        style["norm"], ticks = SymLogNorm(least, vmin=low, vmax=high), {"ticks": _powers(least, high)}
     elif drawn.scale == "positive":
         masked = np.ma.masked_invalid(np.maximum(drawn.values.T, low))
         style["norm"], ticks = LogNorm(low, high), {"format": "%g"}
     edges = _edges(drawn.x, log=drawn.log_x), _edges(drawn.y, log=drawn.log_y)
     shades = axes.pcolormesh(*edges, masked, rasterized=True, **style)
     _scale(axes, drawn)
-    figure.colorbar(shades, ax=axes, label=drawn.unit, use_gridspec=False, **ticks)
+    bar = figure.colorbar(shades, ax=axes, label=drawn.unit, use_gridspec=False, **ticks)
+    if drawn.scale == "logarithmic":
+        bar.minorticks_off()
     for curve in drawn.curves:
         for line in _draw_curve(axes, curve):
             line.set_path_effects(HALO)
     if drawn.to_scale:
         axes.set_aspect("equal")
+
+
+def _powers(least: float, largest: float) -> Array:
+    """Return 0 and the powers of ten of both signs whose size is between two numbers, in growing order."""
+    powers = 10.0 ** np.arange(np.ceil(np.log10(least)), np.floor(np.log10(largest)) + 1)
+    return np.concatenate([-powers[::-1], [0.0], powers])
 
 
 def _edges(at: Array, *, log: bool) -> Array:

@@ -227,12 +227,16 @@ def test_paper_shows_all_steps_side_by_side(chart):
 
 @pytest.mark.parametrize("entries", [1, 12])
 @pytest.mark.parametrize("log_y", [False, True])
-def test_nothing_overlaps_around_panels_on_paper(entries, log_y):
+@pytest.mark.parametrize(
+    ("title", "size"),
+    [("the title", 1.234e-3), ("nn, combined, between the lower and the upper body: minus C", 1.234e-7)],
+)
+def test_nothing_overlaps_around_panels_on_paper(entries, log_y, size, title):
     """Titles, numbers, names of axes and the legend; measured, as it is not where panels are drawn."""
-    values = -1.234e-3 * np.linspace(0.1, 1.0, 5)
+    values = -size * np.linspace(0.1, 1.0, 5)
     ordinates = np.abs(values) if log_y else values
     drawn = [Curve(f"ICs {k}\nand more", values, (k + 1) * ordinates) for k in range(entries)]
-    panel = Panel("the title", "x [mm]", "pressure [MPa]", drawn, log_y=log_y)
+    panel = Panel(title, "x [mm]", "pressure [MPa]", drawn, log_y=log_y)
     chart = Chart("curves", {"one": [panel] * 3, "two": [panel] * 3}, 3, heights=0.8)
     figure = static.picture(chart)
     lay_out(figure, chart)
@@ -244,6 +248,23 @@ def test_nothing_overlaps_around_panels_on_paper(entries, log_y):
         assert np.all(figure.bbox.p0 <= box.p0)
         assert np.all(box.p1 <= figure.bbox.p1)
         assert not any(box.overlaps(other) for other in boxes[:k])
+    for axes in figure.axes:
+        scale = axes.yaxis.get_offset_text()
+        assert bool(scale.get_text()) == (size < 1e-5 and not log_y)
+        assert not scale.get_window_extent(renderer).overlaps(axes.title.get_window_extent(renderer))
+
+
+@pytest.mark.parametrize("largest", [0.012, 3.7, 9.9, 51234.0])
+def test_numbers_of_colours_do_not_overlap_on_paper(largest):
+    values = np.linspace(-largest, largest, 25).reshape(5, 5)
+    drawn = Map("", "x [mm]", "y [mm]", X, X, values, "C [mm/N]", "logarithmic")
+    figure = static.picture(chart_of("map", [drawn]))
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    bar = figure.axes[-1].yaxis
+    boxes = [label.get_window_extent(renderer) for label in bar.get_ticklabels()]
+    assert len(boxes) in (5, 7)  # 0, and two or three decades of each sign
+    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
 
 
 def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
