@@ -18,7 +18,7 @@ from scipy.sparse.linalg import splu
 from tables import print_table
 
 from compare.ics.compute import jobs
-from compare.matrix.jobs import matrix_jobs
+from compare.matrix.jobs import SOURCE, matrix_jobs
 from femic.cache.processes import Prepared, Processes
 from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
@@ -100,7 +100,7 @@ def rows() -> Iterator[list[object]]:
     """Yield a row for each section."""
     engine = {"check": False, "tolerance": 1e-3}
     single = jobs(load_scene("geometry2", {"engine": engine}))
-    on_grid = matrix_jobs(load_scene("geometry2", {"grid": GRID, "engine": engine}))
+    on_grid = matrix_jobs(load_scene("geometry2", {"grid": GRID, "engine": engine}), further=(SOURCE,))
     for kind, of_bodies in (("one load", single), (f"{GRID['n_s']} × {GRID['n_x']}", on_grid)):
         for body, job in of_bodies.items():
             request = job.request(Level())

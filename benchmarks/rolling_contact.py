@@ -7,7 +7,8 @@ nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pre
 to 1e-5 of the largest pressure, on one thread; the operator of C (dense between strips) is filled with A: its
 cost does not depend on the values. Then errors of forces against seconds, first and second order. Then a ball
 in a groove that hardly differs from it, and a creep-force curve: all tractions at once beside pressures and
-tangential tractions in turns.
+tangential tractions in turns. At last how many of 200 random contacts are found, and how many of these need a
+shorter leading edge of second order.
 """
 
 from collections.abc import Iterator
@@ -29,10 +30,12 @@ from femic.contact.operators.approximations import approximate_operator, half_sp
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.rolling import RollingProblem
+from femic.contact.rolling import RollingContact, RollingProblem
 from femic.contact.undeformed import Undeformed
 from femic.scenes.load import load_scene
+from femic.validation.estimates.contacts import RandomContact, random_contact
 from geometries.contours import arc, plane
+from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER, Surface
@@ -46,6 +49,7 @@ ACROSS = ((50, 40), (100, 80), (200, 160))
 STEP, ROOM = 16, 8  # elements: of numbers on a grid; beside the patch
 TOLERANCE = 1e-5
 REPEATED = 3
+RANDOM, SEED = 200, 4  # contacts drawn
 
 
 def curvatures() -> tuple[float, float]:
@@ -167,6 +171,23 @@ def curve_rows() -> Iterator[list[object]]:
     yield from rows
 
 
+def edge_rows() -> Iterator[list[object]]:
+    """Random contacts on their grids, and on elements four times smaller: solved, with a shorter edge."""
+    drawn = [random_contact(SEED, number) for number in range(RANDOM)]
+    for name, cases in (("8 to 20", drawn), ("32 to 80", [case.finer for case in drawn])):
+        solved = [rolled for case in cases if (rolled := _rolled(case)) is not None]
+        yield [name, len(cases), len(solved), sum(rolled.simplified for rolled in solved)]
+
+
+def _rolled(case: RandomContact) -> RollingContact | None:
+    """Return a random contact in steady rolling; None where it is not found."""
+    forces = {"longitudinal": 0.0} if case.free else {}
+    try:
+        return case.rolling(case.problem).contact(case.creepages, Loading(case.load), forces=forces)
+    except Failure:
+        return None
+
+
 CURVATURES = curvatures()
 TIMINGS = ("in the patch", "ICs", "order", "seconds", "F_x / (friction F_n)", "F_y / (friction F_n)")
 
@@ -178,3 +199,5 @@ if __name__ == "__main__":
         print_table(("creepages", "in turns [s]", "at once [s]", "ratio", "tractions differ by"), ball_rows())
         print("\ncreep-force curve, 19 creepages and four forces, 64 x 64 elements")
         print_table(("ICs", "in turns [s]", "at once [s]", "ratio"), curve_rows())
+        print("\nrandom contacts")
+        print_table(("elements across the patch", "contacts", "found", "with a shorter edge"), edge_rows())

@@ -198,7 +198,7 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
 def readme_table(values: Mapping[str, Any]) -> str:
     """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
     lines = [
-        "| | Δδ | A, half-space | B̂, milliseconds | B̂′, one fit | errors known to |",
+        "| | Δδ | A, half-space | B̂ | B̂′, one fit | errors known to |",
         "|---|---|---|---|---|---|",
     ]
     rows = [
@@ -211,7 +211,7 @@ def readme_table(values: Mapping[str, Any]) -> str:
         at = nearest(values, name, key, place)
         of = [at["errors"][ics]["p_max"] for ics in ("A", "Bhat")]
         lines.append(_readme_row(f"p_max: {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
-    half, free = "half of friction × load, of itself", "where C rolls freely, of friction × load"
+    half, free = "at half of friction × load", "at the creepage where C has none, of friction × load"
     for pair, number, where in ((DRAWN, "half", half), (DRAWN, "free", free), (LOOSEST, "half", half)):
         at = nearest(values, f"{pair} 0.4", "angles", 180.0)
         factor = 1 / HALF if number == "half" else 1.0

@@ -11,7 +11,7 @@ from compare.ics.curves import combined_first, main_body
 from compare.ics.page import row_name
 from compare.ics.summary import body_name
 from compare.matrix.check import ColumnCheck, check_columns
-from compare.matrix.compute import compute_matrix
+from compare.matrix.compute import compute_matrix, expected_seconds
 from compare.matrix.figures import chart, response
 from compare.matrix.jobs import discounted, matrix_plans
 from compare.matrix.results import MatrixResults
@@ -97,7 +97,8 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     model_plans = matrix_plans(scene, workers)
     watch.on_stage(
         f"  about {total_seconds(model_plans, workers):.0f} s, "
-        f"{max(plan.expected.memory for plan in model_plans):.0f} MB if no model is stored yet"
+        f"{max(plan.expected.memory for plan in model_plans):.0f} MB for models that are not stored yet, "
+        f"then {expected_seconds(scene):.0f} s"
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
         results = compute_matrix(scene, out / "matrix.nc", options)

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from compare.contact.compute import require_solvable
 from compare.ics.compute import run_plans
+from compare.matrix.compute import expected_seconds
 from compare.matrix.file import file_size
 from compare.matrix.jobs import matrix_plans
 from femic.campaigns.maps.c_map import maps_of_scene
@@ -35,7 +36,8 @@ def show(scene: Scene, workers: int, console: Console) -> None:
     )
     _print("femic run", run_plans(scene, workers), workers, console)
     with _refusal_printed("femic matrix", console):
-        _print(matrix_title, matrix_plans(scene, workers), workers, console)
+        of_matrices = f" for the models; {expected_seconds(scene):.0f} s for the matrices themselves"
+        _print(matrix_title, matrix_plans(scene, workers), workers, console, of_matrices)
     if scene.contact.loads or scene.contact.approaches:
         with _refusal_printed("femic contact", console):
             _show_contact(scene, workers, console)
@@ -71,7 +73,10 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
             console.print(f"{title}; no C: seconds", markup=False)
 
 
-def _print(title: str, model_plans: list[ModelPlan], workers: int, console: Console) -> None:
+def _print(
+    title: str, model_plans: list[ModelPlan], workers: int, console: Console, further: str = ""
+) -> None:
+    """Print a table of models and what they take in all, with a `further` remark."""
     table = Table(title=title, title_justify="left")
     for column in ("model", "engine", "symmetry", "cells ×", "far arc", "along x"):
         table.add_column(column)
@@ -94,4 +99,5 @@ def _print(title: str, model_plans: list[ModelPlan], workers: int, console: Cons
         )
     console.print(table)
     largest_memory = max(plan.expected.memory for plan in model_plans)
-    console.print(f"about {total_seconds(model_plans, workers):.0f} s, {largest_memory:.0f} MB", markup=False)
+    seconds = total_seconds(model_plans, workers)
+    console.print(f"about {seconds:.0f} s, {largest_memory:.0f} MB{further}", markup=False)

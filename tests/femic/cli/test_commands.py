@@ -235,12 +235,13 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
     monkeypatch.setattr(planning, "run_plans", lambda *_: steps)
     monkeypatch.setattr(planning, "matrix_plans", lambda *_: steps[:1])
     monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
+    monkeypatch.setattr(planning, "expected_seconds", lambda _: 2.1)
     assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
     output = " ".join(capsys.readouterr().out.split())
     assert "tolerance 0.01, 4 workers" in output
     assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in output
     assert "about 115 s, 1500 MB" in output
-    assert "about 100 s, 900 MB" in output
+    assert "about 100 s, 900 MB for the models; 2 s for the matrices themselves" in output
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
         assert shown in output
 
