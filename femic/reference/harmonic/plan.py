@@ -12,8 +12,9 @@ from femic.reference.harmonic.section_work import processes_for
 from femic.reference.models import BASE_MEMORY, ExpectedCost
 
 FACTOR, FACTOR_GROWTH = 0.28 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
-BY_THREADS, BY_PROCESSES = 0.65, 0.95  # speed-up over the number of workers
-START, PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly: in any case, and per unknown
+BY_THREADS, BY_PROCESSES = 0.8, 0.95  # speed-up over the number of workers
+START, PER_UNKNOWN = 0.1, 2e-5  # seconds of mesh and assembly: in any case, and per unknown
+START_OF_PROCESSES = 1.0  # seconds
 MEMORY, MEMORY_OF_PROCESS = 0.012, 0.006  # MB per unknown: in this process, or in each of several
 
 
@@ -38,5 +39,6 @@ def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
     seconds += len(samples.k) * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
     memory, processes = BASE_MEMORY + MEMORY * unknowns, processes_for(unknowns, workers)
     if processes > 1:
+        seconds += START_OF_PROCESSES
         memory = BASE_MEMORY + processes * (BASE_MEMORY + MEMORY_OF_PROCESS * unknowns)
     return ExpectedCost(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)
