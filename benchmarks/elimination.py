@@ -62,9 +62,20 @@ def by_threads(solver: SectionSolver, workers: int) -> float:
 
 def by_processes(prepare: Callable[[], SectionSolver], workers: int) -> float:
     """Return milliseconds per wavenumber in processes that have prepared the equations."""
-    each, parts = Prepared(prepare), in_parts(WAVENUMBERS, AT_ONCE, workers)
+    each, parts = Prepared(partial(on_one_thread, prepare)), in_parts(WAVENUMBERS, AT_ONCE, workers)
     with Processes(workers) as processes:
         return milliseconds(lambda: list(processes(each, parts)))
+
+
+def on_one_thread(prepare: Callable[[], SectionSolver]) -> Callable[[list[float]], object]:
+    """Return a prepared solver that uses one BLAS thread, as femic's own processes do."""
+    solver = prepare()
+
+    def at(wavenumbers: list[float]) -> object:
+        with one_blas_thread():
+            return solver(wavenumbers)
+
+    return at
 
 
 def by_superlu(solver: SectionSolver, section: SectionMesh) -> float:
