@@ -179,6 +179,7 @@ def test_estimates_are_those_of_variations_after_their_own_discount(on_arcs):
 def test_a_wheel_turns_between_the_lags_of_its_discount():
     """What is subtracted is D of M at each element: on a wheel not the same at all lags."""
     job = matrix_job(UPPER, arc(10.2, 0.12, 0.3), Grid(4, 3, 2.0, 0.4), 60.0, ROUGH)
+    job = changed(job, tolerance=1.0, cells=job.first_cells.scaled(3.0))  # how accurate C is does not matter
     result, strip = solved({"upper": job})["upper"], 1
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     taken = (result.raw_column(strip) - result.column(strip).ic).reshape(3, 3, -1)
