@@ -51,7 +51,7 @@ def solutions(request):
 
 @pytest.mark.parametrize(("least", "speed_up"), [(10**9, "BY_THREADS"), (0, "BY_PROCESSES")])
 def test_workers_share_the_eliminations(monkeypatch, least, speed_up):
-    """A share of a core each, and one alone is one; mesh, assembly and the start of processes are not shared."""
+    """A share of a core each, and one alone is one; mesh, assembly and start are not shared."""
     monkeypatch.setattr(section_work, "UNKNOWNS_FOR_PROCESSES", least)
     times = {}
     for workers in (1, 4, 8):
