@@ -10,6 +10,7 @@ from femic.contact.box import Box
 from femic.contact.coupled import Coupled, Guess, State, Step
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.motion import RollingStep, Shift, SteadyRolling
+from femic.contact.friction.newton import idle as are_idle
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
 from tests.femic.contact.friction_problems import MIXED, groove, law_errors, movable, paraboloids, wheel_on
@@ -233,6 +234,19 @@ def test_forces_that_are_not_met_are_no_solution():
 def test_no_contact_is_found_from_none():
     system = Coupled(GROOVE, MOTIONS["shift"], LOAD)
     assert coupled.solve(system, Guess(np.zeros((*RIGID.shape[:2], 3)), np.zeros(0), -1.0), 1e-6) is None
+
+
+@pytest.mark.parametrize(
+    ("errors", "idle"),
+    [
+        ([], False),
+        ([1.0] + [2.0] * 4, False),
+        ([1.0] + [2.0] * 5, True),
+        ([3.0, 2.0, 1.0, 0.5, 0.3, 0.2], False),
+    ],
+)
+def test_steps_that_lead_nowhere_end(errors, idle):
+    assert are_idle(errors, coupled.MOST_IDLE_STEPS) is idle
 
 
 # ---- in a box
