@@ -35,9 +35,8 @@ class MatrixResults:
     matrices: Mapping[str, MatrixReference]  # by solved body
     errors: Mapping[str, Shares]  # largest estimated error, by body compared
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
-    eigenvalues: Mapping[
-        str, float
-    ]  # smallest of the symmetric part, over the least IC xx, ss, nn of an element on itself
+    # smallest of the symmetric part, over the least IC xx, ss, nn of an element on itself
+    eigenvalues: Mapping[str, float]
     deviations: Mapping[str, Mapping[str, Deviation]]  # from C after the source's discount, by body, variant
     seconds: float
     memory: float  # peak of this process [MB]

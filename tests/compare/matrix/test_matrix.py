@@ -15,7 +15,7 @@ from compare.export.export import SUFFIXES
 from compare.ics.compute import jobs
 from compare.matrix import page
 from compare.matrix.check import ColumnCheck, check_columns, checked_strips
-from compare.matrix.compute import compute_matrix
+from compare.matrix.compute import FIRST_SECONDS, compute_matrix, expected_seconds
 from compare.matrix.figures import PER_KILONEWTON, chart, response
 from compare.matrix.file import MatrixFile, file_size
 from compare.matrix.jobs import matrix_jobs, matrix_plans
@@ -394,6 +394,19 @@ def test_plan_predicts_unknowns_wavenumbers_and_file_size(made):
         assert wavenumbers / 2 < step.expected.wavenumbers < 2 * wavenumbers
     planned_size = file_size(scene)
     assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
+
+
+def test_seconds_of_matrices_grow_with_their_entries():
+    """They are n_x n_s^2 times nine for each body, and for the sum."""
+
+    def seconds(n_s, n_x, **compared):
+        scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, **compared})
+        return expected_seconds(scene) - FIRST_SECONDS
+
+    small = seconds(32, 64)
+    assert seconds(32, 128) == pytest.approx(2 * small)
+    assert seconds(64, 64) == pytest.approx(4 * small)
+    assert seconds(32, 64, bodies=["lower"]) == pytest.approx(small / 3)
 
 
 def test_plan_of_solid_engine_is_right_to_factor_of_two(write_scene):
