@@ -49,7 +49,8 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
     clamped = _closing(body, contour[:, -1], contour[:, 0]) if body.outline is None else body.outline.support
     boundary = np.hstack([contour, clamped if body.outline is None else free])
     axes.fill(*boundary, facecolor=colour, alpha=0.15, label=f"{name} body")
-    axes.plot(*np.hstack([contour[:, -1:], free, contour[:, :1]]), color=colour, linewidth=1)
+    if body.outline is not None:
+        axes.plot(*np.hstack([contour[:, -1:], free, contour[:, :1]]), color=colour, linewidth=1)
     axes.plot(*clamped, color=colour, linewidth=2.5)
     axes.plot(*contour, color=colour, linewidth=1)
 

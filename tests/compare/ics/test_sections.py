@@ -9,7 +9,7 @@ from skfem import MeshTri
 
 from compare.ics.compute import jobs
 from compare.ics.figures import RunOutput, _solid_meshes
-from compare.ics.sections import _closing, surface_mesh
+from compare.ics.sections import _closing, sections, surface_mesh
 from compare.report import views
 from femic.reference.level import Level
 from femic.scenes.load import load_scene
@@ -105,3 +105,13 @@ def test_close_up_is_centred_on_modelled_side(s, flanks, shown, tmp_path, monkey
     names = [picture.name for picture in _solid_meshes(RunOutput(results, None, None, tmp_path))]
     assert names == ["mesh_lower", "mesh_surface"]
     np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])
+
+
+def test_no_line_crosses_a_body_from_one_end_of_its_contour_to_the_other():
+    scene = load_scene("geometry1")
+    whole = sections(scene).axes[0]
+    assert len(whole.get_lines()) == 4  # contour and far arc of each body
+    reach = scene.bodies["lower"].domain.far_radius
+    for line in whole.get_lines():
+        lengths = np.hypot(*np.diff(line.get_xydata(), axis=0).T)
+        assert np.max(lengths) < 0.1 * reach
