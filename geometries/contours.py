@@ -7,23 +7,26 @@ delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
 
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
 
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
-
 NEWTON_STEPS = 30  # largest number of steps
 GAUSS_POINTS = 16  # per interval of a spline
 NEAREST_SAMPLES = 4001  # number of arc lengths from the nearest of which Newton's method starts
 LEAST_STRETCH = 0.1  # of distances along a parallel curve: nearly 0 at the centre of curvature
+INVERSE_DEGREE = 8  # of polynomials of the parameter by the arc length
+INVERSE_PARTS = (1, 2, 4, 8)  # of the intervals between knots
+INVERSE_TESTED = np.array([0.07, 0.35, 0.6, 0.93])  # places in each part at which they are tested
+INVERSE_ROUNDING = 1e-14  # of arc lengths by these polynomials, as a share of the length of the curve
 LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
 
 
@@ -99,7 +102,7 @@ class Ellipse:
 class Spline:
     """Spline (of polynomials (y, z) in pieces) by arc length; s = 0 at the parameter `t_centre`."""
 
-    curve: "PPoly"
+    curve: PPoly
     t_centre: float
     to_knots: Array  # arc length [mm] from the first knot to each knot, (n_knots,)
 
@@ -120,8 +123,46 @@ class Spline:
 
     def parameter(self, s: Array) -> Array:
         """Spline parameter at arc length s, shape of s."""
-        lengths = self.to_knots - self._from_first(np.array(self.t_centre))
-        return invert(self.arc_length, self._speed, s, (self.curve.x, lengths))
+        t = np.asarray(self._inverse[0](s))
+        return t if self._inverse[1] else self._inverted(np.asarray(s))
+
+    def _inverted(self, s: Array) -> Array:
+        """Spline parameter at arc length s by Newton's method, shape of s."""
+        return invert(self.arc_length, self._speed, s, (self.curve.x, self._lengths))
+
+    @cached_property
+    def _lengths(self) -> Array:
+        """Arc length [mm] from the contact centre to each knot, (n_knots,)."""
+        return np.asarray(self.to_knots - self._from_first(np.array(self.t_centre)))
+
+    @cached_property
+    def _inverse(self) -> tuple[PPoly, bool]:
+        """Polynomials of the parameter by the arc length, and whether they are exact to rounding.
+
+        Between knots the parameter is nearly the arc length: a polynomial has its small difference to that,
+        on parts of the intervals that are halved until all is exact.
+        """
+        tolerance = INVERSE_ROUNDING * float(self._lengths[-1] - self._lengths[0])
+        for parts in INVERSE_PARTS:
+            fractions = np.arange(parts) / parts
+            starts = (self.curve.x[:-1, None] + np.diff(self.curve.x)[:, None] * fractions).ravel()
+            inverse = self._polynomials(np.append(starts, self.curve.x[-1]))
+            between = (inverse.x[:-1] + np.diff(inverse.x) * INVERSE_TESTED[:, None]).ravel()
+            if np.max(np.abs(self.arc_length(inverse(between)) - between)) <= tolerance:
+                return inverse, True
+        return inverse, False
+
+    def _polynomials(self, knots: Array) -> PPoly:
+        """Polynomials of the parameter by the arc length between some parameters (n,)."""
+        lengths = self.arc_length(knots)
+        unit = (1 - np.cos(np.pi * np.arange(INVERSE_DEGREE + 1) / INVERSE_DEGREE)) / 2
+        steps = np.diff(lengths)
+        linear = knots[:-1] + unit[:, None] * np.diff(knots)
+        found = self._inverted(lengths[:-1] + unit[:, None] * steps)
+        powers = np.linalg.solve(np.vander(unit), found - linear)  # the highest first
+        powers[-1] += knots[:-1]
+        powers[-2] += np.diff(knots)
+        return PPoly(powers / steps ** np.arange(INVERSE_DEGREE, -1, -1)[:, None], lengths)
 
     def arc_length(self, t: Array) -> Array:
         """Arc length [mm] from the contact centre to parameter t, shape of t."""
@@ -138,7 +179,7 @@ class Spline:
         return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
 
 
-def length_between(curve: "PPoly", start: Array, end: Array) -> Array:
+def length_between(curve: PPoly, start: Array, end: Array) -> Array:
     """Arc length [mm] of a spline between parameters of one of its intervals, by Gauss quadrature."""
     t, weights = on_panels(np.asarray(start), np.asarray(end), GAUSS_POINTS)
     return np.asarray(np.sum(weights * np.linalg.norm(curve(t, 1), axis=-1), axis=-1))
