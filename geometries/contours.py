@@ -123,8 +123,8 @@ class Spline:
 
     def parameter(self, s: Array) -> Array:
         """Spline parameter at arc length s, shape of s."""
-        t = np.asarray(self._inverse[0](s))
-        return t if self._inverse[1] else self._inverted(np.asarray(s))
+        inverse = self._inverse
+        return self._inverted(np.asarray(s)) if inverse is None else np.asarray(inverse(s))
 
     def _inverted(self, s: Array) -> Array:
         """Spline parameter at arc length s by Newton's method, shape of s."""
@@ -136,33 +136,9 @@ class Spline:
         return np.asarray(self.to_knots - self._from_first(np.array(self.t_centre)))
 
     @cached_property
-    def _inverse(self) -> tuple[PPoly, bool]:
-        """Polynomials of the parameter by the arc length, and whether they are exact to rounding.
-
-        Between knots the parameter is nearly the arc length: a polynomial has its small difference to that,
-        on parts of the intervals that are halved until all is exact.
-        """
-        tolerance = INVERSE_ROUNDING * float(self._lengths[-1] - self._lengths[0])
-        for parts in INVERSE_PARTS:
-            fractions = np.arange(parts) / parts
-            starts = (self.curve.x[:-1, None] + np.diff(self.curve.x)[:, None] * fractions).ravel()
-            inverse = self._polynomials(np.append(starts, self.curve.x[-1]))
-            between = (inverse.x[:-1] + np.diff(inverse.x) * INVERSE_TESTED[:, None]).ravel()
-            if np.max(np.abs(self.arc_length(inverse(between)) - between)) <= tolerance:
-                return inverse, True
-        return inverse, False
-
-    def _polynomials(self, knots: Array) -> PPoly:
-        """Polynomials of the parameter by the arc length between some parameters (n,)."""
-        lengths = self.arc_length(knots)
-        unit = (1 - np.cos(np.pi * np.arange(INVERSE_DEGREE + 1) / INVERSE_DEGREE)) / 2
-        steps = np.diff(lengths)
-        linear = knots[:-1] + unit[:, None] * np.diff(knots)
-        found = self._inverted(lengths[:-1] + unit[:, None] * steps)
-        powers = np.linalg.solve(np.vander(unit), found - linear)  # the highest first
-        powers[-1] += knots[:-1]
-        powers[-2] += np.diff(knots)
-        return PPoly(powers / steps ** np.arange(INVERSE_DEGREE, -1, -1)[:, None], lengths)
+    def _inverse(self) -> PPoly | None:
+        """The parameter by the arc length, None where it is not exact."""
+        return inverse_polynomials(self.arc_length, self._inverted, self.curve.x)
 
     def arc_length(self, t: Array) -> Array:
         """Arc length [mm] from the contact centre to parameter t, shape of t."""
@@ -205,6 +181,41 @@ def invert(
             return t
         t = t - defect / speed(t)
     raise Failure(f"arc length s = {s} mm: not found within {lengths[0]:g} ... {lengths[-1]:g} mm")
+
+
+def inverse_polynomials(
+    length: Callable[[Array], Array], parameter: Callable[[Array], Array], knots: Array
+) -> PPoly | None:
+    """Return piecewise polynomials that invert a length which grows smoothly between knots (n,).
+
+    `parameter` inverts it more slowly. They have the small difference between the parameter and a linear
+    function of the length, on parts of the intervals that are halved until all is exact to rounding; None
+    where it does not become so.
+    """
+    for parts in INVERSE_PARTS:
+        fractions = np.arange(parts) / parts
+        starts = (knots[:-1, None] + np.diff(knots)[:, None] * fractions).ravel()
+        inverse = _inverse_polynomials(length, parameter, np.append(starts, knots[-1]))
+        between = (inverse.x[:-1] + np.diff(inverse.x) * INVERSE_TESTED[:, None]).ravel()
+        defect = np.max(np.abs(length(inverse(between)) - between))
+        if defect <= INVERSE_ROUNDING * (inverse.x[-1] - inverse.x[0]):
+            return inverse
+    return None
+
+
+def _inverse_polynomials(
+    length: Callable[[Array], Array], parameter: Callable[[Array], Array], knots: Array
+) -> PPoly:
+    """Return a polynomial of the parameter by the length between each two of some parameters (n,)."""
+    lengths = length(knots)
+    unit = (1 - np.cos(np.pi * np.arange(INVERSE_DEGREE + 1) / INVERSE_DEGREE)) / 2
+    steps = np.diff(lengths)
+    linear = knots[:-1] + unit[:, None] * np.diff(knots)
+    found = parameter(lengths[:-1] + unit[:, None] * steps)
+    powers = np.linalg.solve(np.vander(unit), found - linear)  # the highest first
+    powers[-1] += knots[:-1]
+    powers[-2] += np.diff(knots)
+    return PPoly(powers / steps ** np.arange(INVERSE_DEGREE, -1, -1)[:, None], lengths)
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,12 +67,14 @@ class Line:
 class TangentPlane:
     """The tangent plane of two bodies at arc length `at` [mm] of the lower contour, None: where they touch.
 
+    A given `inclination` [rad] is that of a plane through this point which need not be tangent.
     It takes the place of `Undeformed` in a contact: `lower` is the plane, and s [mm] the coordinate in it,
-    from the touching point. Raises WrongInput where the bodies are not opposite at `at`.
+    from this point. Raises WrongInput where the bodies are not opposite at `at`.
     """
 
     bodies: Undeformed
     at: float | None = None
+    inclination: float | None = None
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.distance(0.0, 0.0)):
@@ -91,7 +93,8 @@ class TangentPlane:
         """The section of the plane."""
         contour = self.bodies.lower.contour
         y, z = contour.position(self.place)
-        return Line((float(y), float(z)), float(contour.inclination(self.place)))
+        own = float(contour.inclination(self.place))
+        return Line((float(y), float(z)), own if self.inclination is None else self.inclination)
 
     @property
     def angle(self) -> float:
@@ -137,13 +140,14 @@ class TangentPlane:
         """Height [mm] over the origin of the upper body: that of the plane, (shape of s)."""
         return np.asarray(self.lower.contour.position(s)[1] - self.touching[1])
 
-    def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0) -> Array:
+    def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0, lateral: float = 0.0) -> Array:
         """Return distance [mm] along the normal of the plane at (x, s) [mm], shape broadcast(x, s).
 
-        `approach` is vertical. Infinite where one of the sections does not lie over the plane.
+        The upper body has come down by `approach` and moved by `lateral` [mm] along y since both touched.
+        Infinite where one of the sections does not lie over the plane.
         """
         x, s = np.asarray(x, dtype=float), np.asarray(s, dtype=float)
-        upper, lower = self._upper_heights(x, s, approach), self._lower_heights(s)
+        upper, lower = self._upper_heights(x, s, (approach, lateral)), self._lower_heights(s)
         beside = np.isnan(upper) | np.isnan(lower)
         return np.where(beside, np.inf, np.where(beside, 0.0, upper) - np.where(beside, 0.0, lower))
 
@@ -162,20 +166,20 @@ class TangentPlane:
         points = self.bodies.lower.contour.position(found)
         return np.where(np.isnan(t), np.nan, self.line.height(points))
 
-    def _upper_heights(self, x: Array, s: Array, approach: float) -> Array:
+    def _upper_heights(self, x: Array, s: Array, moved: tuple[float, float]) -> Array:
         """Heights of the upper surface over the plane [mm], shape broadcast(x, s); NaN beside it."""
         x, s = np.broadcast_arrays(x, s)
-        t = self._upper_guesses(x, s, approach)
+        t = self._upper_guesses(x, s, moved)
         over = np.isfinite(t)
         at_x, samples = x[over], self._upper_samples
-        t[over] = _solved(lambda at: self._upper_along(at_x, at, approach), s[over], t[over], samples)
-        return self.line.height(self._raised(self.bodies.upper_section(x, t)[0], approach))
+        t[over] = _solved(lambda at: self._upper_along(at_x, at, moved), s[over], t[over], samples)
+        return self.line.height(self._raised(self.bodies.upper_section(x, t)[0], moved))
 
-    def _upper_guesses(self, x: Array, s: Array, approach: float) -> Array:
+    def _upper_guesses(self, x: Array, s: Array, moved: tuple[float, float]) -> Array:
         """Arc lengths of the upper contour opposite (x, s) [mm], nearly; NaN where there are none."""
         t, guesses = self._upper_samples, np.full(x.shape, np.nan)
         rows, row = np.unique(x, return_inverse=True)
-        along, rises = self._upper_along(rows[:, None], t[None], approach)
+        along, rises = self._upper_along(rows[:, None], t[None], moved)
         inside_wheel = np.abs(rows[:, None]) < self.upper.circle_radius(t)
         along, rises = np.broadcast_arrays(along, np.where(inside_wheel, rises, 0.0))
         start = int(np.argmin(np.abs(t - self._opposite)))
@@ -185,21 +189,21 @@ class TangentPlane:
             guesses[over] = np.interp(s[over], along[k, first : last + 1], t[first : last + 1])
         return guesses
 
-    def _upper_along(self, x: Array, t: Array, approach: float) -> tuple[Array, Array]:
+    def _upper_along(self, x: Array, t: Array, moved: tuple[float, float]) -> tuple[Array, Array]:
         """Coordinates in the plane of points of the upper section, and their derivatives by t."""
         points, (dy, dz) = self.bodies.upper_section(x, t)
         cos, sin = np.cos(self.angle), np.sin(self.angle)
-        return self.line.along(self._raised(points, approach)), np.asarray(dy * cos - dz * sin)
+        return self.line.along(self._raised(points, moved)), np.asarray(dy * cos - dz * sin)
 
     def _lower_along(self, t: Array) -> tuple[Array, Array]:
         """Coordinates in the plane of points of the lower section, and their derivatives by t."""
         contour = self.bodies.lower.contour
         return self.line.along(contour.position(t)), np.cos(contour.inclination(t) - self.angle)
 
-    def _raised(self, points: Points, approach: float) -> tuple[Array, Array]:
-        """Return points of the upper section (y, z) in the axes of the lower body."""
-        y, z = points
-        return y + self.shift, z + self.touching[1] - approach
+    def _raised(self, points: Points, moved: tuple[float, float]) -> tuple[Array, Array]:
+        """Return points of the upper section (y, z), moved down and aside, in the axes of the lower body."""
+        (y, z), (down, aside) = points, moved
+        return y + self.shift + aside, z + self.touching[1] - down
 
     @cached_property
     def _lower_table(self) -> tuple[Array, Array]:

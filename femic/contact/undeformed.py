@@ -90,15 +90,16 @@ class Undeformed:
         apart = np.where(np.isfinite(distance), distance, 0.0) * self.lower.contour.normal(s)[1]
         return np.asarray(self.lower.contour.position(s)[1] - self.touching[1] + apart)
 
-    def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0) -> Array:
+    def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0, lateral: float = 0.0) -> Array:
         """Return distance [mm] along the normal of the lower surface at (x, s) [mm], shape broadcast(x, s).
 
+        The upper surface has come down by `approach` and moved by `lateral` [mm] along y since both touched.
         Negative where the surfaces overlap; infinite where the normal does not meet the upper surface.
         """
         x, s = np.asarray(x, dtype=float), np.asarray(s, dtype=float)
         y, z = self.lower.contour.position(s)
         sin, cos = self.lower.contour.normal(s)
-        y, z = y - self.shift, z - self.touching[1] + approach  # in axes of the upper surface
+        y, z = y - self.shift - lateral, z - self.touching[1] + approach  # in axes of the upper surface
         t, missed = self._met(x, (y, z), (sin, cos))
         point_y, point_z = self.upper_section(x, t)[0]
         distance = (point_y - y) * sin + (point_z - z) * cos

@@ -7,14 +7,16 @@ the tangent is (cos delta, -sin delta), and the curvature is the derivative of d
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from math import comb
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
 
 from geometries.arrays import Array
-from geometries.contours import invert
+from geometries.contours import inverse_polynomials, invert
 from geometries.quadrature import on_panels
 
 PANELS = 32  # of a polynomial, on each of which its arc length is integrated
@@ -134,7 +136,17 @@ class PolynomialPiece:
 
     def _lateral(self, s: Array) -> Array:
         """Lateral position [mm] at arc length s."""
+        inverse = self._inverse
+        return self._inverted(np.asarray(s)) if inverse is None else np.asarray(inverse(s))
+
+    def _inverted(self, s: Array) -> Array:
+        """Lateral position [mm] at arc length s by Newton's method."""
         return invert(self._arc_length, self._speed, s, (self.ends, self.to_ends))
+
+    @cached_property
+    def _inverse(self) -> PPoly | None:
+        """The lateral position by the arc length, None where it is not exact."""
+        return inverse_polynomials(self._arc_length, self._inverted, self.ends)
 
     def _arc_length(self, y: Array) -> Array:
         """Arc length [mm] from the start to the lateral position y."""
@@ -173,7 +185,7 @@ class Outline:
 
     pieces: tuple[Piece, ...]
 
-    @property
+    @cached_property
     def joints(self) -> Array:
         """Arc lengths [mm] of both ends and of the joints between pieces, (n_pieces + 1,)."""
         return np.concatenate([[0.0], np.cumsum([piece.length for piece in self.pieces])])

@@ -73,13 +73,13 @@ class PairOnGrid:
         """Undeformed distance [mm] without approach, shape (n_x, n_s)."""
         return self.distance_at(0.0)
 
-    def distance_at(self, approach: float) -> Array:
-        """Undeformed distance [mm] with an approach [mm], shape (n_x, n_s).
+    def distance_at(self, approach: float, lateral: float = 0.0) -> Array:
+        """Undeformed distance [mm] with an approach and a lateral movement [mm], shape (n_x, n_s).
 
         That of the bodies is the same at x and -x.
         """
         ahead = self.x[self.grid.n_x // 2 :, None]
-        distance = self.undeformed.distance(ahead, self.grid.strips, approach)
+        distance = self.undeformed.distance(ahead, self.grid.strips, approach, lateral)
         behind = distance[::-1][: self.grid.n_x // 2]
         return np.concatenate([behind, distance]) + self._extra
 

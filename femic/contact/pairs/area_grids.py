@@ -1,0 +1,358 @@
+"""Grids of the areas of a contact: where bodies may touch, how large patches are, how narrow strips.
+
+Pressures only push surfaces apart, so that patches lie within the overlaps of the undeformed bodies at the
+approach of the contact. The contact is solved on a coarse grid over each overlap, which tells the patches.
+Patches far apart have a grid each. Strips are so narrow that the grid resolves the undeformed distance: where
+its curvature changes by dk from one strip to the next, pressures lack about `OF_CHANGE` E* ds dk.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from femic.contact.edges import MARGIN
+from femic.contact.exact.hertz import combined_modulus
+from femic.contact.loading import Loading
+from femic.contact.normal import NormalContact
+from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
+from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.undeformed import Undeformed
+from geometries.errors import Failure
+from geometries.grids import Grid
+
+SAMPLES = 6001  # arc lengths among which overlaps are sought
+COARSE_X, COARSE_S = 24, 40  # elements over an overlap, while patches are sought
+BESIDE = 0.15  # room beside an overlap, as a share of its length: its distance is linearised there
+MOST_TRIES = 60  # approaches with which overlaps are sought, and lengths of grids
+NARROW = 0.02  # of an approach: a bracket that is narrow enough
+GROWTH = 1.1  # of an approach at which overlaps cannot bear the load, at least
+SMALL_GAP = 0.05  # between overlaps, as a share of the longer one
+LITTLE_MORE = 1.01  # of the approach at which overlaps were sought, at most
+TOO_MUCH = 0.8  # of the approach at which overlaps were sought, at least, that the contact has
+ROOM = 0.12  # beside a patch, as a share of its length, for patches by other ICs
+STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
+COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
+COUNTS = 0.01  # share of the pressures from which on a patch counts
+ACROSS = 8  # elements across patches beside the main one, at least
+OF_CHANGE = 0.07  # of E* ds dk: what pressures lack where the curvature of the distance changes by dk
+ACCURACY = 0.02  # error of p_max, as a share of it, above which strips are made narrower
+OF_COARSER = 0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
+MOST_ALONG_X, MOST_STRIPS = 160, 1024  # elements of a grid
+MOST_ELEMENTS = 60_000  # of all grids of a contact
+
+
+@dataclass(frozen=True)
+class Box:
+    """A patch: half-length along x, range of s [mm], and its share of all pressures."""
+
+    half_x: float
+    s: tuple[float, float]
+    share: float
+
+    @property
+    def width(self) -> float:
+        """Width along s [mm]."""
+        return self.s[1] - self.s[0]
+
+
+def overlaps(surfaces: Undeformed, approach: float, roll: float) -> list[tuple[float, float]]:
+    """Return the ranges of arc length [mm] in which bodies displaced by an approach [mm] overlap at x = 0.
+
+    The upper body comes down along the direction at an angle `roll` [rad] to the z axis. Raises Failure where
+    an overlap reaches the end of a contour.
+    """
+    s = np.linspace(*surfaces.s_range, SAMPLES)
+    distance = surfaces.distance(0.0, s, approach * np.cos(roll), -approach * np.sin(roll))
+    closed = distance < 0
+    if closed[0] or closed[-1]:
+        end = s[0] if closed[0] else s[-1]
+        raise Failure(
+            f"at an approach of {approach:.4g} mm the bodies overlap at the end of a contour, "
+            f"s = {end:.2f} mm from the touching point; give longer profiles or a smaller load"
+        )
+    edges = np.flatnonzero(closed[1:] != closed[:-1])
+    return [
+        (float(s[first]), float(s[last + 1])) for first, last in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A contact by some ICs: its load [N] at an angle `roll` [rad] to the z axis, its approach [mm]."""
+
+    variant: str
+    load: float
+    roll: float
+    approach: float
+
+
+def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> tuple[list[Box], Sought]:
+    """Return the patches of a contact on coarse grids, by growing s, and the contact with its approach.
+
+    Raises Failure where no approach is found, and as `overlaps`.
+    """
+    approach, low, high = max(hertz(bodies, Loading(load)).approach, 1e-9), 0.0, np.inf
+    for _ in range(MOST_TRIES):
+        try:
+            ranges = _merged(overlaps(bodies.undeformed, approach, roll))
+        except Failure:
+            if approach - low < NARROW * approach:
+                raise
+            approach, high = (low + approach) / 2, approach
+            continue
+        grids = [_coarse_grid(bodies, each, approach, roll) for each in ranges]
+        try:
+            contact = Areas.by(variant, bodies, _apart(grids), roll).solve(load, approach)
+            found = contact.approach
+        except AreaTooSmall as short:  # the overlaps at this approach cannot bear the load
+            found = short.short.loading.approach or 0.0
+            found = max(found, GROWTH * approach) if found > TOO_MUCH * approach else found
+        if found > LITTLE_MORE * approach:
+            low = max(low, approach)
+            higher = float(np.clip(1.05 * found, GROWTH * approach, 2 * approach))
+            approach = higher if higher < high else (low + high) / 2
+        elif found < TOO_MUCH * approach:
+            high, approach = approach, max(1.02 * found, (low + 1.02 * found) / 2)
+        else:
+            return list(_boxes(contact)), Sought(variant, load, roll, found)
+    raise Failure(f"contact at {load:g} N: no approach found at which the overlaps of the bodies bear it")
+
+
+def fitting_grids(bodies: PairOnGrid, boxes: Sequence[Box], elements: int, most_strips: int) -> list[Grid]:
+    """Return grids over groups of patches: some elements across the main one, half as many across others."""
+    main = max(boxes, key=lambda box: box.share)
+    groups = [(group, elements if main in group else elements // 2) for group in _groups(boxes)]
+    grids = [fitting_grid(group, across, most_strips) for group, across in groups]
+    return [_within(bodies, grid) for grid in _apart(grids)]
+
+
+def fitting_grid(group: Sequence[Box], elements: int, most_strips: int = MOST_STRIPS) -> Grid:
+    """Return a grid over some patches with elements across the main one of them, `ACROSS` in others."""
+    main = max(group, key=lambda box: box.share)
+    counting = [box for box in group if box.share >= COUNTS * sum(other.share for other in group)]
+    across = [(box, max(ACROSS, elements if box is main else elements // 2)) for box in counting]
+    dx, ds = min(2 * box.half_x / n for box, n in across), min(box.width / n for box, n in across)
+    half_x = max(box.half_x for box in group)
+    low, high = min(box.s[0] for box in group), max(box.s[1] for box in group)
+    ds = max(ds, (high - low) / (most_strips / (1 + 2 * ROOM) - 2 * COARSE_MARGIN))
+    room_x, room_s = 2 * ROOM * half_x + COARSE_MARGIN * dx, ROOM * (high - low) + COARSE_MARGIN * ds
+    n_x, n_s = _rounded(2 * (half_x + room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
+    return Grid(n_x, n_s, dx, ds, (low + high) / 2)
+
+
+def longer(areas: Areas, short: AreaTooSmall) -> list[Grid]:
+    """Return the grids of areas, of which one is made longer where it is too short.
+
+    Raises Failure where a contour ends there, or another area begins.
+    """
+    grids, ends = list(areas.grids), short.short.ends
+    grid = grids[short.number]
+    along_x = 2 * STEP if any(end.startswith("x") for end in ends) else 0
+    before, after = STEP * ("s < 0" in ends), STEP * ("s > 0" in ends)
+    grown = Grid(
+        grid.n_x + along_x,
+        grid.n_s + before + after,
+        grid.dx,
+        grid.ds,
+        grid.s + (after - before) * grid.ds / 2,
+    )
+    others = [other.extent for number, other in enumerate(grids) if number != short.number]
+    low, high = areas.on_grids[0].undeformed.s_range
+    start, end = grown.extent
+    if start < low or end > high:
+        raise Failure(
+            f"the patch at s = {grid.extent[0]:.2f} ... {grid.extent[1]:.2f} mm from the touching point "
+            "comes near the end of a contour; give longer profiles or a smaller load"
+        )
+    if any(start < other_end and other_start < end for other_start, other_end in others):
+        raise Failure(
+            f"the patch at s = {grid.extent[0]:.2f} ... {grid.extent[1]:.2f} mm grows into the grid of "
+            "another one; give another number of elements"
+        )
+    grids[short.number] = grown
+    return grids
+
+
+def unresolved(contact: AreasContact, number: int) -> float:
+    """Return what pressures lack in an area [MPa], because the distance changes between neighbouring strips.
+
+    As a constant of order 1 in it was measured, it is an estimate (docs/theory/errors.md).
+    """
+    on_grid, pressed = contact.areas.on_grids[number], contact.contacts[number]
+    grid, near = on_grid.grid, pressed.in_contact.any(axis=0)
+    if np.count_nonzero(near) < 2:
+        return 0.0
+    down, aside = contact.approach * np.cos(contact.areas.roll), contact.approach * np.sin(contact.areas.roll)
+    distance = on_grid.undeformed.distance(0.0, grid.strips, down, -aside)
+    with np.errstate(invalid="ignore"):
+        change = np.abs(np.diff(distance, 3)) / grid.ds**2
+    beside = near[1:-2] | near[2:-1]
+    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
+    largest = float(np.max(change[beside & np.isfinite(change)], initial=0.0))
+    return OF_CHANGE * modulus * grid.ds * largest
+
+
+def refined_grids(
+    bodies: PairOnGrid, boxes: Sequence[Box], sought: "Sought", elements: int, most_strips: int = MOST_STRIPS
+) -> tuple[Grid, ...]:
+    """Return grids over patches that are long enough, with enough elements across each and for p_max.
+
+    Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
+    """
+    grids: Sequence[Grid] = fitting_grids(bodies, boxes, elements, most_strips)
+    contact = None
+    for _ in range(MOST_TRIES):
+        areas = Areas.by(sought.variant, bodies, grids, sought.roll)
+        try:
+            contact = areas.solve_about(sought.approach, sought.load).with_room()
+        except AreaTooSmall as short:
+            grids = longer(areas, short)
+            continue
+        finer = [_finer(contact, number, most_strips) or grid for number, grid in enumerate(grids)]
+        if finer == list(grids) or sum(grid.n_x * grid.n_s for grid in finer) > MOST_ELEMENTS:
+            return tuple(grids)
+        grids = finer
+    raise Failure(f"contact at {sought.load:g} N: no grids found that it fits")
+
+
+def _finer(contact: AreasContact, number: int, most_strips: int) -> Grid | None:
+    """Return a grid of smaller elements where an area needs them; None where not, or beyond the finest."""
+    totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
+    largest = max(float(np.max(each.p)) for each in contact.contacts)
+    own = contact.contacts[number]
+    if totals[number] < COUNTS * sum(totals):
+        return None
+    return finer_grid(own, unresolved(contact, number), most_strips, largest)
+
+
+def finer_grid(
+    contact: NormalContact, lacking: float, most_strips: int, largest: float | None = None
+) -> Grid | None:
+    """Return a grid of smaller elements where a contact needs them; None where not, or beyond the finest.
+
+    `lacking` [MPa] is what pressures lack because of narrow changes of the distance; it, and the change by
+    elements twice as large, are compared with the `largest` pressure [MPa], None: of this contact.
+    """
+    grid, total = contact.problem.grid, float(np.sum(contact.p))
+    counting = [patch for patch in contact.patches if np.sum(contact.p[patch.elements]) >= COUNTS * total]
+    few_x = any(patch.x[1] - patch.x[0] < ACROSS for patch in counting)
+    few_s = any(patch.s[1] - patch.s[0] < ACROSS for patch in counting)
+    allowed = ACCURACY * (float(np.max(contact.p)) if largest is None else largest)
+    rough = lacking > allowed or OF_COARSER * _change(contact) > allowed
+    along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
+    finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
+    return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > most_strips else finer
+
+
+def _change(contact: NormalContact) -> float:
+    """Return the change of the largest pressure by elements twice as large [MPa]; 0 where there are none."""
+    if contact.coarser is None:
+        return 0.0
+    return abs(float(np.max(contact.p)) - float(np.max(contact.coarser.p)))
+
+
+def _boxes(contact: AreasContact) -> Iterator[Box]:
+    """Yield the patches of a contact."""
+    totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
+    for (on_grid, pressed), own in zip(contact.parts, totals, strict=True):
+        for box in boxes_on_grid(on_grid.grid, pressed):
+            yield replace(box, share=box.share * own / sum(totals))
+
+
+def boxes_on_grid(grid: Grid, pressed: NormalContact) -> list[Box]:
+    """Return the patches on a grid and their shares of its pressures; they are as large as their elements."""
+    boxes, middle, total = [], (grid.n_x - 1) / 2, float(np.sum(pressed.p))
+    for patch in pressed.patches:
+        half = max(abs(patch.x[0] - middle), abs(patch.x[1] - middle), 0.5) * grid.dx
+        low, high = (float(grid.strips[0] + place * grid.ds) for place in patch.s)
+        share = float(np.sum(pressed.p[patch.elements])) / total
+        boxes.append(Box(half, (low, max(high, low + grid.ds / 2)), share))
+    return boxes
+
+
+def _coarse_grid(bodies: PairOnGrid, s: tuple[float, float], approach: float, roll: float) -> Grid:
+    """Return a coarse grid over an overlap, with a margin."""
+    half_x = (1 + BESIDE) * _half_length(bodies.undeformed, s, approach, roll)
+    length = (1 + 2 * BESIDE) * (s[1] - s[0])
+    dx, ds = 2 * half_x / (COARSE_X - 2 * MARGIN - 2), length / (COARSE_S - 2 * MARGIN - 2)
+    return _within(bodies, Grid(COARSE_X, COARSE_S, dx, ds, (s[0] + s[1]) / 2))
+
+
+def _half_length(surfaces: Undeformed, s: tuple[float, float], approach: float, roll: float) -> float:
+    """Return half of the length [mm] along x of an overlap."""
+    at, radius = np.linspace(*s, 129), surfaces.upper.rolling_radius
+    down, aside = approach * np.cos(roll), -approach * np.sin(roll)
+
+    def least(x: float) -> float:
+        return float(np.min(surfaces.distance(x, at, down, aside)))
+
+    if least(0.0) >= 0:  # between samples
+        return float(np.sqrt(2 * approach * min(radius, 1e6)) * 1e-3)
+    high = float(np.sqrt(2 * approach * min(radius, 1e6)))
+    while least(high) < 0 and high < 0.9 * radius:
+        high *= 1.5
+    return float(scipy.optimize.brentq(least, 0.0, high, rtol=1e-3))
+
+
+def _merged(ranges: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return ranges, of which neighbours are one where the gap is small beside the longer one."""
+    merged = [ranges[0]] if ranges else []
+    for low, high in ranges[1:]:
+        before = merged[-1]
+        if low - before[1] < SMALL_GAP * max(high - low, before[1] - before[0]):
+            merged[-1] = (before[0], high)
+        else:
+            merged.append((low, high))
+    return merged
+
+
+def _groups(boxes: Sequence[Box]) -> list[list[Box]]:
+    """Return patches by growing s, of which neighbours share a grid where it is not mostly empty.
+
+    Far apart is a gap as long as the longer one of both is, along x or s.
+    """
+    boxes = sorted(boxes, key=lambda box: box.s)
+    groups = [[boxes[0]]]
+    for before, box in pairwise(boxes):
+        size = max(before.half_x, box.half_x, before.width / 2, box.width / 2)
+        if box.s[0] - before.s[1] < size:
+            groups[-1].append(box)
+        else:
+            groups.append([box])
+    return groups
+
+
+def _apart(grids: Sequence[Grid]) -> list[Grid]:
+    """Return grids by growing s of which none reaches into the next one: both end in the middle."""
+    grids = list(grids)
+    for k, (one, other) in enumerate(pairwise(grids)):
+        excess = one.extent[1] - other.extent[0]
+        if excess > 0:
+            grids[k] = _shortened(one, after=int(np.ceil(excess / 2 / one.ds)))
+            grids[k + 1] = _shortened(other, before=int(np.ceil(excess / 2 / other.ds)))
+    return grids
+
+
+def _shortened(grid: Grid, *, before: int = 0, after: int = 0) -> Grid:
+    """Return a grid without some strips at its ends, and as many more as make the number a multiple of 2."""
+    n_s = grid.n_s - before - after
+    odd = n_s % 2
+    before, after = before + odd * (before > 0), after + odd * (after > 0)
+    return replace(grid, n_s=grid.n_s - before - after, s=grid.s + (before - after) * grid.ds / 2)
+
+
+def _within(bodies: PairOnGrid, grid: Grid) -> Grid:
+    """Return the grid, moved or with narrower strips so that it stays on the contours."""
+    (low, high), (start, end) = bodies.undeformed.s_range, grid.extent
+    if end - start > high - low:
+        return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
+    return replace(grid, s=grid.s + max(0.0, low - start) - max(0.0, end - high))
+
+
+def _rounded(n: float) -> int:
+    """Return the next multiple of `STEP`."""
+    return STEP * int(np.ceil(n / STEP))
