@@ -10,28 +10,41 @@ import xarray as xr
 from compare.shifts.geometry import SIDES, top_of
 from femic.cache.digests import results_digest
 from femic.reference.run_options import RunOptions
-from femic.shifts.contact import contact_at
-from femic.shifts.frictionless import ICsNumbers, SideContact
+from femic.shifts.contact import ICsNumbers, SideContact, contact_at
 from femic.shifts.patches import PatchNumbers
-from femic.shifts.sides import Place, Wanted
+from femic.shifts.sides import ContactRequest, Place
 from femic.shifts.specification import ShiftsFile
 from geometries.arrays import Array
 from geometries.errors import Failure
+from geometries.grids import Grid
 from geometries.track.layout import Layout
 from geometries.track.wheelset import Position, SideName, side_of
 
 POINTS = 400  # of the outlines of patches
 NUMBERS = {  # of a contact, by name: unit and meaning
     "p_max": ("MPa", "largest pressure"),
-    "estimate_p_max": ("MPa", "estimated error of p_max by the size of elements"),
+    "estimate_p_max": ("MPa", "estimated error of p_max"),
     "approach": ("mm", "approach of wheel and rail"),
     "vertical": ("N", "vertical force on the wheel, perpendicular to the track"),
     "lateral": ("N", "lateral force on the wheel, positive towards the middle of the track"),
+    "estimate_lateral": ("N", "estimated error of the lateral force"),
     "angle": ("deg", "change of the rail's inclination across the main patch"),
     "a": ("mm", "half-length of the main patch along the rail"),
     "b": ("mm", "half-width of the main patch, arc length"),
     "seconds": ("s", "time of the solution, without C"),
 }
+OF_PATCH = {  # of each patch of a contact, by growing arc length of the rail: unit, meaning
+    "normal_force": ("N", "force along the normals of the patch"),
+    "share": ("1", "share of the vertical load that the patch carries"),
+    "p_max": ("MPa", "largest pressure of the patch"),
+    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
+    "centre": ("mm", "centre of pressure of the patch, arc length on the rail from its top"),
+    "start": ("mm", "end of the patch on the gauge side, arc length on the rail from its top"),
+    "end": ("mm", "end of the patch on the field side, arc length on the rail from its top"),
+    "half_length": ("mm", "half-length of the patch along the rail"),
+    "area": ("mm2", "area of the patch"),
+}
+PATCH = "patch_"  # before these names
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +62,12 @@ class Study:
         return rails[0] == rails[1] and wheels[0] == wheels[1]
 
     @property
-    def wanted(self) -> Wanted:
+    def request(self) -> ContactRequest:
         """What each contact is solved for."""
         contact = self.specification.contact
-        return Wanted(contact.load, contact.ics, contact.elements, contact.c_above_deg, contact.planar)
+        return ContactRequest(
+            contact.load, contact.ics, contact.elements, contact.c_above_deg, contact.planar
+        )
 
     def facts(self, side: SideName) -> list[object]:
         """Return all of a side on which its contacts depend."""
@@ -99,7 +114,7 @@ def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
         options.watch.on_stage(f"{label}: stored by an earlier run")
         return entry
     start = perf_counter()
-    entry = _entry(contact_at(where, rail, wheel, study.wanted, quiet(options)))
+    entry = _entry(contact_at(where, rail, wheel, study.request, quiet(options)))
     options.watch.on_stage(f"{label}: {_told(entry)}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
@@ -122,8 +137,17 @@ def _entry(contact: SideContact) -> xr.Dataset:
     rows = contact.numbers
     numbers = {name: ("ics", [float(getattr(row, name)) for row in rows]) for name in NUMBERS}
     outlines = np.stack([_outline(row) for row in rows])
+    most = max(len(row.patches) for row in rows)
+    of_patches = {
+        PATCH + name: (
+            ("ics", "patch"),
+            np.array([_padded([_of_patch(patch, name) for patch in row.patches], most) for row in rows]),
+        )
+        for name in OF_PATCH
+    }
     return xr.Dataset(
         numbers
+        | of_patches
         | {
             "patches": ("ics", [float(len(row.patches)) for row in rows]),
             "beside": ("ics", [1 - max(patch.share for patch in row.patches) for row in rows]),
@@ -133,14 +157,37 @@ def _entry(contact: SideContact) -> xr.Dataset:
         coords={"ics": [row.ics for row in rows]},
         attrs={
             "notes": "; ".join(contact.notes),
-            "grid": f"{contact.grid.n_x} x {contact.grid.n_s} elements of {contact.grid.dx:.3g} x "
-            f"{contact.grid.ds:.3g} mm",
-            "elements": [contact.grid.n_x, contact.grid.n_s],
-            "lengths": [contact.grid.dx, contact.grid.ds, contact.grid.s],
-            "load": contact.load,
+            "grid": "; ".join(
+                f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm"
+                for grid in contact.grids
+            ),
+            "grids": [
+                float(value)
+                for grid in contact.grids
+                for value in (grid.n_x, grid.n_s, grid.dx, grid.ds, grid.s)
+            ],
             "steepest": contact.steepest,
         },
     )
+
+
+def grids_in(entry: xr.Dataset) -> tuple[Grid, ...]:
+    """Return the grids of a stored contact."""
+    rows = np.reshape(entry.attrs["grids"], (-1, 5))
+    return tuple(Grid(int(n_x), int(n_s), float(dx), float(ds), float(s)) for n_x, n_s, dx, ds, s in rows)
+
+
+def _of_patch(patch: PatchNumbers, name: str) -> float:
+    """Return a number of a patch by its name in `OF_PATCH`, arc lengths from the start of the profile."""
+    if name in {"start", "end"}:
+        return patch.s[name == "end"]
+    value = float(getattr(patch, name))
+    return float(np.degrees(value)) if name == "angle" else value
+
+
+def _padded(values: list[float], length: int) -> list[float]:
+    """Return values with NaN behind them."""
+    return values + [np.nan] * (length - len(values))
 
 
 def _outline(row: ICsNumbers) -> Array:
@@ -169,8 +216,10 @@ def labelled(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> 
     names = [*dict.fromkeys(str(name) for entry in solved.values() for name in entry.ics.values)]
     tops = {side: top_of(study.layout, side) for side in SIDES}
     shape = len(shifts), 2, len(names)
+    most = max((entry.sizes["patch"] for entry in solved.values()), default=1)
     values = {name: np.full(shape, np.nan) for name in (*NUMBERS, "patches", "beside")}
     outlines = {name: np.full((*shape, POINTS), np.nan) for name in ("outline_s", "outline_x")}
+    of_patches = {PATCH + name: np.full((*shape, most), np.nan) for name in OF_PATCH}
     grids = np.full(shape[:2], "", dtype=object)
     for (shift, side), entry in solved.items():
         k, m = shifts.index(shift), SIDES.index(side)
@@ -180,7 +229,11 @@ def labelled(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> 
                 own = entry.sel(ics=name)
                 for key, array in (values | outlines).items():
                     array[k, m, n] = own[key].values
+                for key, array in of_patches.items():
+                    array[k, m, n, : entry.sizes["patch"]] = own[key].values
         outlines["outline_s"][k, m] -= tops[side]
+        for name in ("centre", "start", "end"):
+            of_patches[PATCH + name][k, m] -= tops[side]
     units = NUMBERS | {
         "patches": ("1", "number of patches"),
         "beside": ("1", "share of the load beside the main patch"),
@@ -202,6 +255,15 @@ def labelled(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> 
                 strict=True,
             )
         }
+        | {
+            PATCH + name: ((*dims, "patch"), of_patches[PATCH + name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in OF_PATCH.items()
+        }
         | {"grid": (dims[:2], grids.astype(str))},
-        coords={"shift": list(shifts), "side": list(SIDES), "ics": names},
+        coords={
+            "shift": list(shifts),
+            "side": list(SIDES),
+            "ics": names,
+            "patch": np.arange(1, most + 1),
+        },
     )

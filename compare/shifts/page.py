@@ -12,11 +12,13 @@ from compare.shifts.answers import answer_table, summary
 from compare.shifts.differences import ranked, reference_names
 from compare.shifts.figures import forces, geometry, places, pressures, rolling
 from compare.shifts.tables import (
+    each_patch_table,
     force_table,
     geometry_table,
     grid_table,
     patch_table,
     pressure_table,
+    rolling_patch_table,
     wheelset_table,
 )
 from femic.contact.pairs.planar import PLANAR
@@ -24,6 +26,15 @@ from femic.contact.pairs.planar import PLANAR
 ELASTIC = (
     "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
     "carries the same vertical load; the lateral forces follow from the contact, whatever a vehicle needs."
+)
+PATCHES = (
+    "With the best ICs of each contact, from the gauge side to the field side. The contact angle is to the "
+    "track plane, positive on a flange; the force along the normal of a steep patch is much larger than its "
+    "vertical part. The centre is an arc length from the rail's top, positive to the field side."
+)
+AREAS = (
+    "Patches near each other share a grid and stand in one row. The rigid slip is that in the centre of "
+    "pressure. F_s and the slip along the profile are positive to the field side."
 )
 FORCES = (
     "With the best ICs of each contact. M_z is about the vertical of the touching point, positive where it "
@@ -47,6 +58,8 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if doubts := json.loads(dataset.attrs["doubts"]):
         yield Section("", [Items(doubts)])
     yield Section("", [pressures(dataset), Note(_reading(dataset))])
+    if (several := each_patch_table(dataset, several=True)) is not None:
+        yield Section("What each patch carries", [several, Note(PATCHES)])
     if "F_x" in dataset:
         yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])
     yield Section("Where they touch", [places(dataset), Note(_places_note())])
@@ -61,8 +74,11 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Folded("Not solved, and neglected", [Items(left_out)])
     yield Folded("All contacts: pressures", [pressure_table(dataset), Note(ELASTIC)])
     yield Folded("All contacts: patches and forces", [patch_table(dataset)])
+    if (patches := each_patch_table(dataset, several=False)) is not None:
+        yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
     if "F_x" in dataset:
         yield Folded("All contacts: creep forces", [force_table(dataset), Note(FORCES)])
+        yield Folded("All contacts: patches that roll", [rolling_patch_table(dataset), Note(AREAS)])
         yield Folded("All shifts: axle", [wheelset_table(dataset)])
     yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
     yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
@@ -84,7 +100,8 @@ def _reading(dataset: xr.Dataset) -> str:
         else ""
     )
     of_planar = (
-        "Planar contact has all elements in the tangent plane at the touching point, and ICs A. "
+        "Planar contact has the elements of each patch in one plane, of the mean inclination where the "
+        "profiles overlap, and ICs A; patches do not act on each other. "
         if PLANAR in dataset.ics.values
         else ""
     )
@@ -95,6 +112,7 @@ def _reading(dataset: xr.Dataset) -> str:
     )
     return (
         f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{of_planar}{alike}"
+        "Distances are those of the displaced profiles. "
         "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share. "
         f"{ELASTIC}"
     )
@@ -119,8 +137,8 @@ def _conicity_note(dataset: xr.Dataset) -> str:
 
 def _time(dataset: xr.Dataset) -> str:
     return (
-        "One grid covers all patches of a contact; the share of the load beside the main patch stands below "
-        f"their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count nothing."
+        "Patches far from each other have a grid each; the share of the load beside the main patch stands "
+        f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count nothing."
     )
 
 

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from compare.shifts.contacts import Study, quiet
-from compare.shifts.geometry import SIDES
+from compare.shifts.contacts import Study, grids_in, quiet
+from compare.shifts.geometry import SIDES, top_of
 from femic.cache.digests import results_digest
-from femic.shifts.rolling.numbers import OF_WHEEL, OF_WHEELSET
+from femic.shifts.rolling.numbers import OF_PATCH, OF_WHEEL, OF_WHEELSET
 from femic.shifts.rolling.position import RolledICs, RollingSide, roll
 from femic.shifts.sides import Place, bodies_at, problem_of
 from femic.shifts.specification import C, RollingTable
-from geometries.grids import Grid
 from geometries.track.wheelset import Position, SideName
 
 Contacts = Mapping[tuple[float, SideName], xr.Dataset]
 MIRRORED = ("sum_F_y", "steering")  # numbers of a wheelset that change their sign
 ESTIMATE = "estimate_"  # before the name of a number
+GRID = "area_"  # before the names of numbers of each contact area that rolls
 
 
 def rolling_wheelsets(
@@ -58,13 +58,12 @@ def mirrored(entry: xr.Dataset) -> xr.Dataset:
 
 def _side(study: Study, where: Place, contact: xr.Dataset) -> RollingSide:
     """Return a side on the grid of its contact without friction."""
-    k, load = SIDES.index(where.side), float(contact.attrs["load"])
+    k, grids = SIDES.index(where.side), grids_in(contact)
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
     bodies = bodies_at(where, rail, wheel, float(contact.attrs["steepest"]))
-    n_x, n_s = (int(n) for n in contact.attrs["elements"])
-    grid = Grid(n_x, n_s, *(float(length) for length in contact.attrs["lengths"]))
-    problem = problem_of(bodies, study.wanted, load, grid)
-    return RollingSide(where, problem, load, C in contact.ics.values)
+    problem = problem_of(bodies, study.request, study.request.load, grids[0])
+    approach = float(contact.approach.isel(ics=0))
+    return RollingSide(where, problem, grids, approach, C in contact.ics.values)
 
 
 def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:
@@ -74,7 +73,7 @@ def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label
         "rolling",
         results_digest("femic.shifts.rolling.position"),
         [study.facts(side) for side in SIDES],
-        [(side.place.side, side.problem.grid, side.load, side.with_c) for side in sides],
+        [(side.place.side, side.grids, side.approach, side.with_c) for side in sides],
         sides[0].place.position.given_shift,
         rolling.model_dump(),
     )
@@ -110,6 +109,15 @@ def _entry(solved: list[RolledICs]) -> xr.Dataset:
                 both[1][SIDES.index(side), n] = wheel.errors.get(name, np.nan)
         for key, array in zip((name, ESTIMATE + name), both, strict=True):
             variables[key] = (("side", "ics"), array)
+    most = max((len(wheel.patches) for of_ics in solved for wheel in of_ics.wheels.values()), default=1)
+    for name in OF_PATCH:
+        array = np.full((*shape, most), np.nan)
+        for n, of_ics in enumerate(solved):
+            for side, wheel in of_ics.wheels.items():
+                if wheel.ics == of_ics.ics:
+                    values = [patch[name] for patch in wheel.patches]
+                    array[SIDES.index(side), n, : len(values)] = values
+        variables[GRID + name] = (("side", "ics", "area"), array)
     for name in OF_WHEELSET:
         known = [of_ics.axle for of_ics in solved]
         variables[name] = ("ics", [axle.numbers[name] if axle else np.nan for axle in known])
@@ -141,6 +149,17 @@ def labelled_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dat
         for name, (unit, meaning) in table.items():
             dataset[name].attrs = {"units": unit, "long_name": meaning}
             dataset[ESTIMATE + name].attrs = {"units": unit, "long_name": f"estimated error of {name}"}
+    for name, (unit, meaning) in OF_PATCH.items():
+        dataset[GRID + name].attrs = {"units": unit, "long_name": meaning}
+    tops = xr.DataArray([top_of(study.layout, side) for side in SIDES], coords={"side": list(SIDES)})
+    centre = dataset[GRID + "centre"]
+    dataset[GRID + "centre"] = (
+        (centre - tops)
+        .transpose(*centre.dims)
+        .assign_attrs(
+            units="mm", long_name="centre of pressure of the area, arc length on the rail from its top"
+        )
+    )
     reasons = {
         f"{shift:g}, {side}, rolling": text
         for shift, entry in solved.items()

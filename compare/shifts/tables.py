@@ -26,6 +26,24 @@ AXLE = (
     ("steering", "kN m", ".2f", 1e-6),
     ("axle_torque", "N m", ".2f", 1e-3),
 )
+OF_AREA = (
+    ("centre", "mm", "+.2f", 1.0),
+    ("F_n", "kN", ".2f", 1e-3),
+    ("F_x", "kN", ".2f", 1e-3),
+    ("F_s", "kN", ".2f", 1e-3),
+    ("slip_x", "1e-3", ".2f", 1e3),
+    ("slip_s", "1e-3", ".2f", 1e3),
+    ("work", "J/m", ".1f", 1.0),
+)
+AREA_TITLES = (
+    "centre on the rail",
+    "force along the normal",
+    "F_x",
+    "F_s, along the profile",
+    "rigid slip along x",
+    "rigid slip along the profile",
+    "work",
+)
 TITLES = {
     "xi": "ξ",
     "work": "work",
@@ -100,6 +118,70 @@ def patch_table(dataset: xr.Dataset) -> Table:
         Column("lateral", "kN"),
     ]
     return Table("shift, wheel", columns, rows)
+
+
+def each_patch_table(dataset: xr.Dataset, *, several: bool) -> Table | None:
+    """Return what each patch carries with the best ICs, of contacts of several patches or of all contacts.
+
+    None where there are no such contacts.
+    """
+    rows = []
+    for label, own in _rows(dataset):
+        best = own.sel(ics=best_of(dataset, own))
+        count = int(best.patches)
+        if several and count < 2:
+            continue
+        rows += [_patch_row(label if k == 0 else "", best.isel(patch=k), k) for k in range(count)]
+    columns = [
+        Column("patch"),
+        Column("contact angle", "deg"),
+        Column("force along its normal", "kN"),
+        Column("of the vertical load", "%"),
+        Column("p_max", "MPa"),
+        Column("centre on the rail", "mm"),
+        Column("half-length", "mm"),
+        Column("width", "mm"),
+        Column("area", "mm²"),
+    ]
+    return Table("shift, wheel", columns, rows) if rows else None
+
+
+def _patch_row(label: str, patch: xr.Dataset, number: int) -> Row:
+    """Return the cells of a patch."""
+    return Row(
+        label,
+        [
+            Cell(number + 1, ".0f"),
+            Cell(float(patch.patch_angle), ".1f"),
+            Cell(float(patch.patch_normal_force) / 1000, ".2f"),
+            Cell(100 * float(patch.patch_share), ".1f"),
+            Cell(float(patch.patch_p_max), ".0f"),
+            Cell(float(patch.patch_centre), "+.2f"),
+            Cell(float(patch.patch_half_length), ".2f"),
+            Cell(float(patch.patch_end - patch.patch_start), ".2f"),
+            Cell(float(patch.patch_area), ".1f"),
+        ],
+    )
+
+
+def rolling_patch_table(dataset: xr.Dataset) -> Table:
+    """Return forces, slip and work of the areas that roll, with the best ICs."""
+    rows = []
+    for label, own in _rows(dataset):
+        best = str(reference_names(dataset, "F_x").sel(shift=own["shift"], side=own.side).item())
+        if not best:
+            continue
+        with_best = own.sel(ics=best)
+        for k in range(dataset.sizes["area"]):
+            area = with_best.isel(area=k)
+            if not np.isfinite(area.area_F_n):
+                continue
+            cells = [
+                Cell(per_unit * float(area[f"area_{name}"]), form) for name, _, form, per_unit in OF_AREA
+            ]
+            rows.append(Row(label if k == 0 else "", [symbol_of(best) if k == 0 else "", *cells]))
+    columns = [Column(title, unit) for (_, unit, _, _), title in zip(OF_AREA, AREA_TITLES, strict=True)]
+    return Table("shift, wheel", [*texts("ICs"), *columns], rows)
 
 
 def geometry_table(dataset: xr.Dataset) -> Table:

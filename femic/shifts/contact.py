@@ -1,47 +1,327 @@
-"""The contact of one wheel and its rail in a position of the wheelset, without friction, with several ICs."""
+"""The contact of one wheel and its rail in a position of the wheelset, without friction, with several ICs.
 
-from dataclasses import replace
+All patches of the wheel are solved under one approach, with the distance of the displaced profiles
+(`femic.contact.pairs.areas`): the wheel comes down perpendicular to the track until they carry the load.
+"""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from femic.contact.estimates import Measured, Numbers, changes, errors
+from femic.contact.pairs.area_grids import (
+    ACCURACY,
+    Sought,
+    find_patches,
+    fitting_grid,
+    longer,
+    refine,
+    refined_grids,
+    unresolved,
+)
+from femic.contact.pairs.areas import NO_COUPLING, Areas, AreasContact, AreaTooSmall
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.pairs.planar import PLANAR, PlanarContact, solve_planar
+from femic.contact.pairs.quantities import ALL, kinds, measured, numbers
+from femic.contact.pairs.reference_ics import normal_reference_ics
+from femic.contact.pairs.supports import other_supports
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.shifts.frictionless import SideContact, fitted, numbers_of, solved_on
-from femic.shifts.grids import SIZING
-from femic.shifts.planar import with_planar
-from femic.shifts.sides import Place, Wanted, bodies_at
+from femic.shifts.patches import PatchNumbers, patches_on_grid, planar_patches
+from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
 from femic.shifts.specification import C, ProfileTable
-from femic.shifts.with_c import with_c
-from geometries.errors import Failure
+from geometries.bodies import Body
+from geometries.errors import Failure, WrongInput
+from geometries.grids import Grid
+from geometries.profiles.placement import STEEPEST
+
+SIZING = "Bhat"  # the ICs that size grids
+C_FLANK = float(np.radians(60.0))  # steeper ones are pillars that bend under lateral forces
+C_STRIPS = 160  # of the one grid over all patches with C
+MOST_TRIES = 20  # grids
+ESTIMATED = {name: ALL[name] for name in ("p_max", "F_y", "a", "b", "angle", "approach", "load")}
+OF_PLANE = {name: ALL[name] for name in ("p_max", "a", "b")}
+
+
+@dataclass(frozen=True, eq=False)
+class ICsNumbers:
+    """The contact with some ICs: pressures in MPa, lengths in mm, forces in N, angle in degrees.
+
+    `vertical` and `lateral` are forces on the wheel in axes of the track, the latter positive towards its
+    middle. `angle` is the change of the rail's inclination across the main patch, a and b its half-lengths.
+    `patches` are all patches by growing arc length of the rail.
+    """
+
+    ics: str
+    p_max: float
+    estimate_p_max: float
+    approach: float
+    vertical: float
+    lateral: float
+    estimate_lateral: float
+    angle: float
+    a: float
+    b: float
+    seconds: float
+    patches: tuple[PatchNumbers, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SideContact:
+    """The contact of a side with all ICs, on the same grids; sentences about what was left out.
+
+    `steepest` [rad] is the inclination at which the bodies end in flanks.
+    """
+
+    numbers: tuple[ICsNumbers, ...]
+    grids: tuple[Grid, ...]
+    notes: tuple[str, ...] = ()
+    steepest: float = STEEPEST
 
 
 def contact_at(
     place: Place,
     rail: ProfileTable,
     wheel: ProfileTable,
-    wanted: Wanted,
+    request: ContactRequest,
     options: RunOptions = DEFAULT,
 ) -> SideContact:
     """Return the contact of a side in a position with all ICs. Raises Failure and WrongInput.
 
     C and the planar contact are left out, with a sentence, where they have no solution.
     """
-    contact = _with_ics(place, rail, wheel, wanted, options)
-    return with_planar(contact, place, bodies_at(place, rail, wheel), wanted) if wanted.planar else contact
-
-
-def _with_ics(
-    place: Place, rail: ProfileTable, wheel: ProfileTable, wanted: Wanted, options: RunOptions
-) -> SideContact:
-    """Return the contact of a side with all ICs."""
-    others = tuple(name for name in wanted.ics if name != C) or (SIZING,)
-    without_c = replace(wanted, ics=others)
+    names = tuple(name for name in request.ics if name != C) or (SIZING,)
     bodies = bodies_at(place, rail, wheel)
-    grid, load, notes = fitted(place, bodies, without_c)
-    solved = solved_on(bodies, without_c, load, grid, options)
-    numbers = tuple(numbers_of(place, contact) for contact in solved)
-    contact = SideContact(numbers, grid, load, notes)
-    beyond = wanted.c_above_deg is not None and max(row.angle for row in numbers) > wanted.c_above_deg
-    if C not in wanted.ics and not beyond:
-        return contact
+    pair, sought, contacts = _on_fine_grids(place, bodies, request, names)
+    rows = tuple(
+        replace(_numbers(place, name, contact), seconds=seconds)
+        for name, (contact, seconds) in contacts.items()
+    )
+    first, _ = next(iter(contacts.values()))
+    solved = SideContact(
+        rows, first.areas.grids, _fineness_notes([contact for contact, _ in contacts.values()])
+    )
+    if C in request.ics or _turns_far(rows, request):
+        try:
+            solved = _with_c(place, rail, wheel, replace(request, ics=(*names, C)), options)
+        except Failure as failure:
+            solved = replace(solved, notes=(*solved.notes, f"C is left out: {failure}"))
+    if not request.planar:
+        return solved
     try:
-        return with_c(place, rail, wheel, replace(wanted, ics=(*others, C)), options)
-    except Failure as failure:
-        return replace(contact, notes=(*notes, f"C is left out: {failure}"))
+        start = perf_counter()
+        planar = solve_planar(
+            pair, request.load, elements=request.elements, roll=place.roll, about=sought.approach
+        )
+    except (Failure, WrongInput) as error:
+        return replace(solved, notes=(*solved.notes, f"planar contact is left out: {error}"))
+    row = _planar_numbers(place, planar, perf_counter() - start)
+    return replace(solved, numbers=(*solved.numbers, row))
+
+
+def _turns_far(rows: Sequence[ICsNumbers], request: ContactRequest) -> bool:
+    """Whether the rail's inclination changes by more across a patch than C is asked for."""
+    return request.c_above_deg is not None and max(row.angle for row in rows) > request.c_above_deg
+
+
+def _on_fine_grids(
+    place: Place, bodies: dict[str, Body], request: ContactRequest, names: Sequence[str]
+) -> tuple[PairOnGrid, Sought, dict[str, tuple[AreasContact, float]]]:
+    """Return rail and wheel, the contact sought, and those with all ICs on the same grids, with seconds."""
+    problem = problem_of(bodies, request, request.load)
+    pair = pair_on_grid(problem, problem.grid)
+    boxes, sought = find_patches(pair, SIZING, request.load, place.roll)
+    grids = refined_grids(pair, boxes, sought, request.elements)
+    for _ in range(MOST_TRIES):
+        areas = [Areas.by(name, pair, grids, place.roll) for name in names]
+        try:
+            solved = [_timed(each, request.load, sought.approach) for each in areas]
+            return pair, sought, dict(zip(names, solved, strict=True))
+        except AreaTooSmall as short:
+            grids = tuple(longer(areas[0], short))
+    raise Failure(f"load = {request.load:g} N: no grids found that fit all ICs; take fewer elements")
+
+
+def _timed(areas: Areas, load: float, about: float) -> tuple[AreasContact, float]:
+    """Return a contact and the seconds of its solution."""
+    start = perf_counter()
+    return areas.solve(load, about), perf_counter() - start
+
+
+def _fineness_notes(contacts: Sequence[AreasContact]) -> tuple[str, ...]:
+    """Return a sentence where the finest grid does not resolve the distance of the profiles."""
+    shares = [
+        unresolved(contact, number) / max(float(np.max(each.p)) for each in contact.contacts)
+        for contact in contacts
+        for number in range(len(contact.contacts))
+    ]
+    if max(shares) <= ACCURACY:
+        return ()
+    return (
+        "the curvature of the profiles changes within less than a strip of the finest grid: the estimated "
+        f"error of p_max contains {100 * max(shares):.2g} % for that",
+    )
+
+
+# ---- numbers
+
+
+def _numbers(
+    place: Place,
+    name: str,
+    contact: AreasContact,
+    *,
+    others: Sequence[AreasContact] = (),
+    further: float = 0.0,
+) -> ICsNumbers:
+    """Return the numbers of a contact; changes by `others`, and `further` [MPa], add to estimated errors."""
+    lateral, vertical = place.in_track(contact.force)
+    patches = [
+        patch
+        for on_grid, pressed in contact.parts
+        for patch in patches_on_grid(place, on_grid, pressed, vertical)
+    ]
+    main = max(range(len(contact.contacts)), key=lambda k: _largest_share(contact, k))
+    own = numbers(contact.areas.on_grids[main], contact.contacts[main], ESTIMATED)
+    known = [_errors(contact, k, others) for k in range(len(contact.contacts))]
+    p_max = [float(np.max(pressed.p)) for pressed in contact.contacts]
+    lacking = [unresolved(contact, k) for k in range(len(contact.contacts))]
+    lacking = [value if value > ACCURACY * max(p_max) else 0.0 for value in lacking]
+    uppermost = max(p + each["p_max"] + lack for p, each, lack in zip(p_max, known, lacking, strict=True))
+    highest = int(np.argmax(p_max))
+    return ICsNumbers(
+        name,
+        max(p_max),
+        max(known[highest]["p_max"] + lacking[highest], uppermost - max(p_max)) + further,
+        contact.approach,
+        vertical,
+        -lateral,
+        float(sum(each["F_y"] for each in known)),
+        own["angle"],
+        own["a"],
+        own["b"],
+        np.nan,
+        tuple(sorted(patches, key=lambda patch: patch.centre)),
+    )
+
+
+def _largest_share(contact: AreasContact, number: int) -> float:
+    """Return the largest force [N] along its normals of a patch of an area."""
+    pressed, grid = contact.contacts[number], contact.areas.grids[number]
+    return max((float(np.sum(pressed.p[patch.elements])) * grid.area for patch in pressed.patches), default=0)
+
+
+def _errors(contact: AreasContact, number: int, others: Sequence[AreasContact]) -> dict[str, float]:
+    """Return estimated errors of an area's numbers, from elements twice and four times as large."""
+    levels, level = list[Measured](), contact if contact.contacts[number].in_contact.any() else None
+    while level is not None and len(levels) < 3 and level.contacts[number].in_contact.any():
+        levels.append(measured(level.areas.on_grids[number], level.contacts[number], ESTIMATED))
+        level = level.coarser
+    if not levels:
+        return dict.fromkeys(ESTIMATED, 0.0)
+    of_all = kinds(ESTIMATED)
+    parts: list[Numbers] = [
+        changes(levels[0], of_all, numbers(other.areas.on_grids[number], other.contacts[number], ESTIMATED))
+        for other in others
+    ]
+    return errors(of_all, levels[0], levels[1:], parts)
+
+
+def _planar_numbers(place: Place, planar: PlanarContact, seconds: float) -> ICsNumbers:
+    """Return the numbers of the planar contact; in its plane a patch does not turn."""
+    angles = [place.roll - patch.plane.angle for patch in planar.patches]
+    forces = [patch.normal_force for patch in planar.patches]
+    vertical = float(np.dot(forces, np.cos(angles)))
+    patches = [own for patch in planar.patches for own in planar_patches(place, patch, vertical)]
+    main = max(patches, key=lambda patch: patch.normal_force)
+    highest = max(planar.patches, key=lambda patch: float(np.max(patch.contact.p)))
+    levels, contact = [measured(highest.on_grid, highest.contact, OF_PLANE)], highest.contact.coarser
+    while contact is not None and len(levels) < 3:
+        levels.append(measured(highest.on_grid, contact, OF_PLANE))
+        contact = contact.coarser
+    known = errors(kinds(OF_PLANE), levels[0], levels[1:])
+    return ICsNumbers(
+        PLANAR,
+        float(np.max(highest.contact.p)),
+        known["p_max"],
+        planar.approach,
+        vertical,
+        float(np.dot(forces, np.sin(angles))),
+        np.nan,
+        0.0,
+        main.half_length,
+        (main.s[1] - main.s[0]) / 2,
+        seconds,
+        tuple(sorted(patches, key=lambda patch: patch.centre)),
+    )
+
+
+# ---- C
+
+
+def _with_c(
+    place: Place,
+    rail: ProfileTable,
+    wheel: ProfileTable,
+    request: ContactRequest,
+    options: RunOptions,
+) -> SideContact:
+    """Return the contact with all ICs and C, of bodies with flanks as C has them, on one grid of their own.
+
+    The estimated error of C has the change by nearer supports in it, and all have what B-hat shows that the
+    grid, limited to `C_STRIPS`, lacks beside finer ones. Raises Failure.
+    """
+    inclination = abs(place.touch.angle - place.roll)
+    if inclination >= C_FLANK:
+        raise Failure(
+            f"the contact angle is {np.degrees(inclination):.1f} degrees; the bodies of C end in flanks of "
+            f"{np.degrees(C_FLANK):.0f} degrees"
+        )
+    bodies = bodies_at(place, rail, wheel, C_FLANK)
+    pair, sought, fine = _on_fine_grids(place, bodies, request, (SIZING,))
+    grid = _grid_of_c(pair, sought, request.elements)
+    for _ in range(MOST_TRIES):
+        problem = problem_of(bodies, replace(request, ics=(C,)), request.load, grid)
+        on_grid = pair_on_grid(problem, grid)
+        named = {name: Areas.by(name, pair, (grid,), place.roll) for name in request.ics if name != C}
+        try:
+            contacts = {
+                name: _timed(areas, request.load, sought.approach)
+                for name, areas in ({SIZING: Areas.by(SIZING, pair, (grid,), place.roll)} | named).items()
+            }
+            reference = normal_reference_ics(problem, on_grid, options)
+            nearer = next(other_supports(problem, on_grid, options)).operator(on_grid, friction=False)
+            (with_c, seconds), (perturbed, _), (supports, _) = (
+                _timed(Areas((on_grid,), (operator,), NO_COUPLING, place.roll), request.load, sought.approach)
+                for operator in (reference.operator, reference.perturbed, nearer)
+            )
+            break
+        except AreaTooSmall as short:
+            (grid,) = longer(Areas.by(SIZING, pair, (grid,), place.roll), short)
+    else:
+        raise Failure(f"load = {request.load:g} N: no grid found that fits C")
+    lacking = abs(_p_max(contacts[SIZING][0]) - _p_max(fine[SIZING][0]))
+    rows = [
+        replace(_numbers(place, name, contacts[name][0], further=lacking), seconds=contacts[name][1])
+        for name in named
+    ]
+    further = lacking + abs(_p_max(supports) - _p_max(with_c))
+    row = _numbers(place, C, with_c, others=(perturbed,), further=further)
+    rows.append(replace(row, seconds=seconds))
+    return SideContact(tuple(rows), (grid,), (), C_FLANK)
+
+
+def _p_max(contact: AreasContact) -> float:
+    return max(float(np.max(each.p)) for each in contact.contacts)
+
+
+def _grid_of_c(pair: PairOnGrid, sought: Sought, elements: int) -> Grid:
+    """Return one grid over all patches, of at most `C_STRIPS` strips; raises Failure where they are few."""
+    boxes, _ = find_patches(pair, sought.variant, sought.load, sought.roll)
+    wanted = fitting_grid(boxes, elements)
+    if wanted.n_s > 4 * C_STRIPS:
+        raise Failure(
+            f"one grid over all patches has {wanted.n_s} strips, and C is solved on {C_STRIPS} at most"
+        )
+    return refine(pair, [fitting_grid(boxes, elements, C_STRIPS)], sought, C_STRIPS)[0]

@@ -1,4 +1,4 @@
-"""The patches of a contact: their shares of the load, ranges and outlines."""
+"""The patches of a wheel: what each carries, where it lies, and its outline."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 from femic.contact.edges import Extent
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.planar import PlanarPatch
 from femic.shifts.sides import Place
 from geometries.arrays import Array
 from geometries.grids import Grid
@@ -14,30 +15,77 @@ from geometries.grids import Grid
 
 @dataclass(frozen=True, eq=False)
 class PatchNumbers:
-    """A patch: share of the vertical load, range of s on the rail and half-length along x [mm], p_max [MPa].
+    """A patch: force [N] along its normal, share of the vertical load, largest pressure [MPa], area [mm^2].
 
-    `outline` are arc lengths of the rail and half-lengths along x [mm], (2, n), from the centres of the
-    elements.
+    `angle` [rad] is the contact angle to the track plane, positive on a flange, the mean weighted with
+    pressures. `centre` [mm] is the mean arc length of the rail's profile weighted so, `s` the range, and
+    `half_length` that along x. `outline` are arc lengths of the rail and half-lengths along x [mm], (2, n).
     """
 
+    normal_force: float
     share: float
+    p_max: float
+    angle: float
+    centre: float
     s: tuple[float, float]
     half_length: float
-    p_max: float
+    area: float
     outline: Array
 
 
-def patch_numbers(place: Place, on_grid: PairOnGrid, contact: NormalContact, patch: Extent) -> PatchNumbers:
-    """Return the numbers of a patch; arc lengths are those of the rail's profile."""
+def patches_on_grid(
+    place: Place, on_grid: PairOnGrid, contact: NormalContact, vertical: float
+) -> list[PatchNumbers]:
+    """Return the patches of a contact on a grid; `vertical` [N] is the load of all patches of the wheel."""
+    return [_numbers(place, on_grid, contact, patch, vertical) for patch in contact.patches]
+
+
+def planar_patches(place: Place, patch: PlanarPatch, vertical: float) -> list[PatchNumbers]:
+    """Return the patches in a plane; coordinates in it are turned into arc lengths of the rail."""
+
+    def arc_length(s: Array) -> Array:
+        on_rail = patch.plane.lower_arc_length(s - place.touch.s_rail)
+        return np.where(np.isnan(on_rail), s, on_rail + place.touch.s_rail)
+
+    turned = []
+    for own in patches_on_grid(place, patch.on_grid, patch.contact, vertical):
+        start, end = arc_length(np.array(own.s)).tolist()
+        centre = float(arc_length(np.array([own.centre]))[0])
+        outline = np.stack([arc_length(own.outline[0]), own.outline[1]])
+        turned.append(
+            PatchNumbers(
+                own.normal_force,
+                own.share,
+                own.p_max,
+                own.angle,
+                centre,
+                (start, end),
+                own.half_length,
+                own.area,
+                outline,
+            )
+        )
+    return turned
+
+
+def _numbers(
+    place: Place, on_grid: PairOnGrid, contact: NormalContact, patch: Extent, vertical: float
+) -> PatchNumbers:
     grid, p = on_grid.grid, np.where(patch.elements, contact.p, 0.0)
-    vertical = contact.p * on_grid.cosine
+    strips = np.sum(p, axis=0)
+    angles = place.roll - on_grid.undeformed.lower.contour.inclination(grid.strips)
     low, high = (place.touch.s_rail + grid.strips[0] + end * grid.ds for end in patch.s)
+    carried = float(np.sum(strips * np.cos(angles))) * grid.area
     return PatchNumbers(
-        float(np.sum(p * on_grid.cosine) / np.sum(vertical)),
-        (float(low), float(high)),
-        (patch.x[1] - patch.x[0]) / 2 * grid.dx,
-        float(np.max(p)),
-        _outline(place, grid, p, (float(low), float(high))),
+        normal_force=float(np.sum(strips)) * grid.area,
+        share=carried / vertical,
+        p_max=float(np.max(p)),
+        angle=float(np.average(angles, weights=strips)),
+        centre=float(place.touch.s_rail + np.average(grid.strips, weights=strips)),
+        s=(float(low), float(high)),
+        half_length=(patch.x[1] - patch.x[0]) / 2 * grid.dx,
+        area=int(np.count_nonzero(p)) * grid.area,
+        outline=_outline(place, grid, p, (float(low), float(high))),
     )
 
 

@@ -56,7 +56,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ContactRequest:
     """What a contact is solved for: load [N], ICs, elements across the main patch, and from where on C.
 
     `planar`: whether also as planar contact.
@@ -88,7 +88,7 @@ def bodies_at(
 
 
 def problem_of(
-    bodies: dict[str, Body], wanted: Wanted, load: float, grid: Grid | None = None
+    bodies: dict[str, Body], request: ContactRequest, load: float, grid: Grid | None = None
 ) -> ContactProblem:
     """Return the contact of two bodies under a load perpendicular to the axle [N], on a grid if given."""
     curvature = abs(float(bodies["lower"].contour.curvature(0.0)))
@@ -96,8 +96,8 @@ def problem_of(
     solids = {name: Solid(body.material, body.surface) for name, body in bodies.items()}
     specification = ContactSpecification(
         loads=(load,),
-        ics=tuple(dict.fromkeys(wanted.ics)),
-        elements=wanted.elements,
+        ics=tuple(dict.fromkeys(request.ics)),
+        elements=request.elements,
         grid="scene" if grid else "automatic",
         supports=False,
     )

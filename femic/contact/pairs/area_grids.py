@@ -20,6 +20,7 @@ from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.first_touch import hertz
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.tangent_plane import TangentPlane
 from femic.contact.undeformed import Undeformed
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -59,7 +60,7 @@ class Box:
         return self.s[1] - self.s[0]
 
 
-def overlaps(surfaces: Undeformed, approach: float, roll: float) -> list[tuple[float, float]]:
+def overlaps(surfaces: Undeformed | TangentPlane, approach: float, roll: float) -> list[tuple[float, float]]:
     """Return the ranges of arc length [mm] in which bodies displaced by an approach [mm] overlap at x = 0.
 
     The upper body comes down along the direction at an angle `roll` [rad] to the z axis. Raises Failure where
@@ -183,7 +184,7 @@ def unresolved(contact: AreasContact, number: int) -> float:
     As a constant of order 1 in it was measured, it is an estimate (docs/theory/errors.md).
     """
     on_grid, pressed = contact.areas.on_grids[number], contact.contacts[number]
-    grid, near = on_grid.grid, pressed.in_contact.any(axis=0)
+    grid, near = on_grid.grid, np.asarray(pressed.in_contact.any(axis=0))
     if np.count_nonzero(near) < 2:
         return 0.0
     down, aside = contact.approach * np.cos(contact.areas.roll), contact.approach * np.sin(contact.areas.roll)
@@ -197,14 +198,17 @@ def unresolved(contact: AreasContact, number: int) -> float:
 
 
 def refined_grids(
-    bodies: PairOnGrid, boxes: Sequence[Box], sought: "Sought", elements: int, most_strips: int = MOST_STRIPS
+    bodies: PairOnGrid, boxes: Sequence[Box], sought: Sought, elements: int, most_strips: int = MOST_STRIPS
 ) -> tuple[Grid, ...]:
     """Return grids over patches that are long enough, with enough elements across each and for p_max.
 
     Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
     """
-    grids: Sequence[Grid] = fitting_grids(bodies, boxes, elements, most_strips)
-    contact = None
+    return refine(bodies, fitting_grids(bodies, boxes, elements, most_strips), sought, most_strips)
+
+
+def refine(bodies: PairOnGrid, grids: Sequence[Grid], sought: Sought, most_strips: int) -> tuple[Grid, ...]:
+    """Return grids made longer and finer, as `refined_grids` says."""
     for _ in range(MOST_TRIES):
         areas = Areas.by(sought.variant, bodies, grids, sought.roll)
         try:
@@ -282,7 +286,9 @@ def _coarse_grid(bodies: PairOnGrid, s: tuple[float, float], approach: float, ro
     return _within(bodies, Grid(COARSE_X, COARSE_S, dx, ds, (s[0] + s[1]) / 2))
 
 
-def _half_length(surfaces: Undeformed, s: tuple[float, float], approach: float, roll: float) -> float:
+def _half_length(
+    surfaces: Undeformed | TangentPlane, s: tuple[float, float], approach: float, roll: float
+) -> float:
     """Return half of the length [mm] along x of an overlap."""
     at, radius = np.linspace(*s, 129), surfaces.upper.rolling_radius
     down, aside = approach * np.cos(roll), -approach * np.sin(roll)

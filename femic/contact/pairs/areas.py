@@ -305,6 +305,9 @@ def _next(steps: Sequence[tuple[float, float]], after: float) -> float:
     return secant if abs(secant - after) <= abs(f_1) else after
 
 
+NO_COUPLING = Coupling((), {})
+
+
 @lru_cache(maxsize=32)
 def coupling(variant: str, pair: Pair, boxes: tuple[Box, ...]) -> Coupling:
     """Return the coupling of areas by an approximation of the ICs; one that is not reciprocal is averaged."""
@@ -338,7 +341,7 @@ def _nodes(box: Box) -> tuple[Array, Array]:
 @lru_cache(maxsize=128)
 def _bases(grid: Grid, box: Box) -> tuple[Array, Array]:
     """Return Lagrange's polynomials of the nodes at the centres of elements, (n_x or n_s, NODES)."""
-    x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
+    x = np.asarray(grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2))
     along_x, along_s = _nodes(box)
     return _lagrange(x, along_x), _lagrange(grid.strips, along_s)
 

@@ -1,4 +1,4 @@
-"""Planar contact of two bodies, as programs for it solve it: each patch in a plane of its own, on half-spaces.
+"""Planar contact, as programs for it solve it: each patch in a plane of its own, on half-spaces.
 
 The upper body comes down by an approach zeta. Where both profiles then overlap is a patch; parts nearer than
 `COMBINED` belong to one. Its plane has the mean inclination of the rail over the overlap, weighted with the
@@ -6,12 +6,12 @@ square of its depth: with the vertical depth e at x = 0, this is e^(5/2) dy for 
 x, nearly as pressures are distributed. In the plane, ICs are A, and the distance is
 that of the displaced bodies along the normal of the plane: nothing is linearised, and elements do not turn.
 Patches do not act on each other. The approach is the one at which all patches carry the load together. This
-is what the program CONTACT does by default (E. A. H. Vollebregt, its user guide); theory: docs/theory/contact.md.
+is what the program CONTACT does by default (E. A. H. Vollebregt, its user guide); docs/theory/contact.md.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -37,10 +37,11 @@ LOAD = 1e-6  # of the load: the accuracy of its balance
 class PlanarPatch:
     """A patch in its plane: the bodies over the plane on a grid, and the contact there.
 
-    `s` [mm] are the arc lengths of the lower contour at the ends of the grid.
+    Beyond the `window` [mm], coordinates in the plane, are other patches: no contact is possible there.
     """
 
     on_grid: PairOnGrid
+    window: tuple[float, float]
     contact: NormalContact
 
     @property
@@ -64,7 +65,7 @@ class PlanarContact:
 
 
 def planar(bodies: PairOnGrid, at: float | None = None, inclination: float | None = None) -> PairOnGrid:
-    """Return bodies over a plane through the lower contour at an arc length [mm], None: where they touch first.
+    """Return bodies over a plane through the lower contour at an arc length [mm]; None: first touch.
 
     The plane is tangent there, or has another `inclination` [rad]. Raises WrongInput for bodies with an extra
     gap, and as `TangentPlane`.
@@ -101,20 +102,20 @@ class _Planar:
 
     def solved(self, about: float) -> PlanarContact:
         """Return the contact: its approach on coarse grids, then its patches on finer ones."""
-        approach = self.approach_of(lambda zeta: self.patches(zeta), about or 1e-3)
+        approach = self.approach_with(self.patches, about or 1e-3)
         coarse = self.patches(approach)
         main = max(coarse, key=lambda patch: patch.normal_force)
         grids = [self.fine_grid(patch, patch is main) for patch in coarse]
 
         def on_grids(zeta: float) -> list[PlanarPatch]:
             return [
-                self.patch(replace(patch.on_grid, grid=grid), zeta)
+                self.patch(replace(patch.on_grid, grid=grid), patch.window, zeta)
                 for patch, grid in zip(coarse, grids, strict=True)
             ]
 
         for _ in range(MOST_TRIES):
             try:
-                approach = self.approach_of(on_grids, approach)
+                approach = self.approach_with(on_grids, approach)
                 fine = [self.at_its_load(patch, approach) for patch in on_grids(approach)]
             except _TooShort as short:
                 number = next(k for k, grid in enumerate(grids) if grid == short.grid)
@@ -126,7 +127,7 @@ class _Planar:
             grids = finer
         raise Failure(f"planar contact at {self.load:g} N: no grids found that it fits")
 
-    def approach_of(self, patches_at, approach: float) -> float:
+    def approach_with(self, patches_at: Callable[[float], list[PlanarPatch]], approach: float) -> float:
         """Return the approach [mm] at which patches carry the load, by the secant in logarithms."""
 
         def excess(log_approach: float) -> float:
@@ -158,7 +159,16 @@ class _Planar:
         surfaces = self.bodies.undeformed
         assert isinstance(surfaces, Undeformed)
         ranges = _combined(overlaps(surfaces, approach, self.roll))
-        return [self.patch(self.over_plane(each, approach), approach) for each in ranges]
+        ends = [end for each in ranges for end in each]
+        between = [(ends[k] + ends[k + 1]) / 2 for k in range(1, len(ends) - 1, 2)]
+        limits = [surfaces.s_range[0], *between, surfaces.s_range[1]]
+        patches = []
+        for each, window in zip(ranges, pairwise(limits), strict=True):
+            over = self.over_plane(each, approach)
+            assert isinstance(over.undeformed, TangentPlane)
+            along = over.undeformed.line.along(surfaces.lower.contour.position(np.array(window)))
+            patches.append(self.patch(over, (float(along[0]), float(along[1])), approach))
+        return patches
 
     def over_plane(self, s: tuple[float, float], approach: float) -> PairOnGrid:
         """Return the bodies over the plane of an overlap, on a coarse grid."""
@@ -192,18 +202,28 @@ class _Planar:
             high *= 1.5
         return float(scipy.optimize.brentq(least, 0.0, high, rtol=1e-3))
 
-    def patch(self, on_grid: PairOnGrid, approach: float) -> PlanarPatch:
-        """Return a patch at an approach [mm]; its `_TooShort` says where the grid is."""
-        return PlanarPatch(on_grid, self.contact(on_grid, approach, None))
+    def patch(self, on_grid: PairOnGrid, window: tuple[float, float], approach: float) -> PlanarPatch:
+        """Return a patch at an approach [mm]."""
+        return PlanarPatch(on_grid, window, self.contact(on_grid, window, approach))
 
     def at_its_load(self, patch: PlanarPatch, approach: float) -> PlanarPatch:
         """Return a patch under its own normal force, on all elements: those twice as large have it, too."""
-        return replace(patch, contact=self.contact(patch.on_grid, approach, patch.normal_force))
+        contact = self.contact(patch.on_grid, patch.window, approach, normal_force=patch.normal_force)
+        return replace(patch, contact=contact)
 
-    def contact(self, on_grid: PairOnGrid, approach: float, normal_force: float | None) -> NormalContact:
+    def contact(
+        self,
+        on_grid: PairOnGrid,
+        window: tuple[float, float],
+        approach: float,
+        *,
+        normal_force: float | None = None,
+    ) -> NormalContact:
         """Return the contact at an approach [mm], or of this distance under a normal force [N]."""
         down, aside = approach * np.cos(self.roll), -approach * np.sin(self.roll)
-        distance = on_grid.distance_at(down, aside)
+        strips = on_grid.grid.strips
+        inside = (strips > window[0]) & (strips < window[1])
+        distance = np.where(inside, on_grid.distance_at(down, aside), np.inf)
         upright = np.ones(on_grid.grid.n_s)
         problem = NormalProblem(on_grid.grid, on_grid.flat, on_grid.flat, distance, upright)
         try:

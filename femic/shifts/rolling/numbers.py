@@ -1,7 +1,7 @@
 """The numbers of a rolling wheelset: creepages, creep forces in axes of the track, work of friction.
 
 Their errors are estimated from elements twice and four times as large, on which the wheelset has found a
-creepage of its own.
+creepage and approaches of its own. Numbers of a wheel are sums over its patches, and so are their errors.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured
 from femic.contact.pairs.rolling_numbers import measured_rolling
 from femic.shifts.rolling.wheel import RollingWheel, WheelContact
 from femic.shifts.rolling.wheelset import Rolled
-from geometries.patches import N
+from geometries.patches import N, S, X
 
 OF_WHEEL = {  # by name: unit and meaning
     "xi": ("1", "longitudinal creepage of the touching point, positive where the wheel is driven"),
@@ -28,6 +28,15 @@ OF_WHEEL = {  # by name: unit and meaning
     "p_max_rolling": ("MPa", "largest pressure of the rolling contact"),
     "vertical_rolling": ("N", "vertical force on the rolling wheel"),
     "resistance": ("N", "torque about the axle over the rolling radius, less F_x"),
+}
+OF_PATCH = {  # of each patch of a wheel
+    "F_x": ("N", "longitudinal force on the wheel by the patch"),
+    "F_s": ("N", "tangential force on the wheel along the rail's profile by the patch"),
+    "F_n": ("N", "force along its normals by the patch"),
+    "slip_x": ("1", "rigid slip along x in the centre of pressure of the patch"),
+    "slip_s": ("1", "rigid slip along the rail's profile in the centre of pressure of the patch"),
+    "centre": ("mm", "centre of pressure of the patch, arc length of the rail's profile"),
+    "work": ("N", "work of friction of the patch per unit of rolled distance, J/m"),
 }
 OF_WHEELSET = {
     "xi_0": ("1", "creepage of the wheelset at the nominal radius, omega R_0 / V - 1"),
@@ -42,20 +51,22 @@ WORK = "work"
 
 
 Other = tuple[RollingWheel, WheelContact]  # the same wheel with changed ICs
+SUMMED = ("F_x", "F_y", "M_z", WORK)
 
 
 @dataclass(frozen=True, eq=False)
 class WheelNumbers:
     """Numbers of a wheel by the names of `OF_WHEEL`, and the estimated errors of those that have one.
 
-    `simplified`: steady rolling has a solution in its less accurate form only.
+    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length. `simplified`: steady
+    rolling has a solution in its less accurate form only.
     """
 
     ics: str
     numbers: Mapping[str, float]
     errors: Mapping[str, float]
+    patches: tuple[Mapping[str, float], ...]
     simplified: bool
-    grid: str
 
 
 @dataclass(frozen=True)
@@ -106,51 +117,73 @@ def wheel_numbers(rolled: Rolled, number: int, ics: str, others: Sequence[Other]
     """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
     levels = _levels(rolled)
     wheel, contact = rolled.wheels[number], rolled.contacts[number]
-    fine, *larger = (_measured(level.wheels[number], level.contacts[number], ics) for level in levels)
     of_all: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
-    parts = [changes(fine, of_all, _measured(*other, ics).numbers) for other in others]
-    known = errors(of_all, fine, larger[:2], parts)
-    state, frictional = contact.rolling.contact, wheel.problem.problem
-    bound = float(np.sum(frictional.bound(state.p[..., N]))) * frictional.grid.area
-    tangential = np.linalg.norm(np.sum(state.p[..., :N], axis=(0, 1))) * frictional.grid.area
-    own = fine.numbers
+    own, known = list[Mapping[str, float]](), list[Mapping[str, float]]()
+    for patch in range(len(wheel.problems)):
+        fine, *larger = (
+            _measured(level.wheels[number], level.contacts[number], patch, ics) for level in levels
+        )
+        parts = [changes(fine, of_all, _measured(*other, patch, ics).numbers) for other in others]
+        own.append(fine.numbers)
+        known.append(errors(of_all, fine, larger[:2], parts))
+    forces = [_patch(wheel, contact, patch, work=own[patch][WORK]) for patch in range(len(own))]
+    bound = sum(each["bound"] for each in forces)
+    tangential = float(np.hypot(sum(each["F_x"] for each in forces), sum(each["F_s"] for each in forces)))
+    area = np.array([max(numbers["area"], 1e-300) for numbers in own])
+    highest = int(np.argmax([numbers["p_max"] for numbers in own]))
+    total = {name: float(sum(numbers[name] for numbers in own)) for name in SUMMED}
     numbers = {
-        "xi": contact.rolling.creepages.longitudinal,
-        "F_x": own["F_x"],
+        "xi": contact.creepages.longitudinal,
+        "F_x": total["F_x"],
         "F_y": -wheel.place.in_track(contact.force)[0],
-        "M_z": own["M_z"],
-        "work": own[WORK],
-        "sliding": own["sliding_share"],
-        "utilised": float(tangential) / bound,
-        "p_max_rolling": own["p_max"],
+        "M_z": total["M_z"],
+        "work": total[WORK],
+        "sliding": float(np.average([numbers["sliding_share"] for numbers in own], weights=area)),
+        "utilised": tangential / bound,
+        "p_max_rolling": own[highest]["p_max"],
         "vertical_rolling": contact.vertical,
-        "resistance": contact.torque / wheel.radius - own["F_x"],
+        "resistance": contact.torque / wheel.radius - total["F_x"],
     }
-    of_numbers = {name: known[name] for name in ("F_x", "F_y", "M_z", WORK)} | {
-        "sliding": known["sliding_share"],
-        "p_max_rolling": known["p_max"],
-        "utilised": float(np.hypot(known["F_x"], known["F_y"])) / bound,
+    of_numbers = {name: float(sum(each[name] for each in known)) for name in SUMMED} | {
+        "sliding": float(np.average([each["sliding_share"] for each in known], weights=area)),
+        "p_max_rolling": known[highest]["p_max"],
     }
-    grid = frictional.grid
-    return WheelNumbers(
-        ics,
-        numbers,
-        of_numbers,
-        contact.rolling.simplified,
-        f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm",
-    )
+    of_numbers["utilised"] = float(np.hypot(of_numbers["F_x"], of_numbers["F_y"])) / bound
+    patches = tuple({name: each[name] for name in OF_PATCH} for each in forces)
+    return WheelNumbers(ics, numbers, of_numbers, patches, contact.simplified)
 
 
-def _measured(wheel: RollingWheel, contact: WheelContact, ics: str) -> Measured:
-    """Return the quantities of a contact, with the work of friction.
+def _patch(wheel: RollingWheel, contact: WheelContact, patch: int, *, work: float) -> dict[str, float]:
+    """Return the numbers of a patch, and its `bound`, friction times pressures [N]."""
+    state, problem = contact.states[patch], wheel.problems[patch]
+    area, p = problem.problem.grid.area, state.p
+    strips = np.sum(p[..., N], axis=0)
+    at = float(np.average(problem.rolling.s, weights=strips)) if np.any(strips) else np.nan
+    slip = problem.rolling.rigid_slip(contact.creepages)[p.shape[0] // 2]
+    f_x, f_s, f_n = (float(np.sum(p[..., direction])) * area for direction in (X, S, N))
+    return {
+        "F_x": f_x,
+        "F_s": f_s,
+        "F_n": f_n,
+        "slip_x": float(np.interp(at, problem.rolling.s, slip[:, X])),
+        "slip_s": float(np.interp(at, problem.rolling.s, slip[:, S])),
+        "centre": wheel.place.touch.s_rail + at,
+        "work": work,
+        "bound": float(np.sum(problem.problem.bound(p[..., N]))) * area,
+    }
+
+
+def _measured(wheel: RollingWheel, contact: WheelContact, patch: int, ics: str) -> Measured:
+    """Return the quantities of a patch, with the work of friction.
 
     It is that of the tractions on the rigid motion, which converges faster than that of friction on the
     slip; with C it is the latter, because the tractions there act on a raised surface.
     """
+    on_grid, problem, rolling = wheel.on_grids[patch], wheel.problems[patch], contact.patches[patch]
     if ics == "C":
-        own = measured_rolling(wheel.on_grid, wheel.problem, contact.rolling)
+        own = measured_rolling(on_grid, problem, rolling)
         work = own.numbers["dissipation"]
     else:
-        own = measured(wheel.on_grid, contact.rolling.contact, OF_ROLLING)
-        work = wheel.problem.power(contact.rolling) - wheel.problem.climbing(contact.rolling)
-    return replace(own, numbers={**own.numbers, WORK: work})
+        own = measured(on_grid, rolling.contact, OF_ROLLING)
+        work = problem.power(rolling) - problem.climbing(rolling)
+    return replace(own, numbers={**own.numbers, WORK: work, "approach": contact.approach})

@@ -7,45 +7,52 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
+from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
-from femic.contact.pairs.automatic_grid import sizing_of
-from femic.contact.pairs.contact_size import MOST_TRIES
-from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.pairs.area_grids import MOST_TRIES, longer
+from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.pairs.supports import other_supports
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.shifts.grids import SIZING
+from femic.shifts.contact import SIZING
 from femic.shifts.rolling.numbers import AxleNumbers, Other, WheelNumbers, axle_numbers, wheel_numbers
 from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
 from femic.shifts.rolling.wheelset import BeyondGrid, Rolled, RollingWheelset
 from femic.shifts.sides import Place
 from femic.shifts.specification import C, RollingTable
 from geometries.errors import Failure
+from geometries.grids import Grid
 from geometries.track.wheelset import SideName
+
+BALANCES = 4  # steps to the load with changed ICs
 
 
 @dataclass(frozen=True, eq=False)
 class RollingSide:
-    """One wheel and its rail on a grid: the contact problem, and the load perpendicular to the axle [N].
+    """One wheel and its rail: the contact problem, the grids of its patches, and the approach [mm].
 
     `with_c`: whether C is among its ICs.
     """
 
     place: Place
     problem: ContactProblem
-    load: float
+    grids: tuple[Grid, ...]
+    approach: float
     with_c: bool
 
-    @property
-    def on_grid(self) -> PairOnGrid:
-        """Rail and wheel on the grid."""
-        return pair_on_grid(self.problem, self.problem.grid)
+    def pressed(self, variant: str, load: float) -> AreasContact:
+        """Return the wheel pressed on under a load [N] without friction, with an approximation of the ICs."""
+        pair = pair_on_grid(self.problem, self.grids[0])
+        areas = Areas.by(variant, pair, self.grids, self.place.roll)
+        return areas.solve(load, self.approach)
 
-    def longer(self, beyond: BeyondGrid) -> "RollingSide":
-        """Return the side with a longer grid."""
-        grid = sizing_of(self.problem).longer(self.problem.grid, beyond.short)
-        return replace(self, problem=replace(self.problem, grid=grid))
+    def longer(self, number: int, short: PotentialAreaTooSmall) -> "RollingSide":
+        """Return the side with a longer grid in the place of one."""
+        pair = pair_on_grid(self.problem, self.grids[0])
+        areas = Areas.by(SIZING, pair, self.grids, self.place.roll)
+        return replace(self, grids=tuple(longer(areas, AreaTooSmall(number, short))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,41 +140,46 @@ class _Roller:
         return RolledICs(self.ics, None, {}, dict.fromkeys(names, reason))
 
     def on_long_enough_grids(self, sides: tuple[RollingSide, ...]) -> tuple[Rolled, tuple[RollingSide, ...]]:
-        """Return the wheelset and its sides, whose grids are made longer where contacts need it."""
+        """Return the wheelset and its sides, whose grids are made longer where patches need it."""
         for _ in range(MOST_TRIES):
-            wheels = tuple(self.wheel_of(side, self.operator(side)) for side in sides)
+            wheels = tuple(self.wheel_on(side) for side in sides)
             wheelset = RollingWheelset(wheels, self.load, self.rolling.friction, self.given)
             try:
-                return wheelset.rolled([side.load for side in sides]), sides
+                return wheelset.rolled(), sides
             except BeyondGrid as beyond:
-                number, last = beyond.number, beyond
-                sides = tuple(side.longer(beyond) if k == number else side for k, side in enumerate(sides))
-        raise Failure(f"{sides[number].place.side} wheel: {last}")
+                last = beyond
+                sides = tuple(
+                    side.longer(last.grid, last.short) if k == last.number else side
+                    for k, side in enumerate(sides)
+                )
+        raise Failure(f"{sides[last.number].place.side} wheel: {last}")
 
-    def own_ics(self, side: RollingSide) -> str:
+    def ics_on(self, side: RollingSide) -> str:
         """Return the ICs of a side."""
         return SIZING if self.ics == C and not side.with_c else self.ics
 
-    def operator(self, side: RollingSide) -> FullOperator:
-        """Return the ICs of a side as an operator."""
-        name = self.own_ics(side)
-        if name != C:
-            return approximation(side.on_grid, name)
-        return self.reference(side).operator
+    def wheel_on(self, side: RollingSide, operator: FullOperator | None = None) -> RollingWheel:
+        """Return the wheel of a side with its ICs, or with others, on one grid."""
+        name = self.ics_on(side)
+        pressed = side.pressed(SIZING if name == C else name, self.load)
+        if operator is not None:
+            operators = [operator]
+        elif name == C:
+            operators = [self.reference(side).operator]
+        else:
+            operators = [approximation(on_grid, name) for on_grid in pressed.areas.on_grids]
+        friction = Friction(self.rolling.friction, self.rolling.by_angle)
+        motion = Motion(self.rolling.lateral, self.rolling.spin)
+        return RollingWheel.rolls(side.place, pressed, operators, friction, motion)
 
     def reference(self, side: RollingSide) -> ReferenceICs:
         """Return C of a side as the rail sees it; its models are stored."""
-        return full_reference_ics(side.problem, side.on_grid, self.options, wheel_rolls=True)
-
-    def wheel_of(self, side: RollingSide, operator: FullOperator) -> RollingWheel:
-        """Return the wheel of a side with some ICs."""
-        friction = Friction(self.rolling.friction, self.rolling.by_angle)
-        motion = Motion(self.rolling.lateral, self.rolling.spin)
-        return RollingWheel.of(side.place, side.on_grid, operator, friction, motion)
+        on_grid = pair_on_grid(side.problem, side.grids[0])
+        return full_reference_ics(side.problem, on_grid, self.options, wheel_rolls=True)
 
     def wheel(self, side: RollingSide, rolled: Rolled, number: int) -> WheelNumbers:
         """Return the numbers of a wheel; with C the changes by its error and its supports are estimated."""
-        name = self.own_ics(side)
+        name = self.ics_on(side)
         others = self.others(side, rolled, number) if name == C else []
         return wheel_numbers(rolled, number, name, others)
 
@@ -176,15 +188,20 @@ class _Roller:
         specification = replace(
             side.problem.specification, motion="rolling", friction=FrictionSpecification()
         )  # for all components of C
-        problem = replace(side.problem, specification=specification)
-        nearer = next(other_supports(problem, side.on_grid, self.options))
+        problem, on_grid = (
+            replace(side.problem, specification=specification),
+            rolled.wheels[number].on_grids[0],
+        )
+        nearer = next(other_supports(problem, on_grid, self.options))
         operators = (
             self.reference(side).perturbed,
-            nearer.operator(side.on_grid, friction=True, wheel_rolls=True),
+            nearer.operator(on_grid, friction=True, wheel_rolls=True),
         )
-        contact = rolled.contacts[number]
-        others = []
+        contact, others = rolled.contacts[number], []
         for operator in operators:
-            wheel = self.wheel_of(side, operator)
-            others.append((wheel, wheel.contact(rolled.xi_0, contact.load, contact.rolling.contact)))
+            wheel = self.wheel_on(side, operator).linearised_about(rolled.wheels[number].about)
+            own = wheel.contact(rolled.xi_0, contact.approach, contact)
+            for _ in range(BALANCES):  # of the load, by other ICs
+                own = wheel.contact(rolled.xi_0, wheel.approach_for(self.load, own), own)
+            others.append((wheel, own))
         return others

@@ -1,9 +1,10 @@
-"""Wheels on one axle: the creepage at which they roll freely, and the loads in balance.
+"""Wheels on one axle: the creepage at which they roll freely, and the vertical forces in balance.
 
 Free: no torque acts on the axle. The sum of the torques of the wheels grows with the creepage xi_0, so that
-its zero is bracketed; steps are those of the secant, or bisections. The loads perpendicular to the axle
-follow the lateral forces from step to step. All is solved on elements four times, twice and once as large,
-each time from the creepage and the tractions before; the differences tell the errors.
+its zero is bracketed; steps are those of the secant, or bisections. The approaches of the wheels follow their
+vertical forces from step to step. All is solved on elements four times, twice and once as large, each time
+from the creepage, the approaches and the tractions before, with the distance of wheels that are displaced by
+these approaches; the differences tell the errors.
 """
 
 from collections.abc import Sequence
@@ -11,9 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.contact.frictional import FrictionalContact
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.shifts.rolling.wheel import RollingWheel, WheelContact
+from femic.shifts.rolling.wheel import PatchBeyondGrid, RollingWheel, WheelContact
 from geometries.errors import Failure
 
 TORQUE = 1e-5  # of friction times load times nominal radius: the largest torque of a free wheelset
@@ -25,11 +25,11 @@ MOST_STEPS = 40
 
 
 class BeyondGrid(Failure):
-    """A contact comes near the end of its grid; `number` is that of the wheel."""
+    """A patch comes near the end of its grid; `number` is that of the wheel, `grid` that of the patch."""
 
-    def __init__(self, number: int, short: PotentialAreaTooSmall) -> None:
+    def __init__(self, number: int, grid: int, short: PotentialAreaTooSmall) -> None:
         super().__init__(str(short))
-        self.number, self.short = number, short
+        self.number, self.grid, self.short = number, grid, short
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +54,6 @@ class Rolled:
         """Derivative of the torque by the creepage [N mm]."""
         return self.slope * self.unit
 
-    @property
-    def states(self) -> list[FrictionalContact]:
-        """The contacts with friction of the wheels."""
-        return [contact.rolling.contact for contact in self.contacts]
-
 
 @dataclass(frozen=True, eq=False)
 class RollingWheelset:
@@ -76,25 +71,35 @@ class RollingWheelset:
         wheels = tuple(wheel for wheel in coarsened if wheel is not None)
         return replace(self, wheels=wheels) if len(wheels) == len(self.wheels) else None
 
-    def rolled(self, loads: Sequence[float], levels: int = LEVELS) -> Rolled:
-        """Return the wheelset as it rolls; the loads perpendicular to the axle [N] are a first guess.
+    def rolled(self, levels: int = LEVELS) -> Rolled:
+        """Return the wheelset as it rolls.
 
-        Raises Failure, and BeyondGrid where a contact comes near the ends of its grid.
+        Raises Failure, and BeyondGrid where a patch comes near the ends of its grid.
         """
-        coarser = self._coarser(loads, levels)
-        if coarser is None:
-            return self.found(self.at(self.first_creepage(), loads, [None] * len(loads), FIRST_SLOPE))
-        loads = [contact.load for contact in coarser.contacts]
-        starts = [_finer(state) for state in coarser.states]
-        first = self.at(coarser.xi_0, loads, starts, coarser.slope)
-        return replace(self.found(first), coarser=coarser)
+        coarser = self._coarser(levels)
+        if coarser is not None:
+            approaches = [contact.approach for contact in coarser.contacts]
+            starts = [contact.finer for contact in coarser.contacts]
+            own = self.linearised_about(approaches)
+            found = own.found(own.at(coarser.xi_0, approaches, starts, coarser.slope))
+            return replace(found, coarser=coarser)
+        approaches = [wheel.about for wheel in self.wheels]
+        first = self.found(self.at(self.first_creepage(), approaches, [None] * len(approaches), FIRST_SLOPE))
+        approaches = [contact.approach for contact in first.contacts]
+        again = self.linearised_about(approaches)
+        return again.found(again.at(first.xi_0, approaches, first.contacts, first.slope))
 
-    def _coarser(self, loads: Sequence[float], levels: int) -> Rolled | None:
+    def linearised_about(self, approaches: Sequence[float]) -> "RollingWheelset":
+        """Return the wheelset with the distances of wheels that are displaced by approaches [mm]."""
+        pairs = zip(self.wheels, approaches, strict=True)
+        return replace(self, wheels=tuple(wheel.linearised_about(approach) for wheel, approach in pairs))
+
+    def _coarser(self, levels: int) -> Rolled | None:
         coarsened = self.coarsened if levels > 1 else None
         if coarsened is None:
             return None
         try:
-            return coarsened.rolled(loads, levels - 1)
+            return coarsened.rolled(levels - 1)
         except Failure:
             return None
 
@@ -106,26 +111,23 @@ class RollingWheelset:
         return -sum(without) / len(without)
 
     def at(
-        self, xi_0: float, loads: Sequence[float], starts: Sequence[FrictionalContact | None], slope: float
+        self, xi_0: float, approaches: Sequence[float], starts: Sequence[WheelContact | None], slope: float
     ) -> Rolled:
-        """Return the contacts at a creepage under loads perpendicular to the axle [N]."""
+        """Return the contacts at a creepage under approaches [mm]."""
         contacts = tuple(
-            self._contact(number, xi_0, load, start)
-            for number, (load, start) in enumerate(zip(loads, starts, strict=True))
+            self._contact(number, xi_0, approach, start)
+            for number, (approach, start) in enumerate(zip(approaches, starts, strict=True))
         )
-        nominal = sum(self.wheels[0].place.layout.nominal_radius) / 2
-        unit = self.friction * self.load * nominal
+        unit = self.friction * self.load * self.wheels[0].nominal_radius
         torque = sum(contact.torque for contact in contacts) / unit
         return Rolled(self.wheels, xi_0, contacts, torque, slope, unit, self.longitudinal is not None)
 
-    def _contact(
-        self, number: int, xi_0: float, load: float, start: FrictionalContact | None
-    ) -> WheelContact:
+    def _contact(self, number: int, xi_0: float, approach: float, start: WheelContact | None) -> WheelContact:
         wheel = self.wheels[number]
         try:
-            return wheel.contact(xi_0, load, start)
-        except PotentialAreaTooSmall as short:
-            raise BeyondGrid(number, short) from short
+            return wheel.contact(xi_0, approach, start)
+        except PatchBeyondGrid as beyond:
+            raise BeyondGrid(number, beyond.number, beyond.short) from beyond
         except Failure as failure:
             along = wheel.creepages(xi_0).longitudinal
             raise Failure(f"{wheel.place.side} wheel, creepage {along:.4g}: {failure}") from failure
@@ -148,12 +150,12 @@ class RollingWheelset:
         )
 
     def step(self, before: Rolled, xi_0: float) -> Rolled:
-        """Return the wheelset at another creepage, from that before, with loads that follow its forces."""
-        loads = [
-            wheel.load_for(self.load, contact)
+        """Return the wheelset at another creepage, with approaches that follow the forces before."""
+        approaches = [
+            wheel.approach_for(self.load, contact)
             for wheel, contact in zip(self.wheels, before.contacts, strict=True)
         ]
-        after = self.at(xi_0, loads, before.states, before.slope)
+        after = self.at(xi_0, approaches, before.contacts, before.slope)
         if xi_0 == before.xi_0:
             return after
         slope = (after.torque - before.torque) / (xi_0 - before.xi_0)
@@ -170,8 +172,3 @@ def _next(rolled: Rolled, low: float, high: float) -> float:
     if low < rolled.xi_0 + step < high:
         return rolled.xi_0 + step
     return (low + high) / 2
-
-
-def _finer(state: FrictionalContact) -> FrictionalContact:
-    """Return a contact whose tractions are those on elements half as large."""
-    return replace(state, p=state.p.repeat(2, axis=0).repeat(2, axis=1))
