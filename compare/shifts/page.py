@@ -138,7 +138,8 @@ def _conicity_note(dataset: xr.Dataset) -> str:
 def _time(dataset: xr.Dataset) -> str:
     return (
         "Patches far from each other have a grid each; the share of the load beside the main patch stands "
-        f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count nothing."
+        f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count "
+        "nothing."
     )
 
 

@@ -11,7 +11,7 @@ from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.area_grids import MOST_TRIES, longer
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.pairs.supports import other_supports
 from femic.contact.specification import ContactProblem, FrictionSpecification
@@ -43,10 +43,18 @@ class RollingSide:
     with_c: bool
 
     def pressed(self, variant: str, load: float) -> AreasContact:
-        """Return the wheel pressed on under a load [N] without friction, with an approximation of the ICs."""
-        pair = pair_on_grid(self.problem, self.grids[0])
-        areas = Areas.by(variant, pair, self.grids, self.place.roll)
-        return areas.solve(load, self.approach)
+        """Return the wheel pressed on under a load [N] without friction, with an approximation of the ICs.
+
+        Its grids are longer where patches need it.
+        """
+        pair, grids = pair_on_grid(self.problem, self.grids[0]), self.grids
+        for _ in range(MOST_TRIES):
+            areas = Areas.by(variant, pair, grids, self.place.roll)
+            try:
+                return areas.solve(load, self.approach)
+            except AreaTooSmall as short:
+                last, grids = short, tuple(longer(areas, short))
+        raise Failure(f"{self.place.side} wheel: {last}")
 
     def longer(self, number: int, short: PotentialAreaTooSmall) -> "RollingSide":
         """Return the side with a longer grid in the place of one."""
@@ -165,16 +173,15 @@ class _Roller:
         if operator is not None:
             operators = [operator]
         elif name == C:
-            operators = [self.reference(side).operator]
+            operators = [self.reference(side, pressed.areas.on_grids[0]).operator]
         else:
             operators = [approximation(on_grid, name) for on_grid in pressed.areas.on_grids]
         friction = Friction(self.rolling.friction, self.rolling.by_angle)
         motion = Motion(self.rolling.lateral, self.rolling.spin)
         return RollingWheel.rolls(side.place, pressed, operators, friction, motion)
 
-    def reference(self, side: RollingSide) -> ReferenceICs:
-        """Return C of a side as the rail sees it; its models are stored."""
-        on_grid = pair_on_grid(side.problem, side.grids[0])
+    def reference(self, side: RollingSide, on_grid: PairOnGrid) -> ReferenceICs:
+        """Return C of a side on a grid as the rail sees it; its models are stored."""
         return full_reference_ics(side.problem, on_grid, self.options, wheel_rolls=True)
 
     def wheel(self, side: RollingSide, rolled: Rolled, number: int) -> WheelNumbers:
@@ -194,7 +201,7 @@ class _Roller:
         )
         nearer = next(other_supports(problem, on_grid, self.options))
         operators = (
-            self.reference(side).perturbed,
+            self.reference(side, on_grid).perturbed,
             nearer.operator(on_grid, friction=True, wheel_rolls=True),
         )
         contact, others = rolled.contacts[number], []

@@ -10,7 +10,7 @@ from compare.shifts import answers, compute, contacts, figures, page, rolling
 from compare.shifts.differences import F_X, F_Y, WORK, difference, reference_names
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.rolling.numbers import OF_WHEEL, OF_WHEELSET, AxleNumbers, WheelNumbers
+from femic.shifts.rolling.numbers import OF_PATCH, OF_WHEEL, OF_WHEELSET, AxleNumbers, WheelNumbers
 from femic.shifts.rolling.position import RolledICs
 from femic.shifts.specification import ContactTable, ProfileTable, RollingTable, ShiftsFile, WheelTable
 from tests.compare.shifts.test_shifts_page import fake
@@ -39,7 +39,8 @@ def wheel(shift, side, ics):
         "work": 10.0 * (1 + off),
         "resistance": 7.0,
     }
-    return WheelNumbers(ics, numbers, dict.fromkeys(("F_x", "F_y", "M_z", "work"), 50.0), False, "8 x 8")
+    patch = dict.fromkeys(OF_PATCH, 1.0) | {"F_n": 9e4, "centre": 70.0}
+    return WheelNumbers(ics, numbers, dict.fromkeys(("F_x", "F_y", "M_z", "work"), 50.0), (patch,), False)
 
 
 def fake_roll(sides, load, table, ics, _):

@@ -2,17 +2,18 @@
 
 import json
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from compare.report.interactive import as_json
-from compare.shifts import answers, compute, contacts, figures, geometry, page
+from compare.shifts import answers, compute, contacts, figures, geometry, page, tables
 from compare.shifts.differences import compared, difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.frictionless import ICsNumbers, SideContact
+from femic.shifts.contact import ICsNumbers, SideContact
 from femic.shifts.patches import PatchNumbers
 from femic.shifts.placement import layout_of
 from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable
@@ -38,15 +39,34 @@ def numbers(where, ics):
     s = np.linspace(-5, 5, 31)
     outline = np.stack([where.touch.s_rail + s, 6 * np.sqrt(1 - (s / 5) ** 2)])
     low, high = float(outline[0, 0]), float(outline[0, -1])
-    patch = PatchNumbers(1.0, (low, high), 6.0, 1000 * (1 + share), outline)
-    return ICsNumbers(ics, 1000 * (1 + share), 3.0, 0.1, 9e4, 4e3, 20 + shift, 6.0, 5.0, 0.5, (patch,))
+    patch = PatchNumbers(
+        normal_force=9e4 / np.cos(0.05),
+        share=1.0,
+        p_max=1000 * (1 + share),
+        angle=0.05,
+        centre=where.touch.s_rail,
+        s=(low, high),
+        half_length=6.0,
+        area=94.0,
+        outline=outline,
+    )
+    largest = 1000 * (1 + share)
+    return ICsNumbers(
+        ics, largest, 3.0, 0.1, 9e4, 4e3, 50.0, 20 + shift, 6.0, 5.0, 0.5, two_patches(patch, shift)
+    )
+
+
+def two_patches(patch, shift):
+    """One patch, or at 2 mm the flange as well."""
+    if shift != 2.0:
+        return (patch,)
+    flange = replace(patch, normal_force=1e4, share=0.033, angle=1.2, centre=patch.centre - 30.0)
+    return replace(flange, s=(patch.s[0] - 30, patch.s[1] - 30)), replace(patch, share=0.967)
 
 
 def fake(where, *_):
     ics = ["A", "Bhat"] + (["C"] if where.position.given_shift == 2.0 and where.side == "left" else [])
-    return SideContact(
-        tuple(numbers(where, name) for name in ics), Grid(40, 40, 0.5, 0.4), 9e4, ("a remark",)
-    )
+    return SideContact(tuple(numbers(where, name) for name in ics), (Grid(40, 40, 0.5, 0.4),), ("a remark",))
 
 
 def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
@@ -108,6 +128,27 @@ def test_the_dataset_has_what_the_contacts_have(dataset):
     # the cone: left minus right is 2 tan(gamma) times the shift of the axle, nearly
     np.testing.assert_allclose(dataset.rrd, 2 / 20 * dataset.axle_shift, rtol=0.1, atol=1e-9)
     assert dataset.attrs["conicity"] == pytest.approx(0.05, rel=0.1)
+
+
+def test_the_dataset_and_the_page_say_which_patch_carries_what(dataset):
+    """At 2 mm a patch at 1.2 rad carries 10 kN along its normal, of which 3.3 % of the load is vertical."""
+    own = dataset.sel(shift=2.0, side="left", ics="Bhat")
+    np.testing.assert_allclose(own.patch_normal_force, [1e4, 9e4 / np.cos(0.05)])
+    np.testing.assert_allclose(own.patch_angle, np.degrees([1.2, 0.05]))
+    np.testing.assert_allclose(np.diff(own.patch_centre), 30.0)
+    assert float(own.patch_end[1] - own.patch_start[1]) == pytest.approx(10.0)
+    assert dataset.patch_normal_force.attrs["units"] == "N"
+    alone = dataset.sel(shift=1.0, side="left", ics="Bhat")
+    assert np.isnan(alone.patch_p_max[1])
+    rows = {}
+    for row in tables.each_patch_table(dataset, several=True).rows:
+        rows.setdefault(row.name or next(reversed(rows)), []).append([cell.text for cell in row.filled])
+    assert set(rows) == {"2 mm, left", "2 mm, right"}  # those of several patches
+    flange, tread = rows["2 mm, left"]
+    assert flange[:4] == ["1", "68.8", "10.00", "3.3"]
+    assert tread[:3] == ["2", "2.9", "90.11"]
+    assert len(tables.each_patch_table(dataset, several=False).rows) == 12
+    assert tables.each_patch_table(dataset.sel(shift=[1.0]), several=True) is None
 
 
 def test_the_best_ics_are_c_where_it_is_known(dataset):
@@ -195,7 +236,7 @@ def test_wheels_are_drawn_on_their_rails(dataset):
             assert np.min(gap) == pytest.approx(0, abs=2e-3)  # of polygons 0.25 mm long on a radius of 80 mm
             where = float(at.y.sel(side=side))
             assert np.interp(where, *head) == pytest.approx(float(at.z.sel(side=side)), abs=2e-3)
-            (patch,) = figures.patch_ranges(at, side)
+            *_, patch = figures.patch_ranges(at, side)
             assert np.mean(patch) == pytest.approx(float(at.s_rail.sel(side=side)), abs=1e-9)
 
 

@@ -8,13 +8,12 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import approximation
 from femic.shifts.contact import contact_at
 from femic.shifts.rolling.position import RollingSide, roll
 from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
 from femic.shifts.rolling.wheelset import TORQUE, VERTICAL, RollingWheelset
-from femic.shifts.sides import Place, Wanted, bodies_at, problem_of
+from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, RollingTable, WheelTable
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -35,23 +34,25 @@ def sides(layout, shift, load=LOAD, elements=12, given_roll="about rails"):
     position = settle(layout, shift, roll=given_roll)
     both = []
     for side in SIDES:
-        where, wanted = Place(layout, position, side), Wanted(load, ("A",), elements)
-        contact = contact_at(where, RAIL, WHEEL, wanted)
-        problem = problem_of(bodies_at(where, RAIL, WHEEL), wanted, contact.load, contact.grid)
-        both.append(RollingSide(where, problem, contact.load, with_c=False))
+        where, request = Place(layout, position, side), ContactRequest(load, ("A",), elements)
+        contact = contact_at(where, RAIL, WHEEL, request)
+        problem = problem_of(bodies_at(where, RAIL, WHEEL), request, load, contact.grids[0])
+        approach = contact.numbers[0].approach
+        both.append(RollingSide(where, problem, contact.grids, approach, with_c=False))
     return tuple(both)
 
 
 def rolled(both, load=LOAD, *, friction=FRICTION, longitudinal=None, motion=STRAIGHT, ics="A"):
     """The wheelset with one kind of ICs."""
-    wheels = []
-    for side in both:
-        on_grid = pair_on_grid(side.problem, side.problem.grid)
-        wheels.append(
-            RollingWheel.of(side.place, on_grid, approximation(on_grid, ics), Friction(friction), motion)
-        )
-    wheelset = RollingWheelset(tuple(wheels), load, friction, longitudinal)
-    return wheelset.rolled([side.load for side in both])
+    wheels = tuple(wheel_on(side, load, ics, friction=friction, motion=motion) for side in both)
+    return RollingWheelset(wheels, load, friction, longitudinal).rolled()
+
+
+def wheel_on(side, load=LOAD, ics="A", *, friction=FRICTION, motion=STRAIGHT):
+    """The wheel of a side."""
+    pressed = side.pressed(ics, load)
+    operators = [approximation(on_grid, ics) for on_grid in pressed.areas.on_grids]
+    return RollingWheel.rolls(side.place, pressed, operators, Friction(friction), motion)
 
 
 def numbers(both, load=LOAD, ics="A", **rolling):
@@ -82,11 +83,11 @@ def test_small_creepages_of_cones_are_those_of_kalkers_linear_theory():
             )
             ellipse = point.at_load(load / np.cos(touch.angle))
             coefficients = creepage_coefficients(ellipse.a, ellipse.b, STEEL.nu)
-            given = contact.rolling.creepages
+            given = contact.creepages
             spin = np.sin(inclination) / touch.radius + given.spin * np.cos(inclination)
             aside = given.lateral * np.cos(inclination)
             F_x, F_s, _ = coefficients.forces(STEEL.G, given.longitudinal, aside, spin)
-            p, area = contact.rolling.contact.p, wheel.on_grid.grid.area
+            p, area = contact.states[0].p, wheel.on_grids[0].grid.area
             largest = STEEL.G * ellipse.a * ellipse.b * coefficients.C11 * 1e-5
             assert np.sum(p[..., 0]) * area == pytest.approx(F_x, rel=0.03, abs=0.02 * largest)
             assert np.sum(p[..., 1]) * area == pytest.approx(F_s, rel=0.03)
@@ -111,8 +112,8 @@ def test_without_shift_both_wheels_only_push_aside():
     assert left["F_y"] > 0
     assert abs(solved.axle.numbers["sum_F_y"]) < 1e-4 * left["F_y"]
     # no force along x: the mean of its circles rolls
-    (wheel, _), contact = (found := rolled(both)).wheels, found.contacts[0].rolling.contact
-    radii, weights = wheel.radius - wheel.problem.rolling.height, contact.pressures.sum(axis=0)
+    (wheel, _), contact = (found := rolled(both)).wheels, found.contacts[0].states[0]
+    radii, weights = wheel.radius - wheel.problems[0].rolling.height, contact.pressures.sum(axis=0)
     mean, spread = np.average(radii, weights=weights), np.ptp(radii[weights > 0])
     assert found.xi_0 == pytest.approx(R_0 / mean - 1, abs=0.02 * spread / R_0)
     assert abs(mean - wheel.radius) > 0.04 * spread  # not the radius of the touching point
@@ -179,12 +180,13 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
     wheelset = rolled(both, motion=Motion(0.0005), ics=ics)
     solved = numbers(both, ics=ics, lateral=0.0005)
     for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
-        grid, contour = wheel.on_grid.grid, wheel.on_grid.undeformed.lower.contour
+        (on_grid,), (state,) = wheel.on_grids, contact.states
+        grid, contour = on_grid.grid, on_grid.undeformed.lower.contour
         force, about_axle = np.zeros(3), 0.0
-        for k, m in zip(*np.nonzero(contact.rolling.contact.in_contact), strict=True):
-            s, x = np.array(grid.strips[m]), wheel.on_grid.x[k]
+        for k, m in zip(*np.nonzero(state.in_contact), strict=True):
+            s, x = np.array(grid.strips[m]), on_grid.x[k]
             (dy, dz), (y, z) = contour.tangent(s), contour.position(s)
-            p_x, p_s, p_n = contact.rolling.contact.p[k, m] * grid.area
+            p_x, p_s, p_n = state.p[k, m] * grid.area
             f = np.array([p_x, p_s * dy - p_n * dz, p_s * dz + p_n * dy])
             force += f
             place = np.array([x, y, z - wheel.radius])  # from the axle
@@ -204,9 +206,8 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
 def test_any_tractions_have_the_torque_of_their_moments_about_the_axle():
     """Moments about the line x = 0, z = R, which is parallel to y; random tractions on inclined elements."""
     side = sides(arcs_on_arcs("arcs"), 2.0)[0]
-    on_grid = pair_on_grid(side.problem, side.problem.grid)
-    wheel = RollingWheel.of(side.place, on_grid, approximation(on_grid, "A"), Friction(FRICTION), STRAIGHT)
-    rolling, grid = wheel.problem.rolling, wheel.problem.problem.grid
+    wheel = wheel_on(side)
+    rolling, grid = wheel.problems[0].rolling, wheel.problems[0].problem.grid
     p = np.random.default_rng(7).normal(size=(grid.n_x, grid.n_s, 3))
     moment = 0.0
     for k, x in enumerate(rolling.x):
@@ -214,7 +215,7 @@ def test_any_tractions_have_the_torque_of_their_moments_about_the_axle():
             tangent, normal = rolling.contour.tangent(s), rolling.contour.normal(s)
             force = grid.area * np.array([p[k, m, 0], *(p[k, m, 1] * tangent + p[k, m, 2] * normal)])
             moment += np.cross([x, 0.0, rolling.height[m] - wheel.radius], force)[1]
-    assert np.sum(wheel.torque_weights * p) == pytest.approx(-moment, rel=1e-12)
+    assert np.sum(wheel.torque_weights[0] * p) == pytest.approx(-moment, rel=1e-12)
 
 
 def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
@@ -224,8 +225,9 @@ def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
     dry, lubricated = numbers(both, **moved), numbers(both, by_angle=pairs, **moved)
     wheelset = rolled(both, longitudinal=0.1, motion=Motion(0.04))
     for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
-        strips = np.sum(contact.rolling.contact.pressures, axis=0)
-        tangent = wheel.on_grid.undeformed.lower.contour.tangent(wheel.on_grid.grid.strips)
+        strips = np.sum(contact.states[0].pressures, axis=0)
+        on_grid = wheel.on_grids[0]
+        tangent = on_grid.undeformed.lower.contour.tangent(on_grid.grid.strips)
         angles = np.degrees(np.abs(np.arctan2(tangent[1], tangent[0]) + wheel.place.roll))
         factor = np.average(np.interp(angles, *np.transpose(pairs)), weights=strips)
         one, other = (solved.wheels[side].numbers for solved in (dry, lubricated))
@@ -239,9 +241,12 @@ def test_work_of_friction_is_power_less_what_raises_the_wheel():
     """That of the slip converges to that of the tractions on the rigid motion, which changes less."""
     level, differences, works = rolled(sides(arcs_on_arcs("arcs"), 2.0), motion=Motion(0.002)), [], []
     while level is not None:
-        pairs = [*zip(level.wheels, level.contacts, strict=True)]
-        power = [wheel.problem.power(c.rolling) - wheel.problem.climbing(c.rolling) for wheel, c in pairs]
-        own = [np.sum(c.rolling.contact.dissipation) * wheel.problem.problem.grid.area for wheel, c in pairs]
+        pairs = [
+            (wheel.problems[0], contact.patches[0])
+            for wheel, contact in zip(level.wheels, level.contacts, strict=True)
+        ]
+        power = [problem.power(rolling) - problem.climbing(rolling) for problem, rolling in pairs]
+        own = [np.sum(r.contact.dissipation) * problem.problem.grid.area for problem, r in pairs]
         differences.append(np.abs(np.subtract(power, own)) / power)
         works.append(power)
         level = level.coarser
@@ -265,10 +270,10 @@ def test_a_wheel_without_a_contact_is_said(monkeypatch):
     both = sides(arcs_on_arcs("arcs"), 2.0)
     own = RollingWheel.contact
 
-    def failing(wheel, xi_0, load, start):
+    def failing(wheel, xi_0, approach, start):
         if wheel.place.side == "right":
             raise Failure("not today")
-        return own(wheel, xi_0, load, start)
+        return own(wheel, xi_0, approach, start)
 
     monkeypatch.setattr(RollingWheel, "contact", failing)
     free, given = numbers(both), numbers(both, longitudinal=0.001)
@@ -286,8 +291,8 @@ def test_a_wheel_without_a_contact_is_said(monkeypatch):
 def test_short_grids_become_longer():
     """From a grid that ends at the patch."""
     left, right = sides(arcs_on_arcs("arcs"), 2.0)
-    grid = left.problem.grid
-    short = replace(left.problem, grid=Grid(grid.n_x - 16, grid.n_s, grid.dx, grid.ds, grid.s))
-    longer = numbers((replace(left, problem=short), right))
+    (grid,) = left.grids
+    short = Grid(grid.n_x - 16, grid.n_s, grid.dx, grid.ds, grid.s)
+    longer = numbers((replace(left, grids=(short,)), right))
     full = at_2()
     assert longer.wheels["left"].numbers["F_x"] == pytest.approx(full.wheels["left"].numbers["F_x"], rel=1e-2)

@@ -1,23 +1,18 @@
 """Contacts of a wheelset on circular arcs: Hertz, the balance of the load, mirrored sides, two patches."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.loading import Loading
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.planar import solve_planar
-from femic.reference.run_options import RunOptions
 from femic.shifts import contact as module
-from femic.shifts import grids
 from femic.shifts.contact import contact_at
-from femic.shifts.patches import PatchNumbers
-from femic.shifts.planar import _on_the_rail, with_planar
-from femic.shifts.sides import Place, Wanted, bodies_at, problem_of
+from femic.shifts.patches import planar_patches
+from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, WheelTable
-from femic.shifts.with_c import with_c
 from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.profiles.preparation import prepare
@@ -34,8 +29,8 @@ def place(shift, side, kind="points"):
     return Place(arcs_on_arcs(kind), settle(arcs_on_arcs(kind), shift, roll="about rails"), side)
 
 
-def solved(shift, side, load, kind="points", **wanted):
-    return contact_at(place(shift, side, kind), RAIL, WHEEL, Wanted(load, ("A", "Bhat"), **wanted))
+def solved(shift, side, load, kind="points", **asked):
+    return contact_at(place(shift, side, kind), RAIL, WHEEL, ContactRequest(load, ("A", "Bhat"), **asked))
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -66,7 +61,7 @@ def test_small_contacts_of_sampled_arcs_are_those_of_hertz(shift, side):
     )
     normal = load / np.cos(where.touch.angle)
     exact = surfaces.at_load(normal)
-    half_spaces, _ = contact_at(where, RAIL, WHEEL, Wanted(load, ("A", "Bhat"), elements=32)).numbers
+    half_spaces, _ = contact_at(where, RAIL, WHEEL, ContactRequest(load, ("A", "Bhat"), elements=32)).numbers
     assert half_spaces.p_max == pytest.approx(exact.p_max, abs=2 * half_spaces.estimate_p_max)
     assert half_spaces.p_max == pytest.approx(exact.p_max, rel=0.01)
     assert half_spaces.b == pytest.approx(exact.b, rel=0.02)
@@ -77,7 +72,7 @@ def test_small_contacts_of_sampled_arcs_are_those_of_hertz(shift, side):
 def test_planar_contact_of_a_small_patch_is_that_of_hertz_and_carries_the_load():
     """Its normal force is the vertical one over the cosine of the contact angle; the lateral one follows."""
     load, where = 300.0, place(1.0, "left")
-    numbers = contact_at(where, RAIL, WHEEL, Wanted(load, ("A",), elements=32, planar=True)).numbers
+    numbers = contact_at(where, RAIL, WHEEL, ContactRequest(load, ("A",), elements=32, planar=True)).numbers
     planar, angle = numbers[-1], where.touch.angle
     assert [row.ics for row in numbers] == ["A", "planar"]
     along = float(np.cos(angle - where.roll) / where.touch.radius)
@@ -87,45 +82,36 @@ def test_planar_contact_of_a_small_patch_is_that_of_hertz_and_carries_the_load()
     assert planar.p_max == pytest.approx(exact.p_max, rel=0.01)
     assert planar.b == pytest.approx(exact.b, rel=0.02)
     assert planar.vertical == pytest.approx(load, rel=1e-6)
-    assert planar.lateral / planar.vertical == pytest.approx(np.tan(angle), rel=1e-6)
+    # the plane has the mean inclination of the overlap, which is not quite symmetric about the touching point
+    assert planar.lateral / planar.vertical == pytest.approx(np.tan(angle), rel=1e-4)
     (patch,) = planar.patches
     assert np.mean(patch.s) == pytest.approx(where.touch.s_rail, abs=0.02 * exact.b)
 
 
 def test_patches_of_planar_contact_are_arc_lengths_of_the_rail():
-    """On an arc the plane's coordinate t is R sin(s / R)."""
+    """On an arc, of which the plane is tangent, its coordinate is R sin((s - s_0) / R)."""
     where = place(1.0, "left")
-    bodies = bodies_at(where, RAIL, WHEEL)
-    solved_plane = solve_planar(problem_of(bodies, Wanted(300.0, ("A",)), 300.0), Loading(300.0), 0.0)
-    t = np.array([-3.0, 4.0])
-    in_the_plane = where.touch.s_rail + t
-    flat = PatchNumbers(1.0, tuple(in_the_plane), 1.0, 1.0, np.stack([in_the_plane, [0.0, 0.0]]))
-    on_rail = _on_the_rail(where, solved_plane.on_grid.undeformed, flat)
-    exact = where.touch.s_rail + R_R * np.arcsin(t / R_R)
-    np.testing.assert_allclose(on_rail.s, exact, atol=1e-3)
-    np.testing.assert_allclose(on_rail.outline[0], exact, atol=1e-3)
-
-
-def test_planar_contact_is_left_out_where_two_patches_carry_the_load():
-    contact = contact_at(place(1.0, "left"), RAIL, WHEEL, Wanted(300.0, ("A",)))
-    (row,) = contact.numbers
-    halves = tuple(replace(patch, share=0.5) for patch in (*row.patches, *row.patches))
-    two = replace(contact, numbers=(replace(row, patches=halves),))
-    where = place(1.0, "left")
-    left_out = with_planar(two, where, bodies_at(where, RAIL, WHEEL), Wanted(300.0, ("A",)))
-    assert left_out.numbers == two.numbers
-    assert "2 patches carry the load, and it has one plane" in left_out.notes[-1]
+    problem = problem_of(bodies_at(where, RAIL, WHEEL), ContactRequest(300.0, ("A",)), 300.0)
+    planar = solve_planar(pair_on_grid(problem, problem.grid), 300.0, roll=where.roll)
+    (patch,) = planar.patches
+    (numbers,) = planar_patches(where, patch, 300.0)
+    t, at = np.array([-1.0, 0.5, 2.0]), patch.plane.place
+    on_rail = patch.plane.lower_arc_length(t)
+    turn = at / R_R + where.touch.angle - where.roll + patch.plane.angle  # of the plane beside the tangent
+    assert abs(turn) < 1e-3
+    np.testing.assert_allclose(on_rail, at + R_R * np.arcsin(t / R_R), atol=3e-3)
+    assert numbers.centre == pytest.approx(where.touch.s_rail + at, abs=0.02)
+    assert numbers.s[0] < numbers.centre < numbers.s[1]
 
 
 @pytest.mark.parametrize("side", [pytest.param("left", marks=pytest.mark.slow), "right"])
 def test_the_vertical_load_is_the_given_one_and_the_lateral_force_follows_the_contact_angle(side):
-    """Small patch: lateral / vertical = tan(contact angle); beyond, the balance holds for B-hat."""
+    """Small patch: lateral / vertical = tan(contact angle); the balance holds for all ICs."""
     contact = solved(3.0, side, 2000.0)
     touch = place(3.0, side).touch
     for numbers in contact.numbers:
-        assert numbers.vertical == pytest.approx(2000.0, rel=1e-4)
+        assert numbers.vertical == pytest.approx(2000.0, rel=2e-6)
         assert numbers.lateral / numbers.vertical == pytest.approx(np.tan(touch.angle), rel=0.03)
-    assert contact.numbers[1].vertical == pytest.approx(2000.0, rel=2e-6)
 
 
 def test_contacts_of_a_symmetric_wheelset_are_mirrored():
@@ -171,13 +157,13 @@ def bumpy(lower):
     return lay_out((rail, rail), (wheel, wheel), track, WheelsetDimensions(1360.0, 460.0, -70.0, 72.0))
 
 
-def test_two_patches_share_the_load_on_one_grid():
+def test_two_patches_share_the_load():
     """Nearly equal bumps: both carry; the lower, the less. Far lower: the main patch is alone."""
     shares = []
     for lower in (0.0, 0.02, 0.5):
         own = bumpy(lower)
         where = Place(own, settle(own, 0.0, roll="about rails"), "left")
-        contact = contact_at(where, RAIL, WHEEL, Wanted(9e4, ("A",)))
+        contact = contact_at(where, RAIL, WHEEL, ContactRequest(9e4, ("A",)))
         (numbers,) = contact.numbers
         assert sum(patch.share for patch in numbers.patches) == pytest.approx(1, rel=1e-9)
         assert contact.notes == ()
@@ -189,27 +175,6 @@ def test_two_patches_share_the_load_on_one_grid():
     assert alone == [pytest.approx(1)]
 
 
-def test_a_patch_that_no_grid_reaches_is_neglected_and_said(monkeypatch):
-    """The sentence bounds what it would carry; its gap is how much lower the second top is."""
-    own = bumpy(0.02)
-    where = Place(own, settle(own, 0.0, roll="about rails"), "left")
-    wanted = Wanted(9e4, ("A",), elements=12)
-    both = contact_at(where, RAIL, WHEEL, wanted)
-    assert both.notes == ()
-    monkeypatch.setattr(grids, "MOST_STRIPS", 24)
-    alone = contact_at(where, RAIL, WHEEL, wanted)
-    (note,) = alone.notes
-    assert len(alone.numbers[0].patches) == 1
-    assert "is neglected" in note
-    gap, share = (float(re.search(text, note)[1]) for text in (r", ([\d.]+) mm above", r"carries ([\d.]+) %"))
-    rail = own.left.rail.position(np.linspace(*own.left.rail.limits, 20001))
-    middle = np.mean(rail[0])
-    tops = [np.max(rail[1][part]) for part in (rail[0] < middle, rail[0] > middle)]
-    assert gap == pytest.approx(tops[0] - tops[1], abs=1e-4)
-    carried = min(patch.share for patch in both.numbers[0].patches)
-    assert share > 100 * carried
-
-
 def test_c_is_solved_only_above_its_angle(monkeypatch):
     """C itself would take minutes. Where it fails, the others stay."""
     asked = []
@@ -218,7 +183,7 @@ def test_c_is_solved_only_above_its_angle(monkeypatch):
         asked.append(arguments[3].ics)
         raise Failure("not today")
 
-    monkeypatch.setattr(module, "with_c", with_c)
+    monkeypatch.setattr(module, "_with_c", with_c)
     below = solved(1.0, "left", 9e4, elements=12, c_above_deg=30.0)
     assert asked == []
     assert below.notes == ()
@@ -237,4 +202,6 @@ def test_c_has_flat_flanks_or_is_left_out():
     where = Place(*(getattr(place(0.0, "left"), name) for name in ("layout", "position", "side")))
     steep = replace(where.position, left=(replace(where.touch, angle=np.radians(61.0)),))
     with pytest.raises(Failure, match=r"contact angle is 61\.0 degrees"):
-        with_c(replace(where, position=steep), RAIL, WHEEL, Wanted(9e4, ("C",)), RunOptions(1))
+        module._with_c(
+            replace(where, position=steep), RAIL, WHEEL, ContactRequest(9e4, ("C",)), module.DEFAULT
+        )

@@ -1,0 +1,234 @@
+"""Several areas under one approach: one is one grid, two are one grid cut in two, distances are exact."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from approx.pair import Pair, Solid
+from femic.contact.edges import MARGIN
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.loading import Loading
+from femic.contact.pairs import area_grids
+from femic.contact.pairs.area_grids import find_patches, overlaps, refined_grids, unresolved
+from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.undeformed import Undeformed
+from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.profiles.pieces import ArcPiece, Outline
+from geometries.profiles.placement import contour_at
+from geometries.surfaces import LOWER, UPPER, Surface
+from geometries.track.wheelset import settle
+from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
+from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy
+
+LOAD = 9e4
+
+
+def wheel_on_rail(layout, load=LOAD, shift=0.0):
+    """Rail and left wheel on any grid, and the roll."""
+    where = Place(layout, settle(layout, shift, roll="about rails"), "left")
+    problem = problem_of(bodies_at(where, RAIL, WHEEL), ContactRequest(load, ("A",)), load)
+    return pair_on_grid(problem, problem.grid), where.roll
+
+
+@pytest.fixture(scope="module")
+def bumps():
+    """A cylinder on two bumps 13 mm apart, of which the second one is 20 um lower: both carry."""
+    return wheel_on_rail(bumpy(0.02))[0]
+
+
+def one_and_two(bodies, variant):
+    """A grid over both patches, with the gap between them, and the same grid cut in the middle of the gap."""
+    grid = Grid(24, 112, 1.54, 0.22, 6.5)
+    one = Areas.by(variant, bodies, [grid]).solve(LOAD)
+    (left, right) = one.contacts[0].patches
+    cut = 8 * round((left.s[1] + right.s[0]) / 16)  # so that both have coarser grids
+    parts = [grid.strips[:cut], grid.strips[cut:]]
+    halves = [Grid(24, len(strips), 1.54, 0.22, float(np.mean(strips))) for strips in parts]
+    return one, Areas.by(variant, bodies, halves), left, right
+
+
+@pytest.mark.parametrize("variant", ["A", "Bhat"])
+def test_two_areas_are_one_grid_cut_in_two(bumps, variant):
+    """Their coupling is that within the grid; without it the approach is 8 % too small."""
+    one, areas, left, right = one_and_two(bumps, variant)
+    two = areas.solve(LOAD)
+    whole = one.contacts[0]
+    for patch, part in zip((left, right), two.contacts, strict=True):
+        # both are on the same elements; nodes of the coupling and its point forces leave 1e-3 of it
+        assert np.max(part.p) == pytest.approx(float(np.max(whole.p[patch.elements])), rel=2e-3)
+        assert np.sum(part.p) == pytest.approx(float(np.sum(whole.p[patch.elements])), rel=1e-3)
+    assert two.approach == pytest.approx(one.approach, rel=1e-3)
+    alone = replace(areas, coupling=NO_COUPLING).solve(LOAD)
+    assert alone.approach < 0.95 * one.approach
+
+
+def test_all_areas_carry_the_load_together(bumps):
+    _, areas, _, _ = one_and_two(bumps, "Bhat")
+    contact = areas.solve(LOAD)
+    assert contact.force[2] == pytest.approx(LOAD, rel=1e-9)
+    level, carried = contact, []
+    while level is not None:
+        carried.append(level.force[2])
+        level = level.coarser
+    assert len(carried) >= 3
+    # so do coarser elements, each with its approach; their cosines are means, not those of their centres
+    np.testing.assert_allclose(carried, LOAD, rtol=1e-4)
+    assert contact.approach != pytest.approx(contact.coarser.approach, rel=1e-4)
+
+
+def test_the_coupling_is_symmetric(bumps):
+    """By B, which is not reciprocal, it is averaged."""
+    boxes = ((5.0, (-10.0, 0.0)), (4.0, (20.0, 35.0)))
+    for variant in ("A", "B", "Bhat"):
+        between = coupling(variant, bumps.pair, boxes).between
+        np.testing.assert_allclose(between[0, 1], between[1, 0].T, rtol=1e-12)
+
+
+def test_far_apart_the_coupling_is_that_of_point_forces(bumps):
+    """A: (1 - nu^2) / (pi E r) of each body."""
+    grids = [Grid(8, 8, 0.2, 0.2, s) for s in (0.0, 60.0)]
+    boxes = tuple((grid.n_x * grid.dx / 2, grid.extent) for grid in grids)
+    p = [np.zeros((8, 8)), np.random.default_rng(3).uniform(0, 1, (8, 8))]
+    u = coupling("A", bumps.pair, boxes).displacements(grids, p)
+    steel = Material(RAIL.E, RAIL.nu)
+    far = np.sum(p[1]) * grids[1].area / (np.pi * combined_modulus(steel, steel) * 60.0)
+    np.testing.assert_allclose(u[0], far, rtol=0.03)  # elements are 58.6 to 61.4 mm apart
+    np.testing.assert_allclose(u[1], 0.0, atol=1e-15)
+
+
+def test_one_area_is_the_contact_with_the_exact_distance():
+    """The fixed point of the distance of the displaced body, on one grid."""
+    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
+    on_grid = replace(bodies, grid=Grid(32, 32, 0.9, 0.9))
+    other = on_grid.solve(on_grid.operator("Bhat"), Loading(LOAD), exact=True).normal
+    contact = Areas.by("Bhat", bodies, [on_grid.grid]).solve(LOAD)
+    np.testing.assert_allclose(contact.contacts[0].p, other.p, atol=1e-5 * np.max(other.p))
+    assert contact.approach == pytest.approx(other.approach, rel=1e-5)
+
+
+def test_a_guess_of_the_approach_does_not_decide_the_contact():
+    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
+    areas = Areas.by("A", bodies, [Grid(32, 32, 0.9, 0.9)], roll)
+    one, other = areas.solve(LOAD), areas.solve(LOAD, 0.2)
+    assert one.approach == pytest.approx(other.approach, rel=2e-6)
+
+
+def test_an_approach_along_another_direction_closes_the_distance_by_its_cosine():
+    """zeta cos(delta - turn), to the first order, where both bodies have nearly one normal."""
+    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    undeformed, turn, zeta = bodies.undeformed, 0.02, 1e-3
+    s = np.linspace(-0.5, 0.5, 11)
+    straight = undeformed.distance(0.0, s, zeta)
+    moved = undeformed.distance(0.0, s, zeta * np.cos(turn), -zeta * np.sin(turn))
+    delta = undeformed.lower.contour.inclination(s)
+    closed = zeta * (np.cos(delta - turn) - np.cos(delta))
+    assert np.max(np.abs(closed)) > 1e-6
+    # the normals of both bodies differ by 1.7 mrad at the ends
+    np.testing.assert_allclose(straight - moved, closed, atol=5e-8)
+
+
+def test_a_patch_near_the_end_of_its_grid_is_said(bumps):
+    other = Grid(24, 24, 1.54, 0.22, 13.0)
+    areas = Areas.by("A", bumps, [Grid(24, 16, 1.54, 0.16), other])
+    with pytest.raises(AreaTooSmall, match="comes nearer") as raised:
+        areas.solve(LOAD)
+    assert raised.value.number == 0
+    grids = area_grids.longer(areas, raised.value)
+    assert grids[0].n_s > 16
+    assert grids[1] == areas.grids[1]
+    near = Areas.by("A", bumps, [Grid(24, 16, 1.54, 0.16), replace(other, s=4.0)])
+    with pytest.raises(Failure, match="grows into the grid of another"):
+        area_grids.longer(near, raised.value)
+
+
+# ---- grids
+
+
+def test_overlaps_of_arcs_are_those_of_circles():
+    """Two circles of radii R_r < R_w that touch, lowered by zeta: they cross at s = R_r theta."""
+    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    zeta, apart = 0.05, R_W - R_R
+    ((low, high),) = overlaps(bodies.undeformed, zeta, 0.0)
+    touching = bodies.undeformed.lower.contour.inclination(0.0)
+    # the centre of the wheel's circle, seen from that of the rail, moves from `apart` along the normal
+    y, z = np.array([np.sin(touching), np.cos(touching)]) * -apart
+    far = np.hypot(y, z - zeta)
+    middle = np.arctan2(-y, zeta - z)
+    half = np.arccos((R_W**2 - R_R**2 - far**2) / (2 * R_R * far))
+    exact = (middle + np.array([-half, half]) - touching) * R_R
+    np.testing.assert_allclose([low, high], exact, atol=0.03)  # the spacing of samples
+
+
+@pytest.mark.parametrize("load", [1e3, LOAD])
+def test_patches_are_found_and_their_grids_fit_them(load):
+    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), load, 2.0)
+    boxes, sought = find_patches(bodies, "Bhat", load, roll)
+    (box,) = boxes
+    assert box.share == pytest.approx(1)
+    (grid,) = refined_grids(bodies, boxes, sought, 20)
+    contact = Areas.by("Bhat", bodies, [grid], roll).solve(load, sought.approach)
+    assert sought.approach == pytest.approx(contact.approach, rel=0.02)
+    (patch,) = contact.contacts[0].patches
+    assert 18 <= patch.s[1] - patch.s[0] <= 48  # 20 elements across, or twice as many
+    assert 18 <= patch.x[1] - patch.x[0] <= 48
+    low, high = patch.s
+    assert low > MARGIN
+    assert high < grid.n_s - 1 - MARGIN
+
+
+def kinked():
+    """A rail whose curvature jumps from 1/12 to 1/200 beside its top, under a hollow tread."""
+    rail = Outline(
+        (
+            ArcPiece((-12.0 * np.sin(1.0), 12 * np.cos(1.0) - 12), -1.0, 1 / 12, 12.0),
+            ArcPiece((0.0, 0.0), 0.0, 1 / 200, 25.0),
+        )
+    )
+    tread = Outline((ArcPiece((-210 * np.sin(0.12), 210 - 210 * np.cos(0.12)), 0.12, -1 / 210, 420 * 0.12),))
+    lower = contour_at(rail, 12.0)
+    upper = contour_at(tread, 210 * 0.12)
+    steel = Material(RAIL.E, RAIL.nu)
+    above, below = Surface(UPPER, upper, 460.0), Surface(LOWER, lower)
+    undeformed = Undeformed(above, below, (-8.0, 20.0))
+    return PairOnGrid(Pair(Solid(steel, above), Solid(steel, below)), undeformed, Grid(8, 8, 1.0, 1.0))
+
+
+def test_strips_resolve_a_narrow_change_of_the_distance():
+    """What grids of fewer strips lack is within what is said of them; coarse grids say that they lack it."""
+    bodies, load = kinked(), 2e4
+    boxes, sought = find_patches(bodies, "A", load, 0.0)
+    (fine,) = refined_grids(bodies, boxes, sought, 12)
+    assert fine.n_s > 64  # 12 elements across the patch would not do
+    rows = []
+    for times in (1, 2, 4, 8):
+        grid = Grid(fine.n_x, fine.n_s * times // 4, fine.dx, fine.ds * 4 / times, fine.s)
+        contact = Areas.by("A", bodies, [grid]).solve(load, sought.approach)
+        rows.append((float(np.max(contact.contacts[0].p)), unresolved(contact, 0)))
+    *coarser, (best, _) = rows
+    assert rows[2][1] <= area_grids.ACCURACY * best
+    assert rows[0][1] > rows[1][1] > rows[2][1]
+    for p_max, lacking in coarser:
+        assert abs(p_max - best) <= lacking + 0.01 * best  # and what any grid of 12 elements has
+
+
+def test_the_contact_of_hertz_is_resolved():
+    """Distances that are parabolas have no change of curvature but that of circles."""
+    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), 300.0, 1.0)
+    boxes, sought = find_patches(bodies, "A", 300.0, roll)
+    grids = refined_grids(bodies, boxes, sought, 24)
+    contact = Areas.by("A", bodies, grids, roll).solve(300.0, sought.approach)
+    steel = Material(RAIL.E, RAIL.nu)
+    exact = PointContact(1 / 460.0, 1 / R_R - 1 / R_W, combined_modulus(steel, steel)).at_load(300.0)
+    assert np.max(contact.contacts[0].p) == pytest.approx(exact.p_max, rel=0.01)
+    assert unresolved(contact, 0) < 1e-3 * exact.p_max
+
+
+def test_an_overlap_at_the_end_of_a_contour_is_refused():
+    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    with pytest.raises(Failure, match="overlap at the end of a contour"):
+        overlaps(bodies.undeformed, 30.0, 0.0)
