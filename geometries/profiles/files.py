@@ -120,7 +120,7 @@ def _understood(source: Source, content: Content, given: Arguments) -> Profile:
     _check_count(source, content.rows)
     kind, surface = _kind(source, content, given.kind), given.surface
     factor, notes = _unit(source, content, given.unit)
-    rows, cleaned = _cleaned(source, content.rows.moved(content.rows.points * factor))
+    rows, cleaned = _cleaned(source, content.rows.scaled(factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
     axes, seen = find_axes(source, in_mm, kind, given.axes)
     if kind == "rail" or surface is not None:
@@ -130,7 +130,7 @@ def _understood(source: Source, content: Content, given: Arguments) -> Profile:
     rows, reversed_order = turned(rows, axes)
     gaps = note_gaps(rows)
     all_notes = (*content.notes, *notes, *cleaned, *seen, *reversed_order, *gaps)
-    return Profile(kind, rows.points, source.path.stem, all_notes)
+    return Profile(kind, rows.points, source.path.stem, all_notes, rows.steps)
 
 
 def _kind(source: Source, content: Content, given: Kind | None) -> Kind:

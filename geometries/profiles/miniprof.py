@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.content import Content, kind_by_name, only_numbers, point, row, rows_of
+from geometries.profiles.content import Content, Written, kind_by_name, only_numbers, point, row, rows_of
 from geometries.profiles.text import Source, is_number, number, shortened, split_columns, uncommented
 
 COMMENTS = '!"#%'
@@ -136,7 +136,7 @@ def _rows(source: Source, header: Header) -> Iterable[tuple[int, str]]:
             yield line, content
 
 
-def _read_row(source: Source, line: int, text: str, columns: list[str]) -> tuple[tuple[float, float], bool]:
+def _read_row(source: Source, line: int, text: str, columns: list[str]) -> tuple[Written, bool]:
     """X and Y of a row, and whether text follows its columns."""
     fields = split_columns(source, line, text)
     behind = fields[len(columns) :]

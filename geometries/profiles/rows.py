@@ -1,7 +1,7 @@
 """Points with the lines of the file they came from, and what is left out of them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,18 +16,30 @@ GAP = 10  # spacing that is reported, as a multiple of the median spacing
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Points (y, z), shape (2, n), in the order of the file, and the number of its line for each, (n,)."""
+    """Points (y, z), shape (2, n), in the order of the file, and the number of its line for each, (n,).
+
+    `steps` are those of the last decimals of y and z, (2, n), along the axes and in the unit of the points.
+    """
 
     points: Array
     lines: Indices
+    steps: Array
 
     def only(self, keep: Mask | Indices | slice) -> "Rows":
         """The points that `keep` selects: a mask, a slice, or indices."""
-        return Rows(self.points[:, keep], self.lines[keep])
+        return Rows(self.points[:, keep], self.lines[keep], self.steps[:, keep])
 
     def moved(self, points: Array) -> "Rows":
-        """Other coordinates of the same points."""
-        return Rows(points, self.lines)
+        """The same points shifted, mirrored, or clipped."""
+        return replace(self, points=points)
+
+    def scaled(self, factor: float) -> "Rows":
+        """The same points in another unit."""
+        return replace(self, points=self.points * factor, steps=self.steps * factor)
+
+    def turned(self, turn: Array) -> "Rows":
+        """The same points turned by an orthogonal matrix (2, 2): variances of y and z mix."""
+        return replace(self, points=turn @ self.points, steps=np.sqrt(turn**2 @ self.steps**2))
 
     @property
     def count(self) -> int:

@@ -152,10 +152,12 @@ def test_a_hairpin_is_no_zigzag():
     points = np.array(
         [[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]]
     )  # right, back down, on to the left
-    rows = Rows(points, np.arange(6))
+    rows = Rows(points, np.arange(6), np.zeros_like(points))
     assert drop_zigzags(rows) == (rows, [])
     zigzag = Rows(
-        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6], np.arange(6)
+        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6],
+        np.arange(6),
+        np.zeros_like(points),
     )
     assert np.array_equal(drop_zigzags(zigzag)[0].lines, [0, 1, 4, 5])
 
