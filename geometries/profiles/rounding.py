@@ -111,8 +111,7 @@ def advice(prepared: "Prepared") -> str:
     It matters by what it does to p_max on a tread.
     """
     half_width, radius = TREAD
-    tolerance = rms(prepared.rounding)
-    if prepared.smoothing.rms >= REACHED * tolerance:
+    if prepared.smoothing.rms >= REACHED * rms(prepared.rounding):
         return ""
     places = np.arange(half_width, prepared.length, half_width)
     peaks = [peak_slope(prepared, s, half_width, half_width / ELEMENTS) for s in places]
@@ -122,12 +121,12 @@ def advice(prepared: "Prepared") -> str:
         return ""
     near = _near(prepared, places[worst], half_width)
     spacing = float(np.median(np.diff(prepared.places[near])))
-    step, curvature = rms(prepared.rounding[near]) / ROUNDING, curvature_noise(prepared, places[worst], 0.0)
+    sigma, curvature = rms(prepared.rounding[near]), curvature_noise(prepared, places[worst], 0.0)
     return (
-        f"The points are written in steps of {_plain(step)} mm, {spacing:.2g} mm apart (about s = "
-        f"{places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm (radius "
+        f"The points are written in steps of {_plain(sigma / ROUNDING)} mm, {spacing:.2g} mm apart (about "
+        f"s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm (radius "
         f"{1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take a "
-        f"tolerance of {_plain(tolerance)} mm."
+        f"tolerance of {_plain(sigma)} mm."
     )
 
 

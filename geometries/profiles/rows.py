@@ -8,6 +8,7 @@ import numpy as np
 from geometries.arrays import Array, Indices, Mask
 
 DUPLICATE = 1e-6  # distance [mm] below which two points are one
+NEAREST, NEAR = 5e-3, 0.02  # mm and share of the median spacing: the lower is the least distance of points
 ZIGZAG_PASSES = 100
 ZIGZAG = 5  # largest way back of a zigzag, as a multiple of the median spacing
 FOLD = math.radians(150)  # turn at a single point beyond which the contour would lie on itself
@@ -47,20 +48,33 @@ class Rows:
         return self.points.shape[1]
 
 
-def drop_near(rows: Rows, distance: float) -> tuple[Rows, list[str]]:
-    """Without the points that are no farther than `distance` from the last one left; a note if any."""
+def drop_near(rows: Rows, distance: float, *, both_ends: bool = False) -> tuple[Rows, list[str]]:
+    """Without the points that are no farther than `distance` from the last one left; a note if any.
+
+    With `both_ends` the last point stays instead of those before it.
+    """
     steps = np.hypot(*np.diff(rows.points, axis=1))
     if not np.any(steps <= distance):
         return rows, []
     keep = _spaced(rows.points, distance)
+    if both_ends and len(keep) > 1:
+        keep[-1] = rows.count - 1
     left_out = np.setdiff1d(np.arange(rows.count), keep)
     first = int(rows.lines[left_out[0]])
     return rows.only(keep), [
         f"{len(left_out)} points repeat the one before them and were left out (the first in line {first})."
         if distance <= DUPLICATE
-        else f"{len(left_out)} points nearer than {distance:g} to the one before were left out "
+        else f"{len(left_out)} points nearer than {distance:.3g} to the one before were left out "
         f"(the first in line {first})."
     ]
+
+
+def nearest(rows: Rows) -> float:
+    """Distance [mm] below which points in mm are one: it shows no shape, and makes a kink of any error."""
+    if rows.count < 2:
+        return DUPLICATE
+    usual = float(np.median(np.hypot(*np.diff(rows.points, axis=1))))
+    return max(DUPLICATE, min(NEAREST, NEAR * usual))
 
 
 def _spaced(points: Array, distance: float) -> Indices:
