@@ -5,11 +5,11 @@ makes of independent errors slopes of rms SLOPE sigma / h and curvatures of rms 
 over its length; a smoothing spline of the smoothing length L slopes of rms sigma sqrt(h / (12 L^3)) and
 curvatures of rms sigma sqrt(h / (18 L^5)), from (1/pi) int u^2 / (1 + u^6)^2 du = 1/12 and, with u^4, 1/18.
 
-A contact of half width b feels the curvature as a mean over the patch, from slope to slope: of rms slope / b,
-and the curvature at a point where b is smaller than h. Undulations along s of the slope theta change the
-pressure by E*/2 theta (a half-plane under waves: K. L. Johnson, Contact Mechanics, 13.2), and a patch of half
-width b under the relative curvature k has p_max = E*/2 b k: both are E*/2 times a slope. p_max is the largest
-of some 1 + 2 b / h values that err independently, so it errs upwards.
+Undulations along s of the slope theta change the pressure by E*/2 theta (a half-plane under waves: K. L.
+Johnson, Contact Mechanics, 13.2), and a patch of half width b under the relative curvature k has p_max =
+E*/2 b k: both are E*/2 times a slope. So a contact feels errors of the slope as curvatures of theta / b, and
+no more than the curvature at a point, where b is smaller than h. p_max is the largest of some 1 + 2 b / h
+values that err independently, so it errs upwards.
 """
 
 from dataclasses import dataclass
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 ROUNDING = 1 / np.sqrt(12)  # rms error of rounding, as a share of the last decimal
 SLOPE, CURVATURE = 1.573, 3.789  # of cubic splines: integrals over their response to white noise
 SMOOTHED_SLOPE, SMOOTHED_CURVATURE = 1 / 12, 1 / 18
-LOST = (
-    1 / 3
-)  # (1/pi) int u^4 / (1 + u^6) du: slope lost where the curvature jumps, as a share of jump times L
+LOST = 1 / 3  # slope lost where the curvature jumps, over jump times L: (1/pi) int u^4 / (1 + u^6) du
+STEPS = 4  # per smoothing length, at which jumps of the curvature are sought
 HELD = 0.95  # share of contacts whose p_max errs by less than is stated
 TREAD = (5.0, 300.0)  # mm: half width of a patch on a tread and radius of its relative curvature
 ELEMENTS = 10  # across that half width
@@ -100,9 +99,13 @@ def _lost(curve: "Curve", s: float, half_width: float) -> float:
     """Return the slope [rad] that smoothing takes away at most where the curvature of a patch changes."""
     if isinstance(curve, Outline) or not (length := cast("Prepared", curve).smoothing.length):
         return 0.0
-    at = np.arange(s - half_width - length, s + half_width + length, length / 4)
+    ends = s - half_width - length, s + half_width + length
+    at = np.arange(ends[0] - length, ends[1] + length, length / STEPS)
     curvature = curve.curvature(np.clip(at, 0, curve.length))
-    return float(LOST * length * np.max(np.abs(curvature[8:] - curvature[:-8])))
+    near = curvature[3 * STEPS : -STEPS] - curvature[STEPS : -3 * STEPS]  # from s - L to s + L
+    far = curvature[4 * STEPS :] - curvature[: -4 * STEPS]  # twice as far
+    jumps = 2 * near - far  # where the curvature grows evenly, nothing is lost
+    return float(LOST * length * np.max(np.abs(jumps)))
 
 
 def advice(prepared: "Prepared") -> str:
@@ -113,7 +116,8 @@ def advice(prepared: "Prepared") -> str:
     half_width, radius = TREAD
     if prepared.smoothing.rms >= REACHED * rms(prepared.rounding):
         return ""
-    places = np.arange(half_width, prepared.length, half_width)
+    count = max(1, round(prepared.length / half_width))
+    places = (np.arange(count) + 0.5) * prepared.length / count
     peaks = [peak_slope(prepared, s, half_width, half_width / ELEMENTS) for s in places]
     worst = int(np.argmax(peaks))
     share = peaks[worst] / (half_width / radius)
