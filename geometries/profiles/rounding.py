@@ -34,7 +34,8 @@ HELD = 0.95  # share of contacts whose p_max errs by less than is stated
 TREAD = (5.0, 300.0)  # mm: half width of a patch on a tread and radius of its relative curvature
 ELEMENTS = 10  # across that half width
 SAID = 0.05  # of p_max on a tread, from which on a tolerance is advised
-REACHED = 0.9  # of the advised tolerance: there is nothing left to advise
+REACHED = 0.9  # of the advised tolerance: nothing is left to advise
+MORE = 3.0  # times the tolerance, where it smooths less than the points are apart
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,12 @@ class Noise:
     def over(self, half_width: float) -> float:
         """Rms error of the curvature [1/mm] that a patch of a half width [mm] feels."""
         return self.slope * self.curvature / np.hypot(self.slope, half_width * self.curvature or 1e-300)
+
+    def peak(self, half_width: float) -> float:
+        """Largest slope error [rad] on a patch of a half width [mm], in 95 of 100 cases at most."""
+        values = 1 + 2 * half_width / self.apart
+        quantile = float(scipy.stats.norm.ppf((1 + HELD ** (1 / values)) / 2))
+        return quantile * half_width * self.over(half_width)
 
 
 def curvature_noise(curve: "Curve", s: float, half_width: float, element: float = 0.0) -> float:
@@ -68,9 +75,7 @@ def peak_slope(curve: "Curve", s: float, half_width: float, element: float = 0.0
     changes within its length is part of it.
     """
     noise = _noise(curve, s, half_width, element)
-    values = 1 + 2 * half_width / noise.apart
-    quantile = float(scipy.stats.norm.ppf((1 + HELD ** (1 / values)) / 2))
-    return float(np.hypot(quantile * half_width * noise.over(half_width), _lost(curve, s, half_width)))
+    return float(np.hypot(noise.peak(half_width), _lost(curve, s, half_width)))
 
 
 def _noise(curve: "Curve", s: float, half_width: float, element: float) -> Noise:
@@ -111,14 +116,16 @@ def _lost(curve: "Curve", s: float, half_width: float) -> float:
 def advice(prepared: "Prepared") -> str:
     """Return what rounding does to a profile, and the tolerance to take; nothing where it hardly matters.
 
-    It matters by what it does to p_max on a tread.
+    It matters by what it does to p_max on a tread. A curve that has the tolerance, but a corner or a wrong
+    point, is hardly smoothed elsewhere: it needs a larger one.
     """
-    half_width, radius = TREAD
-    if prepared.smoothing.rms >= REACHED * rms(prepared.rounding):
+    (half_width, radius), smoothing = TREAD, prepared.smoothing
+    has_tolerance = smoothing.rms >= REACHED * rms(prepared.rounding)
+    if has_tolerance and smoothing.length >= smoothing.spacing:
         return ""
     count = max(1, round(prepared.length / half_width))
     places = (np.arange(count) + 0.5) * prepared.length / count
-    peaks = [peak_slope(prepared, s, half_width, half_width / ELEMENTS) for s in places]
+    peaks = [_noise(prepared, s, half_width, half_width / ELEMENTS).peak(half_width) for s in places]
     worst = int(np.argmax(peaks))
     share = peaks[worst] / (half_width / radius)
     if share < SAID:
@@ -126,11 +133,12 @@ def advice(prepared: "Prepared") -> str:
     near = _near(prepared, places[worst], half_width)
     spacing = float(np.median(np.diff(prepared.places[near])))
     sigma, curvature = rms(prepared.rounding[near]), curvature_noise(prepared, places[worst], 0.0)
+    tolerance = MORE * smoothing.rms if has_tolerance else sigma
     return (
         f"The points are written in steps of {_plain(sigma / ROUNDING)} mm, {spacing:.2g} mm apart (about "
         f"s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm (radius "
         f"{1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take a "
-        f"tolerance of {_plain(sigma)} mm."
+        f"tolerance of {_plain(tolerance)} mm."
     )
 
 
