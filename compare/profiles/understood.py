@@ -80,6 +80,7 @@ def _of_standard(name: str, standard: Standard) -> Understood:
         inclination=outline.inclination(s),
         curvature=outline.curvature(s),
         curvature_noise=0.0,
+        rounding="",
         notes=(f"{len(outline.pieces)} exact pieces by {standard.source}.",),
     )
     return Understood(

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -12,7 +13,6 @@ from pydantic import (
     Field,
     Strict,
     ValidationError,
-    model_validator,
 )
 
 from approx.variants import VARIANTS, forms_of
@@ -47,6 +47,14 @@ def _positive(load: Any) -> Any:
     if isinstance(load, int | float) and load <= 0:
         raise ValueError("must be positive [N]")
     return load
+
+
+def _sorted(shifts: tuple[float, ...]) -> tuple[float, ...]:
+    """Return shifts [mm]; raise ValueError with the first that is below the one before it."""
+    for shift, after in pairwise(shifts):
+        if after < shift:
+            raise ValueError(f"{after:g} comes after {shift:g}: shifts must grow; sort them")
+    return shifts
 
 
 class ProfileTable(SceneTable):
@@ -184,6 +192,7 @@ class ShiftsFile(SceneTable):
             description="lateral shifts of the wheelset to the left at the rails [mm]; default: -8 ... 8",
         ),
         EachDistinct,
+        AfterValidator(_sorted),
     ] = tuple(float(shift) for shift in range(-8, 9))
     conicity_amplitude: Length = Field(
         3.0, description="half of the lateral motion for the equivalent conicity [mm]"
@@ -198,12 +207,6 @@ class ShiftsFile(SceneTable):
     rolling: RollingTable | None = Field(
         None, description="steady rolling with friction; without this table there are no creep forces"
     )
-
-    @model_validator(mode="after")
-    def _growing(self) -> "ShiftsFile":
-        if list(self.shifts) != sorted(self.shifts):
-            raise ValueError("shifts must grow: sort them")
-        return self
 
     @property
     def rails(self) -> tuple[ProfileTable, ProfileTable]:

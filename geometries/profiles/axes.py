@@ -14,6 +14,7 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.profiles.content import Content, Height, Side
+from geometries.profiles.parts import HEAD, is_groove, surfaces
 from geometries.profiles.profile import Kind
 from geometries.profiles.rows import Rows
 from geometries.profiles.text import Source
@@ -32,6 +33,7 @@ BULGE = 0.1  # least area between a rail and the chord of its ends, as a share o
 FLANGE = 10.0  # least height [mm] of a flange over the tread
 TIP = 0.15  # share of the height of a flange that belongs to its tip
 TIP_WIDTH = 3.0  # least width [mm] of the tip
+FACES = 10.0  # depth [mm] of both ends below the top from which on it is no wheel: outer faces go up
 ASIDE = 0.15  # least distance of the tip from the middle of the wheel, as a share of its width
 
 
@@ -74,13 +76,15 @@ def parse_axes(axes: str | None) -> Axes:
 def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tuple[Axes, list[str]]:
     """Axes of points in mm, and notes on where they come from. Raises WrongInput for what is missing.
 
-    The argument counts first, then the format, then the shape. What contradicts a wheel's flange is refused,
-    and so is a format that contradicts the shape: the argument decides.
+    The argument counts first, then the format, then the shape. What contradicts a wheel's flange or a rail's
+    head is refused, and so is a format that contradicts the shape: the argument decides. A rail with the
+    flange of a wheel and a wheel with the faces of a rail are refused, too.
     """
     shape, stated = axes_by_shape(kind, content.rows.points), Axes(content.y, content.z)
-    if kind == "wheel" and shape.contradicts(given):
+    if shape.contradicts(given):
+        mark, other = ("flange", "a rail") if kind == "wheel" else ("head", "a wheel")
         raise source.refused(
-            f"axes = '{given}': the flange shows '{shape}'; correct axes, or kind for a rail"
+            f"axes = '{given}': the {mark} of this {kind} shows '{shape}'; correct axes, or kind for {other}"
         )
     by_format = Axes(None if given.y else stated.y, None if given.z else stated.z)
     if shape.contradicts(by_format):
@@ -89,12 +93,32 @@ def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tupl
             f"give axes, such as '{shape.or_else(stated)}'"
         )
     axes = _complete(source, given.or_else(stated).or_else(shape))
-    return axes, _origins(kind, axes, given, stated) + _doubts(kind, axes, shape)
+    _check_kind(source, content.rows.points, kind, axes)
+    return axes, _origins(kind, axes, given, stated)
 
 
-def _doubts(kind: Kind, axes: Axes, shape: Axes) -> list[str]:
-    """A note where the shape looks otherwise than it was said."""
-    return [f"Check axes: the shape of this {kind} looks like '{shape}'."] * shape.contradicts(axes)
+def _check_kind(source: Source, points: Array, kind: Kind, axes: Axes) -> None:
+    """Raise WrongInput for a wheel that is said to be a rail, and the other way round."""
+    up = points[1] if axes.z == "up" else -points[1]
+    if kind == "wheel" and np.max(up) - max(up[0], up[-1]) >= FACES:
+        raise source.refused(
+            f"kind = 'wheel': both ends lie {np.max(up) - max(up[0], up[-1]):.3g} mm or more below the top, "
+            "as the faces of a rail do; correct kind or axes"
+        )
+    heads = [part for part in surfaces(np.stack([points[0], up])) if np.ptp(points[0, part]) >= HEAD]
+    if kind == "rail" and len(heads) == 1:
+        wheel = axes_of_wheel(points)
+        if wheel.y and wheel.z:
+            raise source.refused(
+                "kind = 'rail': it has the flange of a wheel; correct kind, or leave out the points beyond "
+                "the groove of a rail"
+            )
+        if is_groove(np.stack([points[0], -up])):
+            raise source.refused(
+                f"axes: with z {axes.z} it is a ridge {np.ptp(up):.3g} mm high between level parts; turned "
+                "over, two rails with a groove between them: correct axes, or leave out the points beside "
+                "the head"
+            )
 
 
 def _complete(source: Source, axes: Axes) -> Axes:

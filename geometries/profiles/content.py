@@ -7,10 +7,20 @@ from typing import Literal
 
 import numpy as np
 
+from geometries.profiles.decimals import steps_as_written
 from geometries.profiles.profile import Kind
 from geometries.profiles.rows import Rows
-from geometries.profiles.text import MAX_POINTS, Source, is_number, number, shortened, split_columns
+from geometries.profiles.text import (
+    MAX_POINTS,
+    Source,
+    as_float,
+    is_number,
+    number,
+    shortened,
+    split_columns,
+)
 
+Written = tuple[str, str]  # y and z of a point
 Side = Literal["field", "centre"]
 Height = Literal["up", "down"]
 
@@ -44,15 +54,20 @@ def kind_by_name(source: Source) -> Kind | None:
     return "wheel" if ending in WHEEL_ENDINGS else None
 
 
-def rows_of(source: Source, points: list[tuple[float, float]], lines: list[int]) -> Rows:
-    """Rows from lists. Raises WrongInput for none and for too many."""
+def rows_of(source: Source, points: list[Written], lines: list[int]) -> Rows:
+    """Rows from points as written. Raises WrongInput for none and for too many."""
     if not points:
         raise source.wrong(len(source.lines), "no points up to the end of the file; is it cut off?")
     if len(points) > MAX_POINTS:
         raise source.wrong(
             lines[MAX_POINTS], f"more than {MAX_POINTS} points; thin them out: one per 0.1 mm is plenty"
         )
-    return Rows(np.array(points).T, np.array(lines))
+    y, z = zip(*points, strict=True)
+    coordinates = np.array([[as_float(token) for token in axis] for axis in (y, z)])
+    steps = np.stack(
+        [steps_as_written(axis, values) for axis, values in zip((y, z), coordinates, strict=True)]
+    )
+    return Rows(coordinates, np.array(lines), steps)
 
 
 def row(source: Source, line: int, text: str, counts: range) -> list[str]:
@@ -69,9 +84,11 @@ def row(source: Source, line: int, text: str, counts: range) -> list[str]:
     return fields
 
 
-def point(source: Source, line: int, y: str, z: str) -> tuple[float, float]:
-    """Coordinates of a point. Raises WrongInput where they are no numbers."""
-    return number(source, line, y, "y"), number(source, line, z, "z")
+def point(source: Source, line: int, y: str, z: str) -> Written:
+    """Coordinates of a point as written. Raises WrongInput where they are no numbers."""
+    number(source, line, y, "y")
+    number(source, line, z, "z")
+    return y, z
 
 
 def only_numbers(text: str) -> bool:

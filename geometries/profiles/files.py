@@ -12,20 +12,21 @@ import numpy as np
 
 from geometries.errors import WrongInput
 from geometries.profiles.axes import UNKNOWN, Axes, find_axes, parse_axes, turned
-from geometries.profiles.columns import read_columns
+from geometries.profiles.columns import COMMENTS, read_columns
 from geometries.profiles.content import UNITS, Content
 from geometries.profiles.crossing import Entangled, first_crossing
 from geometries.profiles.miniprof import is_miniprof, read_miniprof
 from geometries.profiles.parts import one_surface
 from geometries.profiles.profile import Kind, Profile
-from geometries.profiles.rows import DUPLICATE, Rows, drop_near, drop_zigzags, first_fold, note_gaps
+from geometries.profiles.rows import DUPLICATE, Rows, drop_near, drop_zigzags, first_fold, nearest, note_gaps
 from geometries.profiles.spline_block import block_text, is_spline_block, read_spline_block
-from geometries.profiles.text import Source, read_source, source_of
+from geometries.profiles.text import Source, is_number, read_source, shortened, source_of, uncommented
 
 LEAST_POINTS = 4
 WIDTHS = (1.0, 1000.0)  # of a profile [mm]: others are an error of the unit
 SAME_UNIT = 1e-4  # rounding of 39.37 inches per metre
 USUAL_WIDTHS = (40.0, 200.0)  # of a rail or a wheel [mm], by which the unit of two columns is known
+TEXTS = ("", ".txt", ".csv", ".dat", ".tab", ".rail", ".wheel")  # endings of two columns
 ENDINGS: dict[str, Kind] = {".prr": "rail", ".prw": "wheel"}
 
 
@@ -112,7 +113,22 @@ def _content(source: Source) -> Content:
         raise source.refused("a list of sections: read_sections and read_section read it")
     if is_spline_block(source):
         return read_spline_block(source)
-    return read_miniprof(source) if is_miniprof(source) else read_columns(source)
+    if is_miniprof(source):
+        return read_miniprof(source)
+    _check_ending(source)
+    return read_columns(source)
+
+
+def _check_ending(source: Source) -> None:
+    """Raise WrongInput for a file of an unknown ending that begins like none of the formats."""
+    first = next((text for line in source.lines if (text := uncommented(line, COMMENTS))), "")
+    ending = source.path.suffix
+    if ending.lower() not in TEXTS and not any(is_number(field) for field in first.split()):
+        raise source.refused(
+            f"ending '{ending}', which is none of a format of profiles, and no text of one: it begins with "
+            f"{shortened(first)}; export the profile as .ban or .whl (MiniProf), as .prr or .prw (spline "
+            "block), or as two columns .txt"
+        )
 
 
 def _understood(source: Source, content: Content, given: Arguments) -> Profile:
@@ -120,7 +136,7 @@ def _understood(source: Source, content: Content, given: Arguments) -> Profile:
     _check_count(source, content.rows)
     kind, surface = _kind(source, content, given.kind), given.surface
     factor, notes = _unit(source, content, given.unit)
-    rows, cleaned = _cleaned(source, content.rows.moved(content.rows.points * factor))
+    rows, cleaned = _cleaned(source, content.rows.scaled(factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
     axes, seen = find_axes(source, in_mm, kind, given.axes)
     if kind == "rail" or surface is not None:
@@ -130,7 +146,7 @@ def _understood(source: Source, content: Content, given: Arguments) -> Profile:
     rows, reversed_order = turned(rows, axes)
     gaps = note_gaps(rows)
     all_notes = (*content.notes, *notes, *cleaned, *seen, *reversed_order, *gaps)
-    return Profile(kind, rows.points, source.path.stem, all_notes)
+    return Profile(kind, rows.points, source.path.stem, all_notes, rows.steps)
 
 
 def _kind(source: Source, content: Content, given: Kind | None) -> Kind:
@@ -183,7 +199,7 @@ def _cleaned(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
     """Points in mm without repeated ones and zigzags. Raises WrongInput for folds and crossings."""
     rows, repeated = drop_near(rows, DUPLICATE)
     rows, zigzags = drop_zigzags(rows)
-    rows, again = drop_near(rows, DUPLICATE)
+    rows, again = drop_near(rows, nearest(rows), both_ends=True)
     _check_count(source, rows)
     fold = first_fold(rows)
     if fold is not None:

@@ -11,28 +11,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.content import Content, kind_by_name, only_numbers, point, row, rows_of
+from geometries.profiles.content import Content, Written, kind_by_name, only_numbers, point, row, rows_of
 from geometries.profiles.text import Source, is_number, number, shortened, split_columns, uncommented
 
 COMMENTS = '!"#%'
 COLUMNS = frozenset("XYACNK")
 OLD_STYLE = re.compile(r"#?\s*MINI(WHEEL|RAIL)?PROF\b", re.IGNORECASE)
+KEY = re.compile(r"[A-Za-z]\w*\s*=", re.ASCII)
+LEAST_POINTS = 4  # of a profile: as many lines of numbers, one behind the other, are no header
 
 Keys = Mapping[str, tuple[int, str]]  # line and text of the value, by key in lower case
 
 
 @dataclass(frozen=True)
 class Header:
-    """Keys of the header, the number of its lines, and whether the file is of the old style."""
+    """Keys of the header, the number of its lines, whether the file is of the old style.
+
+    `numbers` are its lines that consist of numbers.
+    """
 
     keys: Keys
     n_lines: int
     old: bool
+    numbers: list[int]
 
 
 def is_miniprof(source: Source) -> bool:
-    """Whether the file is one of MiniProf: by its ending or its first line."""
-    return source.path.suffix.lower() in (".ban", ".whl") or bool(OLD_STYLE.match(source.lines[0].strip()))
+    """Whether the file is one of MiniProf: by its ending or its first line, whatever the ending."""
+    first = next(text.strip() for text in source.lines if text.strip())
+    return source.path.suffix.lower() in (".ban", ".whl") or bool(OLD_STYLE.match(first) or KEY.match(first))
 
 
 def read_miniprof(source: Source) -> Content:
@@ -46,6 +53,9 @@ def read_miniprof(source: Source) -> Content:
         lines.append(line)
         remarks += [line] if remark else []
     rows = rows_of(source, points, lines)
+    if header.numbers:
+        where = ", ".join(map(str, header.numbers))
+        notes.append(f"Numbers in the header were not read as points (lines {where}).")
     if remarks:
         notes.append(f"Text behind the columns was not read (the first in line {remarks[0]}).")
     notes += _compare_count(source, header, rows.count)
@@ -60,33 +70,56 @@ def read_miniprof(source: Source) -> Content:
 def _read_header(source: Source) -> Header:
     """Header of a file. Raises WrongInput where there is none, and for keys given twice with two values."""
     old = bool(OLD_STYLE.match(source.lines[0].strip()))
+    n_lines, numbers = _header_end(source)
     keys: dict[str, tuple[int, str]] = {}
-    for line, text in enumerate(source.lines, 1):
-        if not text.strip() or only_numbers(text):
-            _check_header(source, line, old or bool(keys))
-            _check_blank_line(source, line)
-            return Header(keys, line if not text.strip() else line - 1, old)
-        if "=" in text and text.lstrip()[0] not in COMMENTS:
+    for line, text in enumerate(source.lines[:n_lines], 1):
+        if not text.strip() or text.lstrip()[0] in COMMENTS or line in numbers:
+            continue
+        if "=" in text:
             _add_key(source, keys, line, text)
-        elif not old and text.lstrip()[0] not in COMMENTS:
+        elif not old and not is_number(text.strip()):
             raise source.wrong(line, f"{shortened(text)}: a line KEY=VALUE is expected in the header")
-    raise source.wrong(len(source.lines), "the file ends within its header; is it cut off?")
-
-
-def _check_header(source: Source, line: int, has_header: bool) -> None:
-    """Raise WrongInput for a file without a header."""
-    if not has_header:
+    if n_lines == len(source.lines):
         raise source.wrong(
-            line,
+            n_lines,
+            "the file ends within its header, without points; is it cut off, or one of settings? Export the "
+            "measured profile as .ban (rail) or .whl (wheel)",
+        )
+    if not old and not keys:
+        raise source.wrong(
+            n_lines + 1,
             "a header of MiniProf is expected (KEY=VALUE, or MINIPROF in line 1); "
             "name a file of two columns .txt",
         )
+    return Header(keys, n_lines, old, numbers)
 
 
-def _check_blank_line(source: Source, line: int) -> None:
-    """Raise WrongInput where numbers stand both before the first blank line and behind it."""
-    blank = next((k for k, text in enumerate(source.lines, 1) if not text.strip()), len(source.lines))
-    if blank > line and any(only_numbers(text) for text in source.lines[blank:]):
+def _header_end(source: Source) -> tuple[int, list[int]]:
+    """Number of the header's lines, and those of its lines that consist of numbers.
+
+    The header ends at the first blank line. Where a run of numbers as long as a profile begins before it,
+    the blank line is missing: points begin there. Fewer numbers belong to the header.
+    """
+    numbers: list[int] = []
+    run: list[int] = []
+    for line, text in enumerate(source.lines, 1):
+        if not text.strip():
+            if len(run) < LEAST_POINTS:
+                if any(only_numbers(behind) for behind in source.lines[line:]):
+                    return line, numbers + run
+                continue
+            _check_blank_line(source, run[0], line)
+            return run[0] - 1, numbers
+        if only_numbers(text):
+            run.append(line)
+        elif text.lstrip()[0] not in COMMENTS and len(run) < LEAST_POINTS:
+            numbers, run = numbers + run, []
+    return run[0] - 1 if run else len(source.lines), numbers
+
+
+def _check_blank_line(source: Source, line: int, blank: int) -> None:
+    """Raise WrongInput where points begin before the first blank line and numbers stand behind it."""
+    if any(only_numbers(text) for text in source.lines[blank:]):
         raise source.wrong(
             line,
             f"numbers before the first blank line, {blank}, and behind it: delete the blank line, or make "
@@ -136,7 +169,7 @@ def _rows(source: Source, header: Header) -> Iterable[tuple[int, str]]:
             yield line, content
 
 
-def _read_row(source: Source, line: int, text: str, columns: list[str]) -> tuple[tuple[float, float], bool]:
+def _read_row(source: Source, line: int, text: str, columns: list[str]) -> tuple[Written, bool]:
     """X and Y of a row, and whether text follows its columns."""
     fields = split_columns(source, line, text)
     behind = fields[len(columns) :]

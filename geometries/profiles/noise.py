@@ -1,4 +1,4 @@
-"""What looks like noise in a profile: radii far below those of profiles."""
+"""What looks like noise in a profile: last decimals that bend the curve, radii far below real ones."""
 
 import numpy as np
 
@@ -9,7 +9,12 @@ USUAL = 0.01  # mm: a tolerance for measured points
 
 
 def noise(figure: ProfileFigure) -> str:
-    """Return the least radius of a profile and a tolerance to try, if it looks like noise; else nothing."""
+    """Return what looks like noise in a profile, and a tolerance to take; nothing where nothing does.
+
+    That is what the last decimals of its file do, or a radius far below those of profiles.
+    """
+    if figure.rounding:
+        return figure.rounding
     at = int(np.argmax(np.abs(figure.curvature)))
     if LEAST_RADIUS * abs(figure.curvature[at]) <= 1:
         return ""

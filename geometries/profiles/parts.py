@@ -13,7 +13,10 @@ from geometries.profiles.text import Source
 GROOVE = 20.0  # depth [mm] from which on a groove separates surfaces, below the lower of both
 OPENING = 25.0  # step in y [mm] without points that separates surfaces
 MOST = 6  # number of surfaces that are described
-HEAD = 10.0  # least width [mm] on both sides of such a step
+DEEPEST = 80.0  # [mm] of grooves beside rails; a head is higher above its foot
+LEVEL = 5.0  # [mm] of a head below its top that are not its faces
+UNDERCUT = 5.0  # [mm] of the faces of a groove, at most; a head reaches farther beyond its web
+HEAD = 10.0  # least width [mm] on both sides of such a step, and of a running surface
 
 
 def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> tuple[Rows, list[str]]:
@@ -30,9 +33,13 @@ def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> t
         raise source.refused(f"surface: there are {len(parts)} ({listed}); give surface = 1 ... {len(parts)}")
     if isinstance(surface, bool) or not isinstance(surface, int) or not 1 <= surface <= len(parts):
         raise WrongInput(f"surface = {surface!r}: {source.path} has {len(parts)} ({listed})")
-    return rows.only(parts[surface - 1]), [f"Surface {surface} of {len(parts)} ({listed})."] * (
-        len(parts) > 1
-    )
+    chosen = rows.only(parts[surface - 1])
+    if (width := float(np.ptp(chosen.points[0]))) < HEAD:
+        raise source.refused(
+            f"surface = {surface}: {width:.3g} mm wide, no running surface ({listed}); name another one, or "
+            "correct axes: a rail upside down is a groove between its faces"
+        )
+    return chosen, [f"Surface {surface} of {len(parts)} ({listed})."] * (len(parts) > 1)
 
 
 def _described(rows: Rows, part: Indices) -> str:
@@ -52,3 +59,12 @@ def surfaces(points: Array) -> list[Indices]:
     opens = (steps > OPENING) & (way - steps >= HEAD) & (way[-1] - way >= HEAD)
     ends = (np.diff(outside) > 1) | opens[outside[:-1]]
     return np.split(outside, np.flatnonzero(ends) + 1)
+
+
+def is_groove(points: Array) -> bool:
+    """Whether points (2, n) with z up [mm] are a groove between two running surfaces and nothing else."""
+    tops = [points[:, part[points[1, part] >= np.max(points[1, part]) - LEVEL]] for part in surfaces(points)]
+    heads = sum(np.ptp(top[0]) >= 2 * HEAD for top in tops)
+    y = points[0] * np.sign(points[0, -1] - points[0, 0])
+    undercut = np.max(np.maximum.accumulate(y) - y)
+    return heads > 1 and bool(np.ptp(points[1]) <= DEEPEST and undercut <= UNDERCUT)

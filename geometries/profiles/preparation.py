@@ -12,10 +12,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from geometries.arrays import Array
+from geometries.arrays import Array, Mask
 from geometries.contours import Spline, length_between
 from geometries.errors import WrongInput
 from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.rounding import ROUNDING, advice
 from geometries.profiles.smoothing import (
     Smoothing,
     along_normal,
@@ -37,7 +38,8 @@ class Prepared:
 
     `points` (2, n) [mm] are those of the profile without repeated ones, `places` (n,) the arc lengths [mm] of
     the feet of their normals, and `residual` (n,) their distances [mm] from the curve, positive on its upper
-    side.
+    side. `rounding` (n,) are the rms errors of their last decimals along the normal [mm], 0 where none are
+    known.
     """
 
     kind: Kind
@@ -46,6 +48,7 @@ class Prepared:
     points: Array
     places: Array
     residual: Array
+    rounding: Array
     smoothing: Smoothing
     notes: tuple[str, ...] = ()
 
@@ -92,7 +95,7 @@ def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0
     are independent. Raises WrongInput and, where no smooth curve is as near as the tolerance, Failure.
     """
     _check_tolerance(tolerance)
-    points, notes = _distinct(profile)
+    points, new, notes = _distinct(profile)
     if tolerance == 0:
         spline, places, smoothing = _through(points)
     else:
@@ -104,8 +107,11 @@ def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0
         spline = _spline(curve)
         places = spline.arc_length(np.clip(t, curve.x[0], curve.x[-1]))
     residual = along_normal(spline.curve, spline.parameter(places), points)[1]
+    steps = np.zeros_like(points) if profile.steps is None else profile.steps[:, new]
+    delta = spline.inclination(places)
+    rounding = np.hypot(*(steps * np.stack([np.sin(delta), np.cos(delta)]))) * ROUNDING
     notes = (*profile.notes, *notes, _said(smoothing, residual))
-    return Prepared(profile.kind, profile.name, spline, points, places, residual, smoothing, notes)
+    return Prepared(profile.kind, profile.name, spline, points, places, residual, rounding, smoothing, notes)
 
 
 def resample(profile: Profile, spacing: float) -> Profile:
@@ -146,6 +152,7 @@ class ProfileFigure:
     inclination: Array  # [rad] at s, (m,)
     curvature: Array  # [1/mm] at s, (m,)
     curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
+    rounding: str  # what the last decimals do to the curve, and a tolerance to take; or nothing
     notes: tuple[str, ...]  # sentences
 
 
@@ -158,7 +165,17 @@ def figure_of(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
     noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
     curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
     measured = prepared.points, prepared.places, prepared.residual
-    return ProfileFigure(prepared.name, *measured, s, curve, inclination, curvature, noise, prepared.notes)
+    return ProfileFigure(
+        prepared.name,
+        *measured,
+        s,
+        curve,
+        inclination,
+        curvature,
+        noise,
+        advice(prepared),
+        prepared.notes,
+    )
 
 
 def _check_tolerance(tolerance: float | str) -> None:
@@ -171,8 +188,8 @@ def _check_tolerance(tolerance: float | str) -> None:
         )
 
 
-def _distinct(profile: Profile) -> tuple[Array, tuple[str, ...]]:
-    """Return the points without those that repeat their predecessor, (2, n), and a note if there are any."""
+def _distinct(profile: Profile) -> tuple[Array, Mask, tuple[str, ...]]:
+    """Return the points without those that repeat their predecessor, (2, n), which, and a note if any."""
     points = np.asarray(profile.points, dtype=float)
     if points.ndim != 2 or points.shape[0] != 2 or not np.all(np.isfinite(points)):
         raise WrongInput(f"points of shape {points.shape}: must be finite numbers (y, z), shape (2, n)")
@@ -180,7 +197,8 @@ def _distinct(profile: Profile) -> tuple[Array, tuple[str, ...]]:
     if np.count_nonzero(new) < LEAST_POINTS:
         raise WrongInput(f"{np.count_nonzero(new)} points: at least {LEAST_POINTS} different ones are needed")
     repeated = int(np.count_nonzero(~new))
-    return points[:, new], (f"{repeated} points that repeat their predecessor left out.",) if repeated else ()
+    notes = (f"{repeated} points that repeat their predecessor left out.",) if repeated else ()
+    return points[:, new], new, notes
 
 
 def _through(points: Array) -> tuple[Spline, Array, Smoothing]:

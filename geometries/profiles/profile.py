@@ -17,9 +17,12 @@ class Profile:
     fall where a face is undercut. Sections of the left side are mirrored. The origin is that of the source.
 
     `notes` are sentences about what was done to the points of the source: units, axes, points left out.
+    `steps` are those of the last decimals [mm] with which y and z were written, (2, n), 0 where they are
+    exact; None where the points come from no file.
     """
 
     kind: Kind
     points: Array
     name: str = ""
     notes: tuple[str, ...] = ()
+    steps: Array | None = None

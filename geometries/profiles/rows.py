@@ -1,13 +1,14 @@
 """Points with the lines of the file they came from, and what is left out of them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from geometries.arrays import Array, Indices, Mask
 
 DUPLICATE = 1e-6  # distance [mm] below which two points are one
+NEAREST, NEAR = 5e-3, 0.02  # mm and share of the median spacing: the lower is the least distance of points
 ZIGZAG_PASSES = 100
 ZIGZAG = 5  # largest way back of a zigzag, as a multiple of the median spacing
 FOLD = math.radians(150)  # turn at a single point beyond which the contour would lie on itself
@@ -16,18 +17,30 @@ GAP = 10  # spacing that is reported, as a multiple of the median spacing
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Points (y, z), shape (2, n), in the order of the file, and the number of its line for each, (n,)."""
+    """Points (y, z), shape (2, n), in the order of the file, and the number of its line for each, (n,).
+
+    `steps` are those of the last decimals of y and z, (2, n), along the axes and in the unit of the points.
+    """
 
     points: Array
     lines: Indices
+    steps: Array
 
     def only(self, keep: Mask | Indices | slice) -> "Rows":
         """The points that `keep` selects: a mask, a slice, or indices."""
-        return Rows(self.points[:, keep], self.lines[keep])
+        return Rows(self.points[:, keep], self.lines[keep], self.steps[:, keep])
 
     def moved(self, points: Array) -> "Rows":
-        """Other coordinates of the same points."""
-        return Rows(points, self.lines)
+        """The same points shifted, mirrored, or clipped."""
+        return replace(self, points=points)
+
+    def scaled(self, factor: float) -> "Rows":
+        """The same points in another unit."""
+        return replace(self, points=self.points * factor, steps=self.steps * factor)
+
+    def turned(self, turn: Array) -> "Rows":
+        """The same points turned by an orthogonal matrix (2, 2): variances of y and z mix."""
+        return replace(self, points=turn @ self.points, steps=np.sqrt(turn**2 @ self.steps**2))
 
     @property
     def count(self) -> int:
@@ -35,20 +48,33 @@ class Rows:
         return self.points.shape[1]
 
 
-def drop_near(rows: Rows, distance: float) -> tuple[Rows, list[str]]:
-    """Without the points that are no farther than `distance` from the last one left; a note if any."""
+def drop_near(rows: Rows, distance: float, *, both_ends: bool = False) -> tuple[Rows, list[str]]:
+    """Without the points that are no farther than `distance` from the last one left; a note if any.
+
+    With `both_ends` the last point stays instead of those before it.
+    """
     steps = np.hypot(*np.diff(rows.points, axis=1))
     if not np.any(steps <= distance):
         return rows, []
     keep = _spaced(rows.points, distance)
+    if both_ends and len(keep) > 1:
+        keep[-1] = rows.count - 1
     left_out = np.setdiff1d(np.arange(rows.count), keep)
     first = int(rows.lines[left_out[0]])
     return rows.only(keep), [
         f"{len(left_out)} points repeat the one before them and were left out (the first in line {first})."
         if distance <= DUPLICATE
-        else f"{len(left_out)} points nearer than {distance:g} to the one before were left out "
+        else f"{len(left_out)} points nearer than {distance:.3g} to the one before were left out "
         f"(the first in line {first})."
     ]
+
+
+def nearest(rows: Rows) -> float:
+    """Distance [mm] below which points in mm are one: it shows no shape, and makes a kink of any error."""
+    if rows.count < 2:
+        return DUPLICATE
+    usual = float(np.median(np.hypot(*np.diff(rows.points, axis=1))))
+    return max(DUPLICATE, min(NEAREST, NEAR * usual))
 
 
 def _spaced(points: Array, distance: float) -> Indices:

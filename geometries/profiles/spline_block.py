@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.arrays import Array
 from geometries.profiles.content import UNITS, Content, kind_by_name, point, row, rows_of
 from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.rows import Rows, drop_near, drop_zigzags
@@ -204,8 +203,8 @@ def _process(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[R
     rows, notes = drop_near(rows, values["point.dist.min"])
     rows, dropped = drop_zigzags(rows)
     notes += dropped
-    points, moved = _placed(rows.points, values)
-    rows, bounded = _bounded(source, rows.moved(points), values)
+    rows, moved = _placed(rows, values)
+    rows, bounded = _bounded(source, rows, values)
     signs = [1 - 2 * values["mirror.y"], 1 - 2 * values["mirror.z"]]
     rows = rows.moved(rows.points * np.array(signs)[:, None])
     notes += moved + bounded
@@ -218,18 +217,18 @@ def _process(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[R
     return rows, notes
 
 
-def _placed(points: Array, values: Mapping[str, float]) -> tuple[Array, list[str]]:
+def _placed(rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:
     """Points shifted, then rotated about the origin from y to z."""
     shift, angle = (values["shift.y"], values["shift.z"]), values["rotate"] / values["units.ang.f"]
     notes = []
     if any(shift):
-        points = points + np.array(shift)[:, None]
+        rows = rows.moved(rows.points + np.array(shift)[:, None])
         notes.append(f"Shifted by {shift[0]:g} in y and {shift[1]:g} in z (units of the file).")
     if angle:
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        points = turn @ points
+        rows = rows.turned(turn)
         notes.append(f"Rotated by {np.degrees(angle):g} degrees from y to z.")
-    return points, notes
+    return rows, notes
 
 
 def _bounded(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:

@@ -58,7 +58,10 @@ def test_the_example_says_that_c_is_solved_only_where_it_is_given(tmp_path):
         (MINIMAL + "[contact]\nload = -1.0\n", r"contact\.load = -1\.0: must be positive \[N\]"),
         (MINIMAL + "[contact]\nload = 0\n", "must be positive"),
         (MINIMAL + '[contact]\nics = ["D"]\n', "contact.ics"),
-        ("shifts = [1.0, 0.0]\n" + MINIMAL, "must grow"),
+        (
+            "shifts = [1.0, 0.0]\n" + MINIMAL,
+            r"shifts = \[1\.0, 0\.0\]: 0 comes after 1: shifts must grow; sort them",
+        ),
         ("shifts = [60.0]\n" + MINIMAL, "at most 50"),
         (MINIMAL.replace('60E1"', '60E1"\ntolerance = 0.02'), "is of files"),
         (MINIMAL.replace('60E1"', '60E1"\nsection = 2'), "rail.section: is of files"),

@@ -7,6 +7,8 @@ from profile_texts import MM, block_text, columns_text, miniprof_text, old_minip
 from geometries.errors import WrongInput
 from geometries.profiles.axes import Axes, axes_by_shape
 from geometries.profiles.files import read_profile, write_profile
+from geometries.profiles.noise import noise
+from geometries.profiles.preparation import figure_of, prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.rows import Rows, drop_zigzags
 
@@ -152,10 +154,12 @@ def test_a_hairpin_is_no_zigzag():
     points = np.array(
         [[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]]
     )  # right, back down, on to the left
-    rows = Rows(points, np.arange(6))
+    rows = Rows(points, np.arange(6), np.zeros_like(points))
     assert drop_zigzags(rows) == (rows, [])
     zigzag = Rows(
-        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6], np.arange(6)
+        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6],
+        np.arange(6),
+        np.zeros_like(points),
     )
     assert np.array_equal(drop_zigzags(zigzag)[0].lines, [0, 1, 4, 5])
 
@@ -183,7 +187,7 @@ def test_what_would_not_be_read_back_is_not_written(tmp_path):
     for wrong in (np.repeat(points, 2, axis=1), points * np.nan, points[:, :3], points[::-1] * 0):
         with pytest.raises(WrongInput):
             write_profile(Profile("rail", wrong), tmp_path / "r.prr")
-    with pytest.raises(WrongInput, match="the flange shows"):  # y to the track centre
+    with pytest.raises(WrongInput, match="the flange of this wheel shows"):  # y to the track centre
         write_profile(Profile("wheel", (wheel() * [[-1.0], [1.0]])[:, ::-1]), tmp_path / "w.prw")
     with pytest.raises(WrongInput, match="cannot be written"):
         write_profile(Profile("rail", points), tmp_path / "missing" / "r.prr")
@@ -270,11 +274,65 @@ def test_shapes_that_show_no_axes_are_not_guessed():
         assert axes_by_shape("rail", points) == Axes()
 
 
-def test_a_groove_is_read_as_it_is_said_with_a_doubt(tmp_path):
-    groove = rail()[:, 12:-12] * [[1.0], [-1.0]]  # less deep than the grooves between two rails
-    profile = read_profile(save(tmp_path, "s.txt", columns_text(groove)), "rail", axes="field up")
-    assert np.array_equal(profile.points, groove)
-    assert any(note.startswith("Check axes") for note in profile.notes)
+def test_a_rail_upside_down_is_refused(tmp_path):
+    """A whole head, a crown, and two rails with a groove between, which turned over are a ridge."""
+    ways = np.array([[1.0], [-1.0]])
+    y = np.linspace(-60, 60, 241)
+    ridge = np.stack([y, 48 * np.exp(-((y / 20) ** 8))])
+    for points, words in (
+        (rail() * ways, "axes = 'field up': the head of this rail shows 'down'"),
+        (rail()[:, 12:-12] * ways, "axes = 'field up': the head of this rail shows 'down'"),
+        (ridge, "axes: with z up it is a ridge 48 mm high between level parts"),
+    ):
+        path = save(tmp_path, "s.txt", columns_text(points))
+        for surface in (None, 1):
+            with pytest.raises(WrongInput, match=words):
+                read_profile(path, "rail", axes="field up", unit="mm", surface=surface)
+    turned_over = save(tmp_path, "s.txt", columns_text(ridge * ways))
+    assert read_profile(turned_over, "rail", axes="field up", unit="mm", surface=1).points[1].max() <= 0
+    foot = np.array([[-75.0, -60, -60, -8, -8], [-172.0, -172, -160, -140, -36]])
+    whole = np.concatenate([foot, rail(201), foot[:, ::-1] * -ways], axis=1)  # a head on its web and foot
+    whole = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(whole.T, whole.T[1:], strict=False)]).T
+    read_profile(save(tmp_path, "s.txt", columns_text(whole)), "rail", axes="field up", unit="mm")
+
+
+def test_a_part_of_a_rail_that_is_no_running_surface_is_refused(tmp_path):
+    """A face beyond a groove stands alone; it is 1 mm wide."""
+    y = np.linspace(0, 80, 801)
+    z = np.where((y > 40) & (y < 79), -30.0, 0.0) - 1e-3 * np.minimum(y, 40) ** 2
+    path = save(tmp_path, "s.txt", columns_text(np.stack([y, z])))
+    read_profile(path, "rail", axes="field up", unit="mm", surface=1)
+    with pytest.raises(WrongInput, match=r"surface = 2: 1 mm wide, no running surface"):
+        read_profile(path, "rail", axes="field up", unit="mm", surface=2)
+
+
+def test_wheels_and_rails_are_told_apart(tmp_path):
+    for points, kind, axes in both_kinds():
+        with pytest.raises(
+            WrongInput, match=f"kind = '{kind}': (it has the flange of a wheel|both ends lie)"
+        ):
+            read_profile(save(tmp_path, "s.txt", columns_text(points)), kind, axes=axes)
+
+
+def both_kinds():
+    """Wheels said to be rails, and rails said to be wheels, with their axes in all ways."""
+    for kind, points in (("rail", wheel()), ("wheel", rail())):
+        for turned, axes in both_ways(points):
+            yield turned, kind, str(axes)
+
+
+def test_points_that_nearly_repeat_each_other_are_one(tmp_path):
+    """0.1 um apart at an end, with errors of that size: as they are, a kink of 45 degrees, a burr."""
+    points = rail(400)
+    end = points[:, -1:] + [[1e-4, 1e-4, 2e-4], [0.0, 1e-4, 1e-4]]
+    start = points[:, :1] - [[1e-4], [1e-4]]
+    near = np.concatenate([start, points, end], axis=1)
+    profile = read_profile(save(tmp_path, "s.txt", columns_text(near)), "rail", axes="field")
+    assert profile.points.shape[1] == 400
+    np.testing.assert_array_equal(profile.points[:, [0, -1]], near[:, [0, -1]])
+    (note,) = (note for note in profile.notes if "nearer than" in note)
+    assert note.startswith("4 points")
+    assert not noise(figure_of(prepare(profile)))
 
 
 def test_gaps_are_noted(tmp_path):

@@ -191,10 +191,58 @@ def test_wrong_headers_of_miniprof(tmp_path, old, new, word):
     assert word in message
 
 
-def test_numbers_in_an_old_header_are_not_taken_for_a_point(tmp_path):
-    text = TEXTS["w.whl"][0]
-    message, path = error_of(tmp_path, "w.whl", text.replace(" (Sd/Sh)", ""))
-    assert message.startswith(f"{path}, line 3: numbers before the first blank line, 4, and behind it")
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        (" (Sd/Sh)", "", "3"),
+        ("32.5 37.1 (Sd/Sh)\n", "32.5 37.1\n1 2 3\n", "3, 4"),
+        ("32.5 37.1 (Sd/Sh)\n\n", "32.5 37.1 14.7\nStock: 7\n", "3"),  # without the blank line
+    ],
+)
+def test_numbers_in_an_old_header_are_not_taken_for_points(tmp_path, old, new, lines):
+    path = tmp_path / "w.whl"
+    path.write_text(TEXTS["w.whl"][0].replace(old, new))
+    profile = read_profile(path)
+    np.testing.assert_array_equal(profile.points, wheel())
+    assert f"Numbers in the header were not read as points (lines {lines})." in profile.notes
+
+
+@pytest.mark.parametrize("numbers", ["12.5 13.5", "12.5", "12.5 13.5\n1 2 3\n4 5"])
+@pytest.mark.parametrize("behind", ["ColumnDef=X,Y", "XYPoints=61"])
+def test_numbers_in_a_new_header_are_not_taken_for_points(tmp_path, numbers, behind):
+    path = tmp_path / "r.ban"
+    path.write_text(TEXTS["r.ban"][0].replace(behind, f"{behind}\n{numbers}"))
+    np.testing.assert_array_equal(read_profile(path, axes="field").points, rail())
+
+
+def test_points_on_both_sides_of_a_blank_line_are_refused(tmp_path):
+    lines = TEXTS["w.whl"][0].split("\n")
+    text = "\n".join([*lines[:3], *lines[4:24], "", *lines[24:]])
+    message, path = error_of(tmp_path, "w.whl", text)
+    assert message.startswith(f"{path}, line 4: numbers before the first blank line, 24, and behind it")
+
+
+def test_miniprof_is_known_by_its_text_under_any_ending(tmp_path):
+    for name, kind in (("r.ban", "rail"), ("w.whl", "wheel")):
+        path = tmp_path / "s.mpt"
+        path.write_text(TEXTS[name][0])
+        points = {"rail": rail(), "wheel": wheel()}[kind]
+        np.testing.assert_array_equal(read_profile(path, kind, axes="field").points, points)
+        with pytest.raises(WrongInput, match="kind: the file does not say it"):
+            read_profile(path, axes="field")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("ProgramName=test\nColumnDef=X,Y\n", "without points; is it cut off, or one of settings?"),
+        ("[Template]\nflange 3\n", "ending '.mpt', which is none of a format of profiles"),
+        ("<?xml version='1.0'?>\n<a/>\n", "as two columns .txt"),
+    ],
+)
+def test_what_is_no_profile_says_what_to_export(tmp_path, text, words):
+    message, _ = error_of(tmp_path, "s.mpt", text, kind="rail", axes="field")
+    assert words in message
 
 
 def test_what_miniprof_may_have_is_read(tmp_path):

