@@ -298,6 +298,15 @@ def test_what_is_not_known_is_nan(larger, changed):
     assert np.all(np.isnan(list(errors.values())))
 
 
+def test_t_gamma_is_known_to_uncertain_forces_times_the_creepages_that_are_given():
+    """By elements whose state is uncertain alone: here nothing changes from grid to grid."""
+    own = at_creepages(wheel_on(paraboloids(16, 18)), SIDEWAYS)
+    solved = Solved(own, {"t_gamma": t_gamma(own.problem, own.rolling).without_spin})
+    force = floors(own.contact.slip_state)["force"] * LIMIT
+    expected = np.hypot(SIDEWAYS.longitudinal, SIDEWAYS.lateral) * force
+    assert estimated_errors(solved, [solved, solved])["t_gamma"] == pytest.approx(expected, rel=1e-3)
+
+
 def test_a_prescribed_creepage_is_exact():
     _, _, errors = known(
         lambda wheel: at_creepages(wheel, SIDEWAYS), lambda one: {"xi": one.rolling.creepages.longitudinal}
