@@ -136,7 +136,7 @@ def _change_with_aspect(solved: Solved) -> float:
     if "shakedown_limit" not in solved.numbers:
         return 0.0
     contact = solved.solution.contact
-    share = np.hypot(*readings(main_patch(contact)).values())
+    share = float(np.linalg.norm(list(readings(main_patch(contact)).values())))
     aspects = [nearest_aspect(aspect_of(contact) * factor) for factor in (1 + share, 1 / (1 + share))]
     utilised, limit = (solved.numbers[name] for name in ("utilised_friction", "shakedown_limit"))
     return max(abs(float(shakedown_limit(utilised, aspect)) / limit - 1) for aspect in aspects)
