@@ -29,10 +29,15 @@ class Domain:
     far_radius [mm] is the radius of the far arc about the contact centre. half_length [mm] is the extent
     along +x and along -x, on a body of revolution along the rolling circle of s = 0; it is infinite where the
     body has no ends: an infinitely long prismatic body, or a complete body of revolution.
+
+    A boundary that is given (`radius_given`, `length_given`) is a support of the body and stays where it is.
+    Another one stands for a body without end, and is moved away until it does not matter.
     """
 
     far_radius: float
     half_length: float
+    radius_given: bool = False
+    length_given: bool = False
 
     def __post_init__(self) -> None:
         if not (self.far_radius > 0 and self.half_length > 0):
@@ -41,8 +46,12 @@ class Domain:
             )
 
     def scaled(self, factor: float) -> "Domain":
-        """Return the domain, `factor` times as large."""
-        return Domain(factor * self.far_radius, factor * self.half_length)
+        """Return the domain with boundaries that are not given moved away, `factor` times as far."""
+        return replace(
+            self,
+            far_radius=self.far_radius * (1 if self.radius_given else factor),
+            half_length=self.half_length * (1 if self.length_given else factor),
+        )
 
 
 @dataclass(frozen=True)
@@ -112,6 +121,13 @@ class Body:
         return self.rolling_radius - (self.hub_radius or HUB_SHARE * self.rolling_radius)
 
     @property
+    def truncated(self) -> bool:
+        """Whether a boundary of the model stands for a body without end, and is no support of its own."""
+        domain = self.domain
+        ends = np.isfinite(domain.half_length) and not domain.length_given
+        return self.outline is None and bool(ends or not domain.radius_given)
+
+    @property
     def reaches_hub(self) -> bool:
         """Whether the modelled section reaches the hub."""
         return self.depth < self.domain.far_radius
@@ -146,7 +162,7 @@ class Body:
         return min(self.domain.half_length, np.pi * self.rolling_radius)
 
     def enlarged(self, factor: float) -> "Body":
-        """Return the body in a domain `factor` times as large."""
+        """Return the body in a domain `factor` times as large, but for boundaries that are given."""
         return replace(self, domain=self.domain.scaled(factor))
 
     @property

@@ -138,12 +138,14 @@ def domains(results: Results) -> dict[str, dict[str, float | None]]:
     """Return sizes of the final model of each solved body [mm].
 
     `half_length` is None where the model is infinite along x, `rolling_radius` where the body is prismatic,
-    `hub_radius` where the model does not reach the hub.
+    `hub_radius` where the model does not reach the hub. `truncated`: whether far arc or ends stand for a body
+    without end, and are not given.
     """
     return {
         name: {
             "far_radius": reference.body.domain.far_radius,
             "half_length": finite(reference.body.xi_end),
+            "truncated": reference.body.truncated,
             "rolling_radius": finite(reference.body.rolling_radius),
             "hub_radius": reference.body.rolling_radius - reference.body.depth
             if reference.body.reaches_hub
@@ -164,7 +166,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
     reference_settings, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
     solid_settings: dict[str, float | str] = {
         "first line_growth": cells.line_growth,
-        "first half_length [mm]": domain.half_length,
+        "half_length [mm]" if domain.length_given else "first half_length [mm]": domain.half_length,
         "solver": reference_settings.solver,
         "relative residual": RESIDUAL,
     }
@@ -174,7 +176,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
         "most_unknowns": reference_settings.most_unknowns,
         "first smallest_cell [mm]": cells.smallest,
         "first growth": cells.growth,
-        "first far_radius [mm]": domain.far_radius,
+        "far_radius [mm]" if domain.radius_given else "first far_radius [mm]": domain.far_radius,
         **({} if reference_settings.engine.infinite_length else solid_settings),
         "reference_length [mm]": scene.reference_length,
         "rotation_reach [mm]": reference_settings.rotation_reach,

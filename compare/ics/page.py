@@ -133,12 +133,18 @@ def _closed(scene: Scene, ends: str) -> str:
         f"by a far arc about the contact centre, which is clamped{ends}; contour and flanks are free. The "
         "shape of the body far away is a convention of this program."
     )
+    if scene.bodies["lower"].domain.radius_given:
+        arcs += (
+            " The far arc is where the scene puts it, a support of the body: the estimate has no part of its "
+            "distance."
+        )
     return " ".join([*([given] if outlines else []), *([arcs] if len(outlines) < len(scene.bodies) else [])])
 
 
 def _far(body: Body) -> str:
     """Return what the far radius of a body is."""
-    return "far arc" if body.outline is None else "outline up to"
+    arc = "given far arc" if body.domain.radius_given else "far arc"
+    return arc if body.outline is None else "outline up to"
 
 
 def _shape(body: Body) -> str:

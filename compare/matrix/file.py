@@ -12,7 +12,7 @@ import xarray as xr
 from compare.ics.compute import models_of
 from compare.matrix.results import Accumulator, MatrixResults, Strip, directions_last, matrix_shape
 from femic.cache.digests import results_digest, versions
-from femic.contact.pairs.c_jobs import far_radius
+from femic.contact.pairs.c_jobs import domain_on
 from femic.reference.discount import AXES
 from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.reference import MatrixReference
@@ -134,7 +134,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
         "discounted": scene.discount,
-        "far_radius": far_radius(scene.contact_problem, scene.grid),
+        "far_radius": domain_on(scene.contact_problem, scene.grid).far_radius,
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
         "reciprocity_defect": json.dumps(
             {name: asdict(defect) for name, defect in results.reciprocity.items()}

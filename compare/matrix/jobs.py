@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from femic.contact.pairs.c_jobs import far_radius
+from femic.contact.pairs.c_jobs import domain_on
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.plan import ModelPlan, plans
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
-from geometries.bodies import Domain
 from geometries.patches import COMPONENTS
 
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
@@ -32,7 +31,7 @@ def matrix_jobs(
     of the scene; the same models can give it after `further` discounts.
     """
     require_matrices(scene)
-    domain = Domain(far_radius(scene.contact_problem, scene.grid), np.inf)
+    domain = domain_on(scene.contact_problem, scene.grid)
     settings = replace(scene.settings, cells=None)
     return {
         name: MatrixJob(
@@ -68,7 +67,7 @@ def discounted(scene: Scene) -> str:
         if np.isfinite(body.rolling_radius) and body.outline is None
     ]
     at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
-    radius = far_radius(scene.contact_problem, scene.grid)
+    radius = domain_on(scene.contact_problem, scene.grid).far_radius
     without = f" without the {given[0]} body, which its outline clamps," if given else ""
     clamped = f"The sections{without} are clamped at a far arc of {radius:g} mm{at_hub}."
     return f"{DISCOUNTS[scene.discount]} {clamped}"

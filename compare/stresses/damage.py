@@ -7,10 +7,9 @@ import numpy as np
 
 from compare.stresses.contacts import EstimatedRolling
 from femic.contact.frictional import FrictionalContact
-from femic.contact.pairs.quantities import main_patch
 from femic.damage.estimates import RollingSolution, Solved, estimated_errors
 from femic.damage.fatigue import surface_index
-from femic.damage.shakedown import LONGEST, SHORTEST, shakedown
+from femic.damage.shakedown import aspect_of, shakedown
 from femic.damage.sliding import Sliding, sliding_of, utilised_friction
 from femic.damage.specification import NO_SPEED, DamageSpecification
 from femic.damage.t_gamma import t_gamma
@@ -85,10 +84,8 @@ def _limits(contact: FrictionalContact, specification: DamageSpecification) -> d
     k = specification.yield_shear
     if k is None:
         return {}
-    patch, grid = main_patch(contact), contact.problem.grid
-    aspect = float(np.clip(np.ptp(patch.x) * grid.dx / (np.ptp(patch.s) * grid.ds), SHORTEST, LONGEST))
     p_max, utilised = float(np.max(contact.p[..., N])), utilised_friction(contact)
-    at = shakedown(p_max, k, utilised, aspect)
+    at = shakedown(p_max, k, utilised, aspect_of(contact))
     return {
         "pressure_ratio": at.pressure_ratio,
         "shakedown_limit": at.limit,

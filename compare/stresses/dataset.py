@@ -54,8 +54,10 @@ OF_DAMAGE = {
     "depth_twin disc": Number("depth, BRR", "nm", "largest depth worn per passage, by T-gamma over area"),
     "depth_Archard": Number("depth, Archard", "nm", "largest depth worn per passage, by Archard"),
     "pressure_ratio": Number("p_max/k", "1", "largest pressure over the yield stress in shear"),
-    "shakedown_limit": Number("limit", "1", "limit of p_max/k in the shakedown map"),
-    "load_factor": Number("limit/(p_max/k)", "1", "below 1 the surface ratchets"),
+    "shakedown_limit": Number(
+        "limit", "1", "limit of p_max/k in the shakedown map, without residual shear along x"
+    ),
+    "load_factor": Number("limit/(p_max/k)", "1", "below 1 the contact may ratchet"),
     "surface_index": Number("FI_surf", "1", "index of surface fatigue; above 0 cracks start"),
 }
 NANO, MICRO = 1e6, 1e3  # nm and µm per mm

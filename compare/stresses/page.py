@@ -28,6 +28,10 @@ WORN = (
     "the size of steps alone. ICs are those of the new surfaces: once a surface has turned by more than 1°, "
     "components that vanish on new ones may be off by that angle times C_nn."
 )
+SHAKEDOWN = (
+    " The limit of p_max/k is that of residual stresses without shear along x: exact for lines, a lower "
+    "bound for a patch on one track."
+)
 FATIGUE = (
     "Dang Van's equivalent stress (c = {:.3g} in tension, {:.3g} in compression) over the cycle from no "
     "stress through all x. Fatigue is to be expected where it exceeds the fatigue limit in shear."
@@ -74,7 +78,7 @@ def _wear(dataset: xr.Dataset) -> Iterator[Block]:
         else " Without damage.speed (--speed) wear by energy is mild everywhere."
     )
     unknown = (
-        ""
+        SHAKEDOWN
         if "yield_stress" in dataset.attrs
         else " With damage.yield_stress (--yield-stress): shakedown and surface index."
     )

@@ -7,7 +7,10 @@ uncertain. In addition
 - numbers in proportion to the work of friction are known to the share by which the work on slip differs from
   that of the rigid motion: where little of a contact slides, grids miss much of its slip, and changes from
   grid to grid do not show that;
-- the creepage is known to what the force is known to, over the slope of the creep-force curve there.
+- the creepage is known to what the force is known to, over the slope of the creep-force curve there;
+- the shakedown limit is known to what utilised friction and the aspect of the patch are known to, by how much
+  it changes with each: these are independent, so squares are added. Of an aspect large elements tell nothing,
+  as readings of edges have an accuracy of their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.contact.error_floors import floors
+from femic.contact.error_floors import floors, readings
 from femic.contact.estimates import (
     GIVEN,
     LATERAL,
@@ -31,10 +34,12 @@ from femic.contact.estimates import (
     errors,
 )
 from femic.contact.frictional import FrictionalContact
+from femic.contact.pairs.quantities import main_patch
 from femic.contact.rolling import RollingContact, RollingProblem
+from femic.damage.shakedown import aspect_of, nearest_aspect, shakedown_limit
 from geometries.patches import N, S, X
 
-_PRESSURES, _FORCES = ("pressure", RELATED), ("force", RELATED)
+_FORCES = ("force", RELATED)
 OF_CONTACT = {"F_x": LONGITUDINAL, "F_s": LATERAL, "approach": GIVEN}  # what other numbers are related to
 T_GAMMA = Kind("creepage", "t_gamma", (_FORCES,), ("force",))
 KINDS: Mapping[str, Kind] = {
@@ -43,7 +48,7 @@ KINDS: Mapping[str, Kind] = {
     "t_gamma": T_GAMMA,
     "t_gamma_with_spin": T_GAMMA,
     "p_max": Kind("pressure", related=(("pressure", 1.0),)),  # it and the approach are all of this group
-    "shakedown_limit": Kind("limit", related=(_PRESSURES,)),
+    "shakedown_limit": Kind("limit", floors=("aspect",), own=False),
 }
 FOLLOW = "utilised_friction", "pressure_ratio", "load_factor", "surface_index"  # from those and from forces
 WORN = Kind("worn", "worn", (_FORCES,), ("work",))  # all other numbers are in proportion to the work
@@ -92,26 +97,49 @@ def estimated_errors(
         for one in changed
     ]
     known = errors(kinds, fine, [_measured(one) if one else None for one in larger], parts)
-    known |= _that_follow(fine.numbers, known, fine.scales["longitudinal"].rounds)
+    known |= _that_follow(own, fine, known)
     return {name: known[name] for name in own.numbers}
 
 
-def _that_follow(numbers: Numbers, known: Numbers, load: float) -> dict[str, float]:
-    """Return the errors of the numbers of `FOLLOW` that there are."""
-    errors = {}
-    F_x, F_s = abs(numbers["F_x"]), abs(numbers["F_s"])
+def _that_follow(own: Solved, fine: Measured, known: Numbers) -> dict[str, float]:
+    """Return the errors of the numbers of `FOLLOW` that there are, and of the shakedown limit."""
+    errors, numbers = {}, fine.numbers
+    F_x, F_s, load = abs(numbers["F_x"]), abs(numbers["F_s"]), fine.scales["longitudinal"].rounds
     if "utilised_friction" in numbers:
         most = np.hypot(F_x + known["F_x"], F_s + known["F_s"])
         errors["utilised_friction"] = float(most - np.hypot(F_x, F_s)) / load
+    if "shakedown_limit" in numbers:
+        by_friction = _change_with_friction(own, errors["utilised_friction"])
+        errors["shakedown_limit"] = float(np.hypot(known["shakedown_limit"], by_friction))
     if "pressure_ratio" in numbers:
         of_pressure = known["p_max"] / numbers["p_max"]
-        of_limit = known["shakedown_limit"] / numbers["shakedown_limit"]
+        of_limit = errors["shakedown_limit"] / numbers["shakedown_limit"]
         errors["pressure_ratio"] = numbers["pressure_ratio"] * of_pressure
         errors["load_factor"] = numbers["load_factor"] * (of_limit + of_pressure)
     if "surface_index" in numbers:  # utilised friction less a share in inverse proportion to p_max
         share = abs(numbers["utilised_friction"] - numbers["surface_index"])
         errors["surface_index"] = errors["utilised_friction"] + share * known["p_max"] / numbers["p_max"]
     return errors
+
+
+def _change_with_friction(solved: Solved, error: float) -> float:
+    """Return by how much the shakedown limit may change with an error of utilised friction."""
+    if not np.isfinite(error):
+        return np.nan
+    least = max(solved.numbers["utilised_friction"] - error, 0.0)
+    limits = shakedown_limit([least, least + 2 * error], aspect_of(solved.solution.contact))
+    return float(np.max(np.abs(limits - solved.numbers["shakedown_limit"])))
+
+
+def _change_with_aspect(solved: Solved) -> float:
+    """Return the largest change of the shakedown limit by the accuracy of edges, as a share of it."""
+    if "shakedown_limit" not in solved.numbers:
+        return 0.0
+    contact = solved.solution.contact
+    share = float(np.linalg.norm(list(readings(main_patch(contact)).values())))
+    aspects = [nearest_aspect(aspect_of(contact) * factor) for factor in (1 + share, 1 / (1 + share))]
+    utilised, limit = (solved.numbers[name] for name in ("utilised_friction", "shakedown_limit"))
+    return max(abs(float(shakedown_limit(utilised, aspect)) / limit - 1) for aspect in aspects)
 
 
 def _measured(solved: Solved) -> Measured:
@@ -130,9 +158,9 @@ def _measured(solved: Solved) -> Measured:
         **_of_worn(solved, missed),
     }
     of_state = floors(contact.slip_state)
-    of_work = {"work": max(of_state["work"], missed)}
+    of_others = {"work": max(of_state["work"], missed), "aspect": _change_with_aspect(solved)}
     of_contact = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
-    return Measured({**numbers, **of_contact}, scales, of_state | of_work)
+    return Measured({**numbers, **of_contact}, scales, of_state | of_others)
 
 
 def _scale(size: float) -> Scale:

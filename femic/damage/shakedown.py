@@ -1,23 +1,30 @@
 """The shakedown map: the largest Hertz pressure over the yield stress in shear, by utilised friction.
 
 Beyond the limit each passage shears the surface or a layer under it a little further (ratchetting); below it
-residual stresses, once built up, keep all further passages elastic. The field of stresses that travels along
-x has one component that residual stresses cannot oppose, as those do not depend on x: the shear tau_xz
-parallel to the surface. Its largest value over all places bounds the pressure,
+residual stresses, once built up, keep all further passages elastic (Melan's theorem; elastic, perfectly
+plastic, Mises). Stresses that travel along x meet residual stresses that do not depend on x. The limit here,
 
-    p_0 / k <= 1 / max |tau_xz / p_0|,
+    p_0 / k = 1 / max |tau_xz / p_0|,
 
-from above. In line contact the bound is reached (Johnson 1985, Contact Mechanics, section 9.2; Johnson and
-Jefferis 1963); in point contact it is that of a layer that moves as a whole (Ponter, Hearle and Johnson 1985,
-Journal of the Mechanics and Physics of Solids 33, 339-362), and other mechanisms may come somewhat before it.
-Without friction it is 4.00 for lines and 4.68 for circles, as published; where friction is large, it is the
-shear on the surface, p_0 / k = 1 / mu.
+is that of residual stresses without the shear tau_xz parallel to the surface, over the plane s = 0.
+
+- Lines: they cannot have such a shear, so this is the limit (Johnson 1985, Contact Mechanics, section 9.2;
+  Johnson and Jefferis 1963): 4.00 without friction.
+- Ellipses whose track stays where it is may have one, which what lies beside the track balances: the limit
+  here is a lower bound. `largest_limit` is an upper bound: a shear halves its range over x at best. Without
+  friction both are the same, 4.68 for circles (Ponter, Hearle and Johnson 1985, Journal of the Mechanics and
+  Physics of Solids 33, 339-362). For circles the other residual stresses reach the lower bound, to 1 %; for
+  a/b = 2 those found reach 5.35 of 5.78 without friction, 4.45 of 4.46 at 0.2.
+- Where wheels run at scattered places, residual stresses do not depend on s either, so that no shear of this
+  kind is left: there the limit is an upper bound.
+
+Where friction is large, the shear on the surface decides, p_0 / k = 1 / mu, in all cases.
 
 Limits: half-spaces, Hertz pressure, full slip along x at mu = utilised friction (a partly sticking contact
-has larger shear at its trailing side for the same force); elastic, perfectly plastic, or with kinematic
-hardening; small strains.
+has larger shear at its trailing side for the same force); small strains. Hardening only raises limits.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -26,6 +33,8 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
 
 from femic.contact.exact.positive import require_positive
+from femic.contact.frictional import FrictionalContact
+from femic.contact.pairs.quantities import main_patch
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -40,7 +49,7 @@ SHORTEST, LONGEST = 0.2, 5.0  # aspects a / b of ellipses; 0.2 is line contact t
 class Shakedown:
     """A contact in the shakedown map: p_0/k, utilised friction, the limit of p_0/k there.
 
-    `load_factor` is the limit over p_0/k: below 1 the contact ratchets.
+    `load_factor` is the limit over p_0/k: below 1 a line contact ratchets, and others may.
     """
 
     pressure_ratio: float
@@ -51,6 +60,17 @@ class Shakedown:
     def load_factor(self) -> float:
         """How much larger pressures could be."""
         return self.limit / self.pressure_ratio
+
+
+def aspect_of(contact: FrictionalContact) -> float:
+    """Return a/b of the main patch of a contact, within `SHORTEST` and `LONGEST`."""
+    patch, grid = main_patch(contact), contact.problem.grid
+    return nearest_aspect(float(np.ptp(patch.x) * grid.dx / (np.ptp(patch.s) * grid.ds)))
+
+
+def nearest_aspect(aspect: float) -> float:
+    """Return the nearest aspect that an ellipse of the map may have."""
+    return float(np.clip(aspect, SHORTEST, LONGEST))
 
 
 def shakedown(p_max: float, yield_shear: float, utilised: float, aspect: float = 1.0) -> Shakedown:
@@ -65,15 +85,29 @@ def shakedown(p_max: float, yield_shear: float, utilised: float, aspect: float =
 
 
 def shakedown_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:
-    """Return the limit of p_0/k at utilised friction [-], of its shape; `aspect` a/b, 0: line contact."""
+    """Return the limit of p_0/k at utilised friction [-], of its shape; `aspect` a/b, 0: line contact.
+
+    Residual stresses have no shear parallel to the surface along x.
+    """
+    return _limit(utilised, aspect, lambda shear: np.max(np.abs(shear)))
+
+
+def largest_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:
+    """Return the p_0/k beyond which no residual stress whatever prevents yield, as `shakedown_limit`."""
+    if aspect == LINE:
+        return shakedown_limit(utilised, aspect)
+    return _limit(utilised, aspect, lambda shear: np.max(np.ptp(shear, axis=0)) / 2)
+
+
+def _limit(utilised: ArrayLike, aspect: float, largest: Callable[[Array], float]) -> Array:
+    """Return the limit by the `largest` shear of stresses (x, z) that counts, and by that of the surface."""
     mu = np.asarray(utilised, dtype=float)
     if not (np.all(mu >= 0) and np.all(np.isfinite(mu))):
         raise WrongInput(f"utilised = {utilised!r}: friction must be zero or positive, and finite")
     if aspect != LINE and not SHORTEST <= aspect <= LONGEST:
         raise WrongInput(f"aspect = {aspect!r}: a/b from {SHORTEST} to {LONGEST}, or 0 for line contact")
     normal, tangential = _shears(aspect)
-    largest = [np.max(np.abs(normal + one * tangential)) for one in mu.ravel()]
-    below_the_surface = np.reshape(largest, mu.shape)
+    below_the_surface = np.reshape([largest(normal + one * tangential) for one in mu.ravel()], mu.shape)
     return np.asarray(1 / np.maximum(below_the_surface, mu))
 
 

@@ -17,9 +17,11 @@ class Options:
 
     `tolerance` is the estimated error of C that is good enough, a share of the largest value on the line.
     `engine` is "harmonic", which takes seconds, or "solid", 3D finite elements, which takes minutes. Sections
-    are clamped at a far arc of `far_radius` [mm]. No model has more than `most_unknowns`. Solved models are
-    stored in the folder or at the URL `store`, where one is given, and not solved again. `report`, such as
-    `print`, is called with a line of text about each step. Raises WrongInput.
+    are clamped at a far arc of `far_radius` [mm]: a given one is a support of the bodies, which stays there
+    and is part of the answer; by default it is as far away as a body without end needs, to the tolerance.
+    No model has more than `most_unknowns`. Solved models are stored in the folder or at the URL `store`,
+    where one is given, and not solved again. `report`, such as `print`, is called with a line of text about
+    each step. Raises WrongInput.
     """
 
     tolerance: float = 0.01

@@ -30,7 +30,7 @@ def plans(
     """Yield the plans of the models of the first round; `prefix` comes before their names."""
     for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
-        for model, level in Level().models(engine.estimate.models).items():
+        for model, level in Level().models(engine.estimate.models_of(job.body)).items():
             request = job.request(level)
             body, expected = request.body, engine.models.expected_cost(request, workers)
             length_along_x = "infinite" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"

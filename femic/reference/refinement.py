@@ -5,6 +5,7 @@ Where the sum of both bodies is compared, refinement goes on until the sum meets
 errors add up, while a component of the sum, and with it the scale, may be smaller than its parts. Each part
 of the error that is too large is reduced by as many steps as its order of convergence predicts: the mesh part
 with smaller cells, the truncation part with a larger domain, the wave part with more and larger wavenumbers.
+Boundaries that are given are supports of the body: they have no truncation part, and stay.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ from femic.reference.level import (
 )
 from femic.reference.models import Cost
 from femic.reference.run_options import RunOptions, Solved, Task
+from geometries.bodies import Body
 from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
@@ -50,6 +52,10 @@ class RefinableResult(Protocol):
 
 class RefinableJob(Protocol):
     """A job: the ICs of one body."""
+
+    @property
+    def body(self) -> Body:
+        """The body, in the domain of the first model."""
 
     @property
     def settings(self) -> Settings:
@@ -86,7 +92,7 @@ def converged(
             (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
             for model in MODELS
             for name, job in jobs.items()
-            if (level := levels[name].models(job.settings.engine.estimate.models).get(model))
+            if (level := levels[name].models(job.settings.engine.estimate.models_of(job.body)).get(model))
             and level not in models[name]
         ]
         options.watch.on_round([task for _, task in unsolved])

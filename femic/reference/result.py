@@ -36,14 +36,16 @@ class Reference:
 def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     engine = job.settings.engine
-    level_of_model = level.models(engine.estimate.models)
+    level_of_model = level.models(engine.estimate.models_of(job.body))
     ic, raw, compliance = discounted(job, models[level].u)
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
-    others = {name: discounted(job, models[level_of_model[name]].u)[0] for name in engine.estimate.models[1:]}
+    others = {name: discounted(job, models[at].u)[0] for name, at in level_of_model.items() if name != "fine"}
     if "coarse" in others:
         perturbed["coarser"] = others["coarse"]
     if "small" in others:  # "nearer" differs from C as "small" does from "coarse"
         perturbed["nearer"] = ic - others["coarse"] + others["small"]
+    if not job.body.truncated:
+        perturbed.pop("nearer", None)
     cells, domain = factors(level)
     body = job.body.enlarged(domain)
     orders = orders_at(job.patch, job.points, body.domain.far_radius)

@@ -58,10 +58,13 @@ class EngineTable(SceneTable):
     )
     far_radius: Length | None = Field(
         None,
-        description="first radius of the clamped far arc [mm]; default: 1280, more below tolerance 0.001 "
-        "(solid: 320)",
+        description="radius of the clamped far arc [mm], a support of the body that stays where it is put; "
+        "default: 1280 (solid: 320), as a body without end: more below tolerance 0.001 or as C needs",
     )
-    half_length: Length = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
+    half_length: Length = Field(
+        320.0,
+        description="extent along +x and -x, clamped ends [mm], likewise: as given, or more where C needs it",
+    )
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
     @property
@@ -71,9 +74,11 @@ class EngineTable(SceneTable):
 
     @property
     def domain(self) -> Domain:
-        """The domain of the first model."""
+        """The domain of the first model; of all models where it is given."""
         far_radius = self.far_radius or self.engine.far_radius(self.tolerance)
-        return Domain(far_radius, np.inf if self.engine.infinite_length else self.half_length)
+        half_length = np.inf if self.engine.infinite_length else self.half_length
+        length_given = "half_length" in self.model_fields_set
+        return Domain(far_radius, half_length, self.far_radius is not None, length_given)
 
     def cells(self, patch: Patch) -> Cells:
         """Return the first cells: as given, else as the tolerance needs."""
@@ -92,7 +97,8 @@ class EngineTable(SceneTable):
     @property
     def check_engine(self) -> "EngineTable":
         """The settings of the engine that checks this one, with its own cells, in the domain of this one."""
-        same = self.model_dump(include={"far_radius", "half_length", "most_unknowns", "solver"})
+        keys = {"far_radius", "half_length", "most_unknowns", "solver"}
+        same = self.model_dump(include=keys, exclude_unset=True)
         tolerance = max(self.tolerance, CHECK_TOLERANCE)
         return EngineTable(kind=CHECK_ENGINE.name, tolerance=tolerance, **same)
 

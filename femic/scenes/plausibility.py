@@ -96,9 +96,10 @@ def _domain_warnings(scene: Scene) -> Iterator[str]:
     for line in scene.lines:
         reach = max(np.max(np.abs(line.x)), np.max(np.abs(line.s)))
         if reach * DOMAIN_OVER_LINE > domain_size:
+            what = "truncation errors grow" if scene.bodies["lower"].truncated else "what supports do grows"
             yield (
                 f"line {line.name}: reaches {reach:g} mm, {reach / domain_size:.0%} of the domain "
-                f"({domain_size:g} mm); truncation errors grow like the square of that: enlarge "
+                f"({domain_size:g} mm); {what} like the square of that: enlarge "
                 "engine.far_radius (solid engine: half_length, too)"
             )
     aspect = max(scene.patch.a / scene.patch.b, scene.patch.b / scene.patch.a)

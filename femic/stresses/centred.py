@@ -1,4 +1,8 @@
-"""Points below the centres of elements instead of those at small depths, and interpolation between them."""
+"""Points below the centres of elements instead of those at small depths, and interpolation between them.
+
+Where elements still cause waves, the field between centres is interpolated; where they no longer do, points
+are their own samples, as interpolation then errs more. Between both depths one passes into the other.
+"""
 
 from dataclasses import dataclass
 
@@ -8,12 +12,14 @@ from femic.stresses.points import InnerPoints
 from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
 
-SMOOTH_DEPTH = 1.0  # of the longer side of an element: below it fields are smooth in x and s
+# of the longer side of an element: from which depth on points count, too, and from which on they alone do;
+# there waves are 0.02 and 0.001 of the steps from element to element
+ROUGH_DEPTH, SMOOTH_DEPTH = 0.5, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Centred:
-    """Sample points (m,), and their shares (n, 4) in the values at n points, `members` (n, 4) each.
+    """Sample points (m,), and their shares (n, 5) in the values at n points, `members` (n, 5) each.
 
     `on_lattice` (m,) marks those below centres of elements.
     """
@@ -37,36 +43,40 @@ class Centred:
 
 
 def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred:
-    """Return the four nearest centres of elements, at the same depth, for points of small depth.
+    """Return the four nearest centres of elements, at the same depth, and the points themselves, by depth.
 
-    Other points are their own samples. The lattice of centres goes on beyond the grid. Without `along_x`
-    samples have the x of the points.
+    The lattice of centres goes on beyond the grid. Without `along_x` samples have the x of the points.
     """
     x, s, depth = points.x.ravel(), points.s.ravel(), points.depth.ravel()
-    shallow = _shallow(grid, depth, along_x)
-    x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2, shallow & along_x)
-    s_ends, s_shares = _neighbours(s, grid.ds, float(grid.strips[0]), shallow)
+    own = _share_of_points(depth / max(grid.dx if along_x else 0.0, grid.ds))
+    x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2)
+    if not along_x:
+        x_ends, x_shares = np.repeat(x[:, None], 2, axis=1), np.tile([1.0, 0.0], (len(x), 1))
+    s_ends, s_shares = _neighbours(s, grid.ds, float(grid.strips[0]))
     shape = (len(x), 2, 2)
-    corners = [x_ends[:, :, None], s_ends[:, None, :], depth[:, None, None]]
-    places = np.stack([np.broadcast_to(corner, shape) for corner in corners], axis=-1).reshape(-1, 3)
-    distinct, members = np.unique(places.round(12), axis=0, return_inverse=True)
-    shares = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
-    samples = InnerPoints(*distinct.T)
-    return Centred(
-        samples, _shallow(grid, samples.depth, along_x), members.reshape(len(x), 4), shares, points.shape
-    )
+    corners = [x_ends[:, :, None], s_ends[:, None, :], depth[:, None, None], np.ones((1, 1, 1))]
+    below_centres = np.stack([np.broadcast_to(corner, shape) for corner in corners], axis=-1)
+    places = np.concatenate(
+        [below_centres.reshape(len(x), 4, 4), np.stack([x, s, depth, 0 * x], axis=-1)[:, None]], axis=1
+    )  # x, s, depth, on the lattice
+    of_centres = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
+    shares = np.append((1 - own)[:, None] * of_centres, own[:, None], axis=1)
+    most = np.argmax(shares, axis=1)[:, None, None]
+    places = np.where(shares[..., None] > 0, places, np.take_along_axis(places, most, axis=1))
+    distinct, members = np.unique(places.reshape(-1, 4).round(12), axis=0, return_inverse=True)
+    samples = InnerPoints(*distinct[:, :3].T)
+    return Centred(samples, distinct[:, 3] > 0, members.reshape(len(x), 5), shares, points.shape)
 
 
-def _shallow(grid: Grid, depth: Array, along_x: bool) -> Mask:
-    """Whether depths are less than an element, whose sides along x may not matter."""
-    return np.asarray(depth < SMOOTH_DEPTH * max(grid.dx if along_x else 0.0, grid.ds))
+def _share_of_points(ratio: Array) -> Array:
+    """Share of the points themselves in their values, by depth over the longer side; its slope is steady."""
+    t = np.clip((ratio - ROUGH_DEPTH) / (SMOOTH_DEPTH - ROUGH_DEPTH), 0.0, 1.0)
+    return np.asarray(t**2 * (3 - 2 * t))
 
 
-def _neighbours(values: Array, spacing: float, origin: float, shallow: Mask) -> tuple[Array, Array]:
+def _neighbours(values: Array, spacing: float, origin: float) -> tuple[Array, Array]:
     """The two centres next to each of some values (n, 2) [mm], and their shares (n, 2)."""
     low = np.floor((values - origin) / spacing + 1e-9)
     share = np.clip((values - origin) / spacing - low, 0.0, 1.0)
-    ends = origin + spacing * np.stack([low, low + (share > 1e-9)], axis=-1)
-    shares = np.stack([1 - share, share], axis=-1)
-    alone, own = np.array([1.0, 0.0]), np.repeat(values[:, None], 2, axis=1)
-    return np.where(shallow[:, None], ends, own), np.where(shallow[:, None], shares, alone)
+    share = np.where(share > 1e-9, share, 0.0)
+    return origin + spacing * np.stack([low, low + 1], axis=-1), np.stack([1 - share, share], axis=-1)

@@ -73,7 +73,7 @@ def _changes(
     coarse = SectionUnderWaves.of(body, tractions, Resolution.of(settings.fineness).coarser)
     coarser_rest = coarse.rest(points, settings.workers)[1]
     parts = {"section": SECTION_SHARE * _with_floor(_largest(coarser_rest - rest))}
-    if body.outline is None:
+    if body.truncated:
         parts["far arc"] = _with_floor(_largest(coarse.far_arc_change(points, settings.workers)))
     flat_of_merged = half_space_field(body, merged(tractions), points).stress
     assert field.half_space is not None

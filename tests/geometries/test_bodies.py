@@ -43,6 +43,26 @@ def test_far_end_of_an_arc_solves_its_quadratic_equation(radius):
     assert body.s_range == pytest.approx((-ends[0], ends[1]), rel=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("given", "truncated", "larger"),
+    [
+        ((False, False), True, (120.0, 260.0)),
+        ((True, False), True, (60.0, 260.0)),
+        ((False, True), True, (120.0, 130.0)),
+        ((True, True), False, (60.0, 130.0)),
+    ],
+)
+def test_boundaries_that_are_given_stay_and_are_supports(given, truncated, larger):
+    body = Body(LOWER, plane(), STEEL, Domain(60.0, 130.0, *given))
+    assert body.truncated == truncated
+    assert body.enlarged(2.0).domain == Domain(*larger, *given)
+
+
+def test_a_body_without_ends_is_truncated_by_a_far_arc_that_is_not_given():
+    assert Body(LOWER, plane(), STEEL, Domain(60.0, np.inf)).truncated
+    assert not Body(LOWER, plane(), STEEL, Domain(60.0, np.inf, radius_given=True)).truncated
+
+
 def test_plane_ends_at_the_far_radius():
     body = Body(UPPER, plane(), STEEL, DOMAIN)
     assert body.s_range == pytest.approx((-60.0, 60.0), rel=1e-13)

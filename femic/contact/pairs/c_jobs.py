@@ -42,18 +42,19 @@ def c_jobs(
 
 def job_of(problem: ContactProblem, name: str, grid: Grid, components: tuple[str, ...]) -> MatrixJob:
     """Return the job of C of a body on a grid."""
-    body = replace(problem.bodies[name], domain=Domain(far_radius(problem, grid), np.inf))
+    body = replace(problem.bodies[name], domain=domain_on(problem, grid))
     settings = replace(problem.settings, cells=None)
     return MatrixJob(body, grid, settings, components, (problem.discount,))
 
 
-def far_radius(problem: ContactProblem, grid: Grid) -> float:
-    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
+def domain_on(problem: ContactProblem, grid: Grid) -> Domain:
+    """Return the domain of both bodies: its far arc is a support, but for the source's discount a far end.
 
-    As a support it depends neither on the grid nor on the tolerance.
+    As a support it depends neither on the grid nor on the tolerance; where it is given it is one in any case.
     """
-    if problem.discount != "source":
-        return problem.support_radius
+    given = any(body.domain.radius_given for body in problem.bodies.values())
+    if given or problem.discount != "source":
+        return Domain(problem.support_radius, np.inf, radius_given=given)
     matrices_of = problem.settings.engine.matrices
     least = matrices_of.far_radius(problem.settings.tolerance, grid) if matrices_of else 0.0
-    return max(least, *(body.domain.far_radius for body in problem.bodies.values()))
+    return Domain(max(least, *(body.domain.far_radius for body in problem.bodies.values())), np.inf)

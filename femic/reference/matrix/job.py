@@ -35,8 +35,8 @@ class MatrixJob:
 
     Only loads in the directions that `components` need are solved, and the loads that M needs for them. C is
     the response after the first of the `discounts`; the same model also gives C after the others. With
-    "source" the far arc approximates a body without end, and is moved away until it does not matter. With
-    "approach" and "none" the supports are part of the body, and so of C.
+    "source" the far arc approximates a body without end, unless it is given, and is moved away until it does
+    not matter. With "approach" and "none" the supports are part of the body, and so of C.
     """
 
     body: Body
@@ -123,7 +123,11 @@ class MatrixJob:
     @property
     def given_domain(self) -> bool:
         """Whether the far arc of the body is a part of C, and not an approximation of a body without end."""
-        return self.discounts[0] != "source"
+        return not self.truncated(self.discounts[0])
+
+    def truncated(self, discount: Discount) -> bool:
+        """Whether the far arc truncates a body without end, with a discount of the job."""
+        return discount == "source" and discount in self.discounts and self.body.truncated
 
     def request(self, level: Level) -> Any:
         """Return the engine's request for the model at a level."""

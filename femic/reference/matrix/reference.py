@@ -101,7 +101,7 @@ class MatrixReference:
             {
                 variation: (synthesis.column(strip) - ic).astype(np.float32)
                 for variation, synthesis in self._syntheses.items()
-                if variation and (variation != "nearer" or "source" in self.job.discounts)
+                if variation and (variation != "nearer" or self.job.truncated("source"))
             },
         )
 
@@ -120,7 +120,7 @@ class MatrixReference:
         changes = {
             variation: change - rigid(m[variation] - m[""]).astype(np.float32)
             for variation, change in raw.changes.items()
-            if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
+            if variation != "nearer" or self.job.truncated(name)  # elsewhere the far arc is a support
         }
         return EstimatedICs(ic, *errors(changes, safety=self.job.settings.engine.estimate.safety))
 
@@ -190,7 +190,7 @@ def matrices(
 
 def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
     """Return the IC matrix of a body at a level from its models."""
-    level_of_model = level.models(job.settings.engine.estimate.models)
+    level_of_model = level.models(job.settings.engine.estimate.models_of(job.body))
     solved, costs = models[level], costs_of(level_of_model, models)
     cells = job.first_cells.scaled(factors(level)[0])
     return MatrixReference(job, level, cells, solved.body, costs, solved)

@@ -450,6 +450,19 @@ def test_export_is_matrix_times_combined_shear_modulus(made):
         np.testing.assert_array_equal(file.values[loaded, observed - loaded + 3], expected)
 
 
+@pytest.mark.parametrize("discount", ["approach", "source"])
+def test_a_far_arc_that_the_scene_gives_is_that_of_its_matrices_with_any_discount(discount):
+    """By default the one of the source's discount grows with the grid, and stands for a body without end."""
+    jobs = {
+        far_radius: matrix_jobs(load_scene("flat", {"discount": discount, "engine": keys}))["lower"]
+        for far_radius, keys in ((60.0, {"far_radius": 60.0}), (None, {}))
+    }
+    given, default = jobs[60.0], jobs[None]
+    assert given.request(Level(domain=1)).body.domain.far_radius == 60.0
+    assert given.given_domain
+    assert default.given_domain == (discount == "approach")
+
+
 @pytest.mark.parametrize(("discount", "rank"), [("approach", 1), ("source", 4)])
 def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys, discount, rank):
     """The same at all lags, as bodies are prismatic; symmetric; of rank 4: three forces and a moment.

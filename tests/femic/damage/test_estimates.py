@@ -5,19 +5,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.error_floors import floors
+from femic.contact.error_floors import floors, readings
 from femic.contact.estimates import ROUNDING, from_grids
+from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.loading import Loading
+from femic.contact.pairs.quantities import main_patch
 from femic.damage.estimates import FOLLOW, RollingSolution, Solved, estimated_errors
 from femic.damage.fatigue import surface_index
 from femic.damage.laws import EnergyLaw
-from femic.damage.shakedown import shakedown
+from femic.damage.shakedown import aspect_of, nearest_aspect, shakedown, shakedown_limit
 from femic.damage.sliding import sliding_of, utilised_friction
 from femic.damage.t_gamma import t_gamma
 from femic.damage.wear import section_area
+from geometries.grids import Grid
 from geometries.patches import N
-from tests.femic.contact.friction_problems import MIXED, POINT, groove, paraboloids, wheel_on
+from tests.femic.contact.friction_problems import (
+    MIXED,
+    POINT,
+    STEELS,
+    groove,
+    on_half_spaces,
+    paraboloids,
+    wheel_on,
+)
+from tests.femic.contact.problems import x_of
 
 LOAD, LIMIT, YIELD = Loading(POINT.load), 0.3 * POINT.load, 300.0
 SIZE, FINER = (32, 36), (64, 72)
@@ -201,6 +213,71 @@ def test_estimates_bound_differences_to_finer_elements_at_random_forces(seeds):
     assert np.median(sizes) < 0.2
 
 
+def random_ellipse(seed):
+    """A contact of a random ellipse at random creepages, and Hertz's of the same bodies."""
+    random = np.random.default_rng(1000 + seed)
+    radii = np.exp(random.uniform(np.log(10.0), np.log(200.0), 2))
+    hertz = PointContact(*1 / radii, combined_modulus(*STEELS)).at_load(POINT.load)
+    offset, friction = random.uniform(-0.5, 0.5, 2) / [16, 20], random.uniform(0.1, 0.6)
+    size, angle = friction * np.exp(random.uniform(np.log(3e-4), np.log(2e-2))), random.uniform(0, 2 * np.pi)
+    spin = 0.3 * size / np.sqrt(hertz.a * hertz.b) * random.normal()
+    creepages = Creepages(size * np.cos(angle), size * np.sin(angle), spin)
+
+    def bodies(n_x, n_s):
+        sides = 3.4 * hertz.a, 3.6 * hertz.b
+        grid = Grid(n_x, n_s, sides[0] / n_x, sides[1] / n_s)
+        x, s = x_of(grid)[:, None] - offset[0] * sides[0], grid.strips - offset[1] * sides[1]
+        return on_half_spaces(grid, x**2 / 2 / radii[0] + s**2 / 2 / radii[1], friction=friction)
+
+    return bodies, creepages, hertz
+
+
+def of_shakedown(solution):
+    p_max, utilised = float(np.max(solution.contact.p[..., N])), utilised_friction(solution.contact)
+    at = shakedown(p_max, YIELD, utilised, aspect_of(solution.contact))
+    return {
+        "p_max": p_max,
+        "utilised_friction": utilised,
+        "pressure_ratio": at.pressure_ratio,
+        "shakedown_limit": at.limit,
+        "load_factor": at.load_factor,
+    }
+
+
+@pytest.mark.parametrize("seeds", [[1, 15], pytest.param(range(20, 44), marks=pytest.mark.slow)])
+def test_the_shakedown_limit_is_within_its_estimate_of_that_of_hertz_and_finer_elements(seeds):
+    """Seed 1: a/b 3.2 and little friction, where the aspect decides; 15: where its own change is small."""
+    shares = []
+    for seed in seeds:
+        bodies, creepages, hertz = random_ellipse(seed)
+        own, *larger = (at_creepages(wheel, creepages) for wheel in wheels(bodies(16, 20)))
+        numbers = of_shakedown(own)
+        errors = estimated_errors(Solved(own, numbers), [Solved(one, of_shakedown(one)) for one in larger])
+        finer = at_creepages(wheel_on(bodies(48, 60)), creepages)
+        aspect = nearest_aspect(hertz.a / hertz.b)
+        exact = {"shakedown_limit": float(shakedown_limit(utilised_friction(finer.contact), aspect))}
+        exact["load_factor"] = exact["shakedown_limit"] * YIELD / hertz.p_max
+        shares.append([abs(numbers[name] - exact[name]) / errors[name] for name in exact])
+        by_friction = shakedown_limit(
+            numbers["utilised_friction"] + errors["utilised_friction"], aspect_of(own.contact)
+        )
+        assert errors["shakedown_limit"] > 0.999 * abs(by_friction - numbers["shakedown_limit"])
+    assert np.mean(np.array(shares) <= 1, axis=0) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_shakedown_limit_is_known_to_the_aspect_alone_where_friction_is_known():
+    """Changed edges: the limit changes by no more than the estimate, and that is not ten times too wide."""
+    bodies, creepages, _ = random_ellipse(1)
+    own = at_creepages(wheel_on(bodies(16, 20)), creepages)
+    numbers = of_shakedown(own)
+    errors = estimated_errors(Solved(own, numbers), [Solved(own, numbers)] * 2)
+    aspect, utilised = aspect_of(own.contact), numbers["utilised_friction"]
+    readings_of = readings(main_patch(own.contact))
+    changed = float(shakedown_limit(utilised, aspect * (1 + max(readings_of.values()))))
+    change = abs(changed - numbers["shakedown_limit"])
+    assert change < errors["shakedown_limit"] < 3 * change
+
+
 def test_changed_ics_add_at_least_their_change():
     solve, bodies = random_rolling(3)
     own, *larger = (Solved(one, all_numbers(one)) for one in map(solve, wheels(bodies(*SIZE))))
@@ -219,6 +296,15 @@ def test_what_is_not_known_is_nan(larger, changed):
     own = Solved(solution, all_numbers(solution))
     errors = estimated_errors(own, [own, own] if larger == "same" else larger, changed)
     assert np.all(np.isnan(list(errors.values())))
+
+
+def test_t_gamma_is_known_to_uncertain_forces_times_the_creepages_that_are_given():
+    """By elements whose state is uncertain alone: here nothing changes from grid to grid."""
+    own = at_creepages(wheel_on(paraboloids(16, 18)), SIDEWAYS)
+    solved = Solved(own, {"t_gamma": t_gamma(own.problem, own.rolling).without_spin})
+    force = floors(own.contact.slip_state)["force"] * LIMIT
+    expected = np.hypot(SIDEWAYS.longitudinal, SIDEWAYS.lateral) * force
+    assert estimated_errors(solved, [solved, solved])["t_gamma"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_prescribed_creepage_is_exact():

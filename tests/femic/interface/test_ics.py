@@ -14,6 +14,7 @@ from approx.matrix import matrix
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from femic.interface.matrices import grid_of
+from femic.interface.scenes import scene_of
 from geometries.patches import COMPONENTS
 from tests.femic.reference.stand_ins import b_hat_as_c
 
@@ -128,10 +129,18 @@ def test_a_single_body_and_component_are_solved_alone_and_their_models_are_kept(
     ]
     xr.testing.assert_equal(results[0].ic, results[1].ic)
     assert list(results[0].body.values) == ["lower"]
+    domain = json.loads(results[0].attrs["domain"])["lower"]
+    assert (domain["far_radius"], domain["truncated"]) == (60.0, False)
     assert bool(results[0].ic.sel(variant="C", j="x").isnull().all())
     c, b_hat = (results[0].ic.sel(body="lower", i="n", j="n", variant=name) for name in ("C", "Bhat"))
     assert float(abs(c - b_hat).max()) < COARSE * float(b_hat.max())
     assert len(list((tmp_path / "store").rglob("*.nc"))) >= 1
+
+
+def test_a_far_arc_that_python_gives_is_a_support_and_the_default_one_is_not(pair):
+    given, default = (scene_of(pair, options, {}).bodies["upper"] for options in (NEAR, OPTIONS))
+    assert (given.truncated, given.domain.far_radius) == (False, 60.0)
+    assert default.truncated
 
 
 WRONG = {

@@ -9,7 +9,7 @@ from femic.reference.accuracy import NotConverged
 from femic.reference.at_points import assess_references, references
 from femic.reference.estimate import EstimatedICs, total
 from femic.reference.harmonic.record import HARMONIC
-from femic.reference.level import Level, factors
+from femic.reference.level import MODELS, Level, factors
 from femic.reference.models import Points
 from femic.reference.refinement import refine, refined
 from femic.reference.result import combine, scales, shares, worst
@@ -115,6 +115,28 @@ def test_wavenumbers_are_refined_on_their_own(models):
 def test_a_harmonic_job_solves_one_model_a_solid_one_three():
     assert list(Level(1, 1, 1).models(HARMONIC.estimate.models).values()) == [Level(1, 1, 1)]
     assert list(Level(1, 1).models(SOLID.estimate.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+
+
+def given(job, **keys):
+    """A job whose boundaries are given, or some of them."""
+    domain = replace(job.body.domain, **{"radius_given": True, "length_given": True} | keys)
+    return replace(job, body=replace(job.body, domain=domain))
+
+
+def test_given_boundaries_have_no_part_in_the_estimate_and_no_model_of_their_own(models):
+    truncated, own = combine(JOB, Level(), models), combine(given(JOB), Level(), models)
+    assert np.nanmax(truncated.c.truncation_error) > 0
+    assert np.nanmax(own.c.truncation_error) == 0
+    np.testing.assert_array_equal(own.c.mesh_error, truncated.c.mesh_error)
+    assert (set(truncated.models), set(own.models) - {"earlier 1"}) == (set(MODELS), {"fine", "coarse"})
+
+
+def test_of_two_boundaries_the_one_that_is_not_given_counts_and_moves(models):
+    half = given(JOB, length_given=False)
+    assert np.nanmax(combine(half, Level(), models).c.truncation_error) > 0
+    domain = half.request(Level(domain=1)).body.domain
+    assert (domain.far_radius, domain.half_length) == (40.0, 100.0)
+    assert given(JOB).request(Level(domain=1)).body.domain == given(JOB).body.domain
 
 
 def test_refinement_that_does_not_help_ends(models):

@@ -224,11 +224,32 @@ def test_curvature_is_apart_only_where_the_combined_properties_say_so():
 def test_only_domain_of_the_solid_engine_has_ends_along_x():
     for kind, half_length in (("harmonic", INF), ("solid", 90.0)):
         scene = load_scene("flat", engine(kind=kind, far_radius=200.0, half_length=90.0) | SHORT)
-        assert astuple(scene.bodies["upper"].domain) == (200.0, half_length)
+        assert astuple(scene.bodies["upper"].domain) == (200.0, half_length, True, True)
     defaults = [
         load_scene("flat", engine(kind=kind)).bodies["lower"].domain for kind in ("harmonic", "solid")
     ]
-    assert [astuple(domain) for domain in defaults] == [(1280.0, INF), (320.0, 320.0)]
+    given = False, False
+    assert [astuple(domain) for domain in defaults] == [(1280.0, INF, *given), (320.0, 320.0, *given)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "truncated"),
+    [
+        ({}, True),
+        ({"far_radius": 200.0}, False),
+        ({"kind": "solid", "far_radius": 200.0}, True),
+        ({"kind": "solid", "half_length": 200.0}, True),
+        ({"kind": "solid", "far_radius": 200.0, "half_length": 200.0}, False),
+    ],
+)
+def test_boundaries_that_a_scene_gives_are_supports_of_its_bodies(keys, truncated):
+    scene = load_scene("flat", engine(**keys))
+    assert {body.truncated for body in scene.bodies.values()} == {truncated}
+
+
+def test_a_boundary_that_the_scene_leaves_open_is_open_in_its_check_too():
+    check = load_scene("flat", engine(check=True, far_radius=250.0)).check
+    assert astuple(check.bodies["lower"].domain) == (250.0, 320.0, True, False)
 
 
 def test_given_cells_replace_defaults_one_by_one():
@@ -243,7 +264,7 @@ def test_given_cells_replace_defaults_one_by_one():
 def test_the_check_has_the_domain_and_the_limits_of_the_scene():
     keys = {"far_radius": 250.0, "half_length": 170.0, "most_unknowns": 12_345, "tolerance": 0.03}
     check = load_scene("flat", engine(check=True, **keys)).check
-    assert astuple(check.bodies["lower"].domain) == (250.0, 170.0)
+    assert astuple(check.bodies["lower"].domain) == (250.0, 170.0, True, True)
     assert (check.settings.most_unknowns, check.settings.tolerance) == (12_345, 0.03)
     assert (check.settings.engine, check.patch) == (SOLID, load_scene("flat").patch)
 

@@ -1,8 +1,11 @@
 """Estimates of what elements do to stresses: tractions that rise like a root at their edge, as in contact."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
+from femic.stresses import engine
 from femic.stresses.engine import AT_EDGES, OF_ELEMENTS
 from femic.stresses.half_space import half_space_field
 from femic.stresses.points import InnerPoints
@@ -54,6 +57,38 @@ def shares_held(n, n_x, n_s, finer):
 )
 def test_errors_of_elements_are_within_their_estimates_in_95_of_100_points(n, n_x, n_s, finer):
     assert min(shares_held(n, n_x, n_s, finer)) >= 0.95
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model of the rest whose changes by coarser cells, and by a nearer far arc, are given."""
+
+    change: np.ndarray
+
+    def rest(self, points, _workers):
+        return np.zeros((*points.shape, 3)), self.change, None
+
+    def far_arc_change(self, _points, _workers):
+        return 3 * self.change
+
+
+@pytest.mark.parametrize("given", [False, True])
+def test_the_estimate_is_the_sum_of_changes_with_a_share_of_the_largest(given, monkeypatch):
+    """Half by section and all by far arc, unless it is given; a quarter of the largest, as one may vanish."""
+    body, tractions, points = curved(+1), hertzian(16, 20), scattered(12)
+    body = replace(body, domain=replace(body.domain, radius_given=given))
+    change = np.zeros((12, 3, 3))
+    change[:, 1, 2] = np.linspace(-2.0, 1.0, 12)
+    models = iter([Model(np.zeros_like(change)), Model(change)])
+    monkeypatch.setattr(engine.SectionUnderWaves, "of", lambda *_: next(models))
+    field = engine.stress_field(body, tractions, points)
+    flat, coarse = (half_space_field(body, of, points).stress for of in (tractions, merged(tractions)))
+    edge = tractions.beside_edge(points.x, points.s, points.depth)
+    elements = np.where(edge, AT_EDGES, OF_ELEMENTS) * np.max(np.abs(coarse - flat), axis=(1, 2))
+    floored = np.abs(change[:, 1, 2]) + 2.0 / 4
+    expected = (1 / 2 + (0.0 if given else 3.0)) * floored + elements
+    np.testing.assert_allclose(field.estimate, expected, rtol=1e-12)
+    assert ("far arc" in field.estimate_parts) == (not given)
 
 
 def test_places_beside_the_edge():

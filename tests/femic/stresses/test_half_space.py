@@ -173,6 +173,51 @@ def test_on_the_surface_of_a_circular_contact_also_between_the_centres_of_elemen
     np.testing.assert_allclose(field.stress[:, 1, 1], radial, atol=8e-3)
 
 
+def huber(r, z):
+    """sigma_nn and the size of sigma_rn over p_max below a circle of radius 1: Huber (1904), Johnson 3.4."""
+    apart = r**2 + z**2 - 1
+    u = (apart + np.sqrt(apart**2 + 4 * z**2)) / 2
+    along_n = -((z / np.sqrt(u)) ** 3) * u / (u**2 + z**2)
+    return along_n, r * z**2 / (u**2 + z**2) * np.sqrt(u) / (1 + u)
+
+
+def inside_of_circle(n=80):
+    random = np.random.default_rng(4)
+    r, angle = 0.7 * np.sqrt(random.uniform(0, 1, n)), random.uniform(0, 2 * np.pi, n)
+    return r, r * np.cos(angle), r * np.sin(angle)
+
+
+def below_circle(tractions, x, s, depth):
+    return half_space_field(flat(-1, material=NU_HERTZ), tractions, InnerPoints(x, s, depth + 0 * x)).stress
+
+
+SIDE = 2 / 30  # longest of the elements of `hertz(36, 30)`
+
+
+@pytest.mark.parametrize("ratio", [0.35, 0.5, 0.75, 1.0, 1.4])
+def test_stresses_do_not_jump_at_any_depth(ratio):
+    """From one depth to another stresses move by their slopes, 3 p_max per mm at most."""
+    _, x, s = inside_of_circle()
+    depths, step = ratio * SIDE, 1e-5 * SIDE
+    above, below = (below_circle(hertz(36, 30), x, s, depths + sign * step) for sign in (-1, 1))
+    assert np.max(np.abs(below - above)) < 3 * 2 * step
+
+
+@pytest.mark.parametrize("ratio", [0.4, 0.6, 0.8, 1.0, 1.3])
+def test_stresses_off_the_axis_converge_to_huber_s_where_waves_of_elements_end(ratio):
+    """At depths of a share of an element: with the order 3/2 or more, of the root of tractions at edges."""
+    r, x, s = inside_of_circle()
+    errors = []
+    for n in (1, 3):
+        depth = ratio * SIDE / n
+        stress = below_circle(hertz(36 * n, 30 * n), x, s, depth)
+        along_n, shear = huber(r, depth)
+        off = stress[:, 2, 2] - along_n, np.hypot(stress[:, 0, 2], stress[:, 1, 2]) - shear
+        errors.append(np.sqrt(np.mean(np.square(off))))
+    assert errors[0] < 4e-3
+    assert errors[1] < errors[0] / 3**1.5
+
+
 def test_below_the_middle_of_a_line_contact():
     """The largest shear is 0.300 p_max at a depth of 0.786 half-widths (Johnson, section 4.1).
 
