@@ -105,10 +105,17 @@ class Undeformed:
         distance = (point_y - y) * sin + (point_z - z) * cos
         return np.asarray(np.where(missed, np.inf, distance))
 
-    def _clearance(self, s: Array) -> Array:
+    def vertical_distance(self, s: ArrayLike, approach: float = 0.0, lateral: float = 0.0) -> Array:
+        """Return the vertical distance [mm] of both sections at x = 0 above s [mm], shape of s.
+
+        The upper body has come down by `approach` and moved by `lateral` [mm] along y since both touched.
+        """
+        return self._clearance(np.asarray(s, dtype=float), lateral) + self.touching[1] - approach
+
+    def _clearance(self, s: Array, lateral: float = 0.0) -> Array:
         """Vertical distance [mm] of both contours, in their own axes; infinite beside the upper one."""
         y, z = self.lower.contour.position(s)
-        t = _arc_length_at(self.upper.contour, y - self.shift)
+        t = _arc_length_at(self.upper.contour, y - self.shift - lateral)
         low, high = self.upper.contour.extent
         z_upper = self.upper.contour.position(t)[1]
         return np.asarray(np.where((t >= low) & (t <= high), z_upper - z, np.inf))

@@ -147,11 +147,11 @@ class ContactTable(SceneTable):
     )
     planar: bool = Field(
         True,
-        description="solve contacts of one patch also as programs for planar contact do: all elements in the "
-        "tangent plane at the touching point",
+        description="solve contacts also as programs for planar contact do: the elements of each patch in a "
+        "plane of its own",
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
-        20, description="elements across the main patch, along x and s"
+        20, description="elements across the main patch, along x and s; half as many across others"
     )
 
 

@@ -176,7 +176,7 @@ class _Planar:
         at = np.linspace(*s, SAMPLES)
         inclination = surfaces.lower.contour.inclination(at)
         down, aside = approach * np.cos(self.roll), -approach * np.sin(self.roll)
-        depth = np.maximum(-surfaces.distance(0.0, at, down, aside), 0.0) / np.cos(inclination)
+        depth = np.maximum(-surfaces.vertical_distance(at, down, aside), 0.0)
         weights = depth**2.5 * np.cos(inclination) if np.any(depth) else np.ones_like(at)
         centre = float(np.average(at, weights=weights))
         over = planar(self.bodies, centre, float(np.average(inclination, weights=weights)))
