@@ -6,7 +6,7 @@ square of its depth: with the vertical depth e at x = 0, this is e^(5/2) dy for 
 x, nearly as pressures are distributed. In the plane, ICs are A, and the distance is
 that of the displaced bodies along the normal of the plane: nothing is linearised, and elements do not turn.
 Patches do not act on each other. The approach is the one at which all patches carry the load together. This
-is what the program CONTACT does by default (E. A. H. Vollebregt, its user guide); docs/theory/contact.md.
+is what the program CONTACT does by default, but for steep patches: docs/theory/contact.md.
 """
 
 from collections.abc import Callable, Sequence
