@@ -7,7 +7,7 @@ FEMIC := $(BIN)/femic
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations calculix test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -77,6 +77,9 @@ advice: $(TOOLS)  ## random scenes with and without C, for the adviser: docs/evi
 mutations: $(TOOLS)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
 	$(BIN)/python tools/mutations.py --page
 	$(BIN)/python tools/write_docs.py
+
+calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (half an hour)
+	$(BIN)/python tools/calculix
 
 test: $(TOOLS)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest
