@@ -18,6 +18,7 @@ from geometries.materials import Material
 
 RADIUS, FAR, LENGTH = 10.0, 20.0, 30.0
 PATCH = meshing.Rectangle(0.8, 2.0, 3.6)
+CALCULIX_MIDDLES = {4: (0, 1), 5: (1, 2), 6: (2, 0), 7: (0, 3), 8: (1, 3), 9: (2, 3)}  # its manual, C3D10
 CALCULIX_SIDES = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # its manual, *SURFACE
 
 
@@ -58,6 +59,14 @@ def test_nodes_of_the_contact_surface_lie_on_it_and_all_cells_are_sound(name, re
     expected = mesh.body.surface.position(*mesh.chart[near].T).T
     np.testing.assert_allclose(mesh.nodes[near], expected, atol=1e-9)
     assert np.all(meshing.jacobians(mesh.nodes[mesh.cells]) > 0)
+
+
+def test_mid_side_nodes_have_the_order_of_calculix(rail):
+    """They lie within a fifth of the edge of its middle: edges are curved by a little."""
+    for middle, ends in CALCULIX_MIDDLES.items():
+        start, end = (rail.nodes[rail.cells[:, k]] for k in ends)
+        apart = np.linalg.norm(rail.nodes[rail.cells[:, middle]] - (start + end) / 2, axis=1)
+        assert np.all(apart < 0.2 * np.linalg.norm(end - start, axis=1))
 
 
 def test_patch_is_made_of_whole_faces(rail):
