@@ -11,30 +11,35 @@ import argparse
 import re
 import sys
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomlkit
+import xarray as xr
 
+import femic
 from compare.shifts import compute
 from femic.contact.exact.cattaneo import ShiftedPoint
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.quantities import numbers
+from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import RunOptions
-from femic.scenes.load import load_scene
 from femic.shifts.specification import specification_of
 from femic.stresses.half_space import half_space_field
 from femic.stresses.points import InnerPoints
 from femic.stresses.tractions import SurfaceTractions
+from geometries.arrays import Array
 from geometries.bodies import Body, Domain
-from geometries.contours import plane
+from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.surfaces import Surface
 
 STEEL = Material(2 * 1.28 * 82000.0, 0.28)
+APPROACH = 0.09089  # mm, of the conforming example
+CONFORMAL = Grid(51, 39, 0.4, 0.4, 0.0)
+RADII = (10.0, np.inf), (10.2, 460.0 * np.sqrt(2))  # of arc and rolling circle, of rail and wheel [mm]
 Row = tuple[str, str, float, float]  # case, quantity, theirs, ours
 # columns of a table of stresses below the surface
 FIELDS = ("UX", "UY", "UZ", "SIGHYD", "SIGVM", "SIGXX", "SIGXY", "SIGXZ", "SIGYY", "SIGYZ", "SIGZZ")
@@ -57,32 +62,41 @@ def _pairs(case: str) -> Iterator[tuple[str, float]]:
 def conformal(folder: Path) -> Iterator[Row]:
     """A wheel's groove of 10.2 mm on a rail of 10 mm at 45 degrees, turned upright; at an approach."""
     quadratic, true, numerical, *_ = printed(folder, "conformal")
-    approach, radius = 0.09089, 460.0 * np.sqrt(2)
-    hertz = PointContact(2 * 0.00076859, 2 * 0.00098039, combined_modulus(STEEL, STEEL)).at_approach(approach)
+    hertz = PointContact(2 * 0.00076859, 2 * 0.00098039, combined_modulus(STEEL, STEEL)).at_approach(APPROACH)
     case = "conforming, 1: quadratic distance"
-    yield case, "N, N (Hertz)", quadratic["FN"], hertz.load
+    yield case, "sum of p, N (Hertz)", quadratic["FN"], hertz.load
     yield case, "p_max, MPa (Hertz)", quadratic["PMAX"], hertz.p_max
-    by_ics = at_approach(approach, radius)
+    found = solved_at_their_distance(overlaps(folder))
     for case, theirs, ics in (("2: true distance", true, "A"), ("3: numerical ICs", numerical, "C")):
-        yield f"conforming, {case}", f"N, N ({ics})", theirs["FN"], by_ics[ics]["load"]
-        yield f"conforming, {case}", f"p_max, MPa ({ics})", theirs["PMAX"], by_ics[ics]["p_max"]
+        p = found.p_0.sel(ics=ics)
+        yield f"conforming, {case}", f"sum of p, N ({ics})", theirs["FN"], float(p.sum()) * CONFORMAL.area
+        yield f"conforming, {case}", f"p_max, MPa ({ics})", theirs["PMAX"], float(p.max())
 
 
-def at_approach(approach: float, rolling_radius: float) -> dict[str, dict[str, float]]:
-    """Numbers of the contact of these arcs by A and by C."""
+def overlaps(folder: Path) -> Array:
+    """The distance at the approach [mm] on the grid of the conforming example, (n_s, n_x)."""
+    after = (folder / "conformal.inp").read_text().split("% Mx=51, ms=39")[1].splitlines()[1:]
+    numbers_of_table = takewhile(lambda line: not line.startswith("%"), after)
+    return np.array([float(word) for line in numbers_of_table for word in line.split()]).reshape(39, 51)
 
-    def body(radius: float) -> dict[str, Any]:
-        contour = {"kind": "arc", "radius": radius, "flank_inclination_deg": 60.0}
-        return {"E": STEEL.E, "nu": STEEL.nu, "contour": contour}
 
-    changes = {
-        "lower": body(10.0),
-        "upper": body(10.2) | {"rolling_radius": rolling_radius},
-        "contact": {"approaches": [approach], "ics": ["A", "C"], "elements": 20},
-        "engine": {"check": False},
-    }
-    solved = solve_frictionless(load_scene("geometry2", changes).contact_problem, RunOptions(1))
-    return {ics: numbers(contact.on_grid, contact.normal) for (_, ics), contact in solved.contacts.items()}
+def solved_at_their_distance(distance: Array) -> xr.Dataset:
+    """The contact by A and C with a given distance: what it differs by from femic's is an extra gap.
+
+    In theirs the curvature along x is the same all over the patch.
+    """
+    rail, wheel = (femic.Body(femic.arc(r, 60.0), STEEL, rolling_radius=R) for r, R in RADII)
+    x = CONFORMAL.dx * (np.arange(CONFORMAL.n_x) - (CONFORMAL.n_x - 1) / 2)
+    at = np.meshgrid(x, CONFORMAL.strips)
+    flank = np.radians(60.0)
+    lower, upper = (
+        Surface(side, arc(r, flank, flank), R) for side, (r, R) in zip((-1, +1), RADII, strict=True)
+    )
+    ours = Undeformed(upper, lower, (-9.0, 9.0)).distance(*at) - APPROACH * np.cos(at[1] / RADII[0][0])
+    columns = np.column_stack([values.ravel() for values in (*at, distance - ours)])
+    setup = femic.ContactSetup(grid=CONFORMAL, extra_gap=columns)
+    motion = femic.Frictionless(approaches=[APPROACH])
+    return femic.solve_contact(femic.Pair(wheel, rail), motion, ["A", "C"], setup, femic.Options(workers=1))
 
 
 def cattaneo(folder: Path) -> Iterator[Row]:

@@ -17,7 +17,7 @@ from time import perf_counter
 import ics
 import strain
 import stresses
-from contact import Arcs, Run, by_c, by_calculix, by_elements
+from contact import Arcs, Found, Run, by_c, by_calculix, by_elements
 from deck import PROGRAM, installed
 
 LOAD = 12.8e3  # N
@@ -40,17 +40,18 @@ def contact_table(fine: bool, folder: Path) -> tuple[Sequence[str], Rows]:
 
     def rows() -> Rows:
         elements, approach, patch = by_elements(SHIFTED, LOAD, 12.0 if fine else 8.0)
-        c = by_c(SHIFTED, approach, 20)
-        found = {"femic, finite elements": elements, f"femic, C, {c.size}": c}
+
+        def row(name: str, found: Found) -> list[str]:
+            against = [found.load / elements.load - 1, found.p_max / elements.p_max - 1]
+            numbers = [f"{found.load:.0f}", f"{found.lateral:.4f}", f"{found.p_max:.1f}"]
+            return [f"{name}, {found.size}", *numbers, *(f"{share:+.2%}" for share in against)]
+
+        yield row("femic, finite elements", elements)
+        yield row("femic, C", by_c(SHIFTED, approach, 20))
         for cells in (4.0, 6.0) if fine else (3.0, 4.0):
-            for large in (False, True):
-                what = "large" if large else "small"
-                by = by_calculix(SHIFTED, approach, patch, Run(cells, folder, large))
-                found[f"CalculiX, {by.size}, {what} displacements"] = by
-        for name, one in found.items():
-            against = [one.load / elements.load - 1, one.p_max / elements.p_max - 1]
-            numbers = [f"{one.load:.0f}", f"{one.lateral:.4f}", f"{one.p_max:.1f}"]
-            yield [name, *numbers, *(f"{share:+.2%}" for share in against)]
+            for large, what in ((False, "small"), (True, "large")):
+                found = by_calculix(SHIFTED, approach, patch, Run(cells, folder, large))
+                yield row(f"CalculiX, {what} displacements", found)
 
     return ["by", "N", "F_y / N", "p_max, MPa", "N against femic's elements", "p_max likewise"], rows()
 
