@@ -188,12 +188,16 @@ def input_lines(
 
 
 def found(output: Output, parts: tuple[Part, Part]) -> Found:
-    """Read load, lateral force and the largest pressure; half of the bodies is modelled."""
+    """Read load, lateral force and the largest pressure; half of the bodies is modelled.
+
+    Pressures are those at vertices: CalculiX's mortar contact transforms the functions of mid-side nodes,
+    where pressures are 3 % too small, on the plane of symmetry 17 %.
+    """
     force = -2 * output.total_forces()[f"FAR-{UPPER}"]
     mesh, pressures = parts[0].mesh, output.contact_pressures()
-    on_lower = [node - 1 for node in pressures if node <= len(mesh.nodes)]
-    x, s = mesh.chart[on_lower].T
-    p_max = peak(x, s, np.array([pressures[node + 1] for node in on_lower]))
+    vertices = [node for node in np.unique(mesh.surface[:, :3]) + 1 if node in pressures]
+    x, s = mesh.chart[np.array(vertices) - 1].T
+    p_max = peak(x, s, np.array([pressures[node] for node in vertices]))
     nodes = sum(len(part.mesh.nodes) for part in parts)
     return Found(float(force[2]), float(force[1] / force[2]), p_max, f"{nodes} nodes")
 
