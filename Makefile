@@ -101,6 +101,7 @@ bench: $(TOOLS)  ## seconds, memory and errors (tables go to the pages of docs/ 
 	$(BIN)/python benchmarks/analytic.py
 	$(BIN)/python benchmarks/effective_bodies.py
 	$(BIN)/python benchmarks/engines.py
+	$(BIN)/python benchmarks/finite_strain.py
 	$(BIN)/python benchmarks/elimination.py
 	$(BIN)/python benchmarks/matrix.py 32 64
 	$(BIN)/python benchmarks/contact_discount.py

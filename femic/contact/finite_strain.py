@@ -5,8 +5,8 @@ factor that depends on the shape, and on the law of the material at finite strai
 that of St. Venant and Kirchhoff softens in compression, that of neo-Hooke stiffens. Changes over p_max / E:
 
     quantity       same      3D, first law    plane strain, first law    second law
-    p_max          load      -1.25 ... -0.95  -0.86 ... -0.18            +0.02 ... +0.47
-    p_max          approach  -1.46 ... -1.10  -1.33 ... -0.51            +0.15 ... +0.49
+    p_max          load      -1.25 ... -0.97  -0.86 ... -0.18            +0.02 ... +0.47
+    p_max          approach  -1.46 ... -1.13  -1.33 ... -0.51            +0.15 ... +0.49
     load           approach  -0.68 ... -0.46  -0.84 ... -0.28            +0.02 ... +0.50
 
 So it is an uncertainty: the largest of these, rounded up. Source of the numbers: tools/calculix (3D) and
