@@ -7,7 +7,7 @@ FEMIC := $(BIN)/femic
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs site attack advice mutations calculix test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -78,6 +78,9 @@ mutations: $(TOOLS)  ## small changes of the code: do the tests notice? docs/evi
 	$(BIN)/python tools/mutations.py --page
 	$(BIN)/python tools/write_docs.py
 
+calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (half an hour)
+	$(BIN)/python tools/calculix
+
 test: $(TOOLS)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest
 
@@ -98,6 +101,7 @@ bench: $(TOOLS)  ## seconds, memory and errors (tables go to the pages of docs/ 
 	$(BIN)/python benchmarks/analytic.py
 	$(BIN)/python benchmarks/effective_bodies.py
 	$(BIN)/python benchmarks/engines.py
+	$(BIN)/python benchmarks/finite_strain.py
 	$(BIN)/python benchmarks/elimination.py
 	$(BIN)/python benchmarks/matrix.py 32 64
 	$(BIN)/python benchmarks/contact_discount.py

@@ -36,13 +36,20 @@ def answer_sentences(dataset: xr.Dataset, reference: str, others: Sequence[str])
     """Yield pressure and patch at the largest load with the reference, and how far others are from it."""
     number, symbol = largest_case(dataset, reference), symbol_of(reference)
     case = dataset.isel(case=number).sel(ics=reference)
+    pressure = with_estimate(case.p_max, case.estimate_p_max)
+    patch = f"{2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°"
     yield (
-        f"At {case_labels(dataset)[number]} the largest pressure is "
-        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {symbol}, on a patch of 2a × 2b = "
-        f"{2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°."
+        f"At {case_labels(dataset)[number]} the largest pressure is {pressure} MPa with {symbol}"
+        f"{_strain(case)}, on a patch of 2a × 2b = {patch}."
     )
     if deviations := [_deviation(dataset, name, reference) for name in others]:
         yield f"Largest difference of p_max to {symbol}: {join_words(deviations)}."
+
+
+def _strain(case: xr.Dataset) -> str:
+    """Return by how much strains that are not small may change p_max, where it is known."""
+    change = case.get("finite_strain_p_max")
+    return "" if change is None else f" (strains are taken as small: ± {float(change):.2g} MPa more)"
 
 
 def _deviation(dataset: xr.Dataset, name: str, reference: str) -> str:

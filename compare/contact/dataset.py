@@ -10,6 +10,7 @@ import xarray as xr
 
 from compare.contact.compute import ContactResults, reference_name
 from femic.cache.digests import results_digest, versions
+from femic.contact.finite_strain import finite_strain_share
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
@@ -55,6 +56,8 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
     (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
     is the number with the exact distance of the displaced body; NaN where there is none.
+    `finite_strain_p_max` is by how much strains that are not small may change p_max
+    (`femic.contact.finite_strain`), with all ICs alike: it is in no estimate.
     """
     solution = results.solved
     solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
@@ -68,12 +71,24 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
         coords={"case": [str(loading) for loading in solution.loadings], "ics": list(solution.ics)},
         attrs=_attributes(results),
     )
+    dataset["finite_strain_p_max"] = _finite_strain(results, dataset.p_max)
     dataset["iterations"] = (
         NUMBERS,
         [[contact.normal.solution.iterations for contact in row] for row in solved],
     )
     dataset["seconds"] = (NUMBERS, [[contact.seconds for contact in row] for row in solved], {"units": "s"})
     return dataset.merge(xr.merge([_fields(number, row) for number, row in enumerate(solved)]))
+
+
+def _finite_strain(results: ContactResults, p_max: xr.DataArray) -> xr.DataArray:
+    """Return by how much finite strains may change p_max [MPa], by case and ICs."""
+    softest = min(body.material.E for body in results.scene.bodies.values())
+    per_pressure = [
+        [finite_strain_share(1.0, softest, load_given=loading.load is not None).p_max]
+        for loading in results.solved.loadings
+    ]
+    meaning = "change of p_max by finite strains, at most"
+    return (p_max**2 * np.array(per_pressure)).assign_attrs(units="MPa", long_name=meaning)
 
 
 def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float]]) -> xr.Dataset:

@@ -64,6 +64,15 @@ def test_summary_states_pressure_patch_and_how_far_a_is_off(results):
     assert f"A {float(off.max()):+.1%} (beyond 5% already at {least:.0f} degrees, the least" in second
 
 
+def test_finite_strains_are_said_beside_the_largest_pressure(results):
+    """By the rule, 1.3 p_max / E of it; every case and all ICs have their own in the file."""
+    dataset = to_dataset(results["tall"])
+    rule = 1.3 * dataset.p_max**2 / 210e3
+    np.testing.assert_allclose(dataset.finite_strain_p_max, rule)
+    of_largest = float(rule.isel(case=1).sel(ics="Bhat"))
+    assert f"(strains are taken as small: ± {of_largest:.2g} MPa more)" in summary(dataset)
+
+
 def test_onset_lies_between_the_last_case_within_and_the_first_case_beyond(results):
     dataset = to_dataset(results["tall"])
     within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
