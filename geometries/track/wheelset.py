@@ -10,10 +10,11 @@ from geometries.errors import Failure, WrongInput
 from geometries.track.curves import Moved, turned
 from geometries.track.graphs import STEEPEST
 from geometries.track.layout import Layout, Side
-from geometries.track.touching import Minimum, gap_minima, posed
+from geometries.track.touching import Minimum, followed_to, gap_minima, posed
 
 ROLL_STEP = 1e-3  # rad: the search of the roll goes outwards in such steps at most
 ROLL_STEPS = 200
+NEWTON_STEPS = 20
 HEIGHT_ROUNDING = 2e-12  # mm: left and right
 LARGEST_ROLL = 0.1  # rad
 ROLL_ROUNDING = 1e-16  # rad
@@ -112,12 +113,20 @@ def settle(
         )
     radius = sum(layout.nominal_radius) / 2
     arm = radius if roll == "about rails" else 0.0
-    turn = _roll(layout, shift, arm) if isinstance(roll, str) else float(roll)
+    if isinstance(roll, str):
+        turn, left, right = _rolled(layout, shift, arm, within)
+    else:
+        turn, (left, right) = float(roll), _minima(layout, shift, arm, float(roll), within)
     axle = float(shift - arm * np.sin(turn))
-    left = _touches(layout.left, axle, turn, within)
-    right = _touches(layout.right, -axle, -turn, within)
-    at_rails = float(axle + radius * np.sin(turn))
-    position = Position(axle, at_rails, shift, turn, (left[0], right[0]), left[1], right[1])
+    position = Position(
+        shift=axle,
+        shift_at_rails=float(axle + radius * np.sin(turn)),
+        given_shift=shift,
+        roll=turn,
+        heights=(-left[0].gap, -right[0].gap),
+        left=_touches(layout.left, left, within),
+        right=_touches(layout.right, right, within),
+    )
     _check_flange("left", layout.left, position)
     _check_flange("right", layout.right, position)
     return position
@@ -136,28 +145,31 @@ def curves_in_place(layout: Layout, position: Position, side: SideName) -> tuple
     return both.rail, posed(both, *position.pose(side))
 
 
-def _roll(layout: Layout, shift: float, arm: float) -> float:
-    """The roll of least size at which both wheels touch at one height of the axle.
+def _rolled(
+    layout: Layout, shift: float, arm: float, within: float
+) -> tuple[float, list[Minimum], list[Minimum]]:
+    """The roll of least size at which both wheels touch at one height of the axle, and both sides' minima.
 
-    The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. Newton's
-    method from 0 on, in bounded steps outwards until the root is bracketed, and then confined to it: on a
-    flange the slope changes abruptly.
+    The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. From 0 on
+    the roll at which the present touching points are at one height is taken, in bounded steps outwards until
+    the root is bracketed, and then confined to it: on a flange the slope changes abruptly. Each roll is
+    judged by all minima of the gap.
     """
     roll, low, high = 0.0, -np.inf, np.inf
     first = excess = 0.0
     for k in range(ROLL_STEPS):
-        left, right = _resting(layout.left, shift, roll, arm), _resting(layout.right, -shift, -roll, arm)
-        excess = left[0] - right[0]
+        left, right = _minima(layout, shift, arm, roll, within)
+        excess = right[0].gap - left[0].gap
         first = excess if k == 0 else first
         if abs(excess) <= HEIGHT_ROUNDING or high - low <= ROLL_ROUNDING:
-            return float(roll)
+            return float(roll), left, right
         low, high = (roll, high) if excess > 0 else (low, roll)
-        newton = roll + excess / lever if (lever := left[1] + right[1]) > 0 else np.nan
+        near = _roll_near(layout, shift, arm, roll, (left[0], right[0]))
         outwards = roll + np.copysign(ROLL_STEP, excess)
         if np.isfinite(low) and np.isfinite(high):
-            roll = newton if low < newton < high else (low + high) / 2
+            roll = near if low < near < high else (low + high) / 2
         else:
-            roll = newton if abs(newton - roll) < ROLL_STEP else outwards
+            roll = near if abs(near - roll) < ROLL_STEP else outwards
         if abs(roll) > LARGEST_ROLL:
             break
     raise Failure(
@@ -167,35 +179,64 @@ def _roll(layout: Layout, shift: float, arm: float) -> float:
     )
 
 
-def _resting(side: Side, shift: float, roll: float, arm: float) -> tuple[float, float]:
-    """Height [mm] of the axle at which a wheel touches, and its fall per roll of its side [mm]."""
-    minimum = gap_minima(side, shift - arm * np.sin(roll), roll)[0]
-    y, z = turned(side.wheel.position(minimum.t_wheel), roll)
-    return -minimum.gap, float(y + (z + arm * np.cos(roll)) * np.tan(minimum.angle))
+def _roll_near(
+    layout: Layout, shift: float, arm: float, roll: float, touching: tuple[Minimum, Minimum]
+) -> float:
+    """The roll at which two touching points, followed from a roll, have one height: Newton's method.
+
+    Where a point is lost it is the roll before; nan where heights do not fall with the roll.
+    """
+    left, right = touching
+    for _ in range(NEWTON_STEPS):
+        lever = _lever(layout.left, left, roll, arm) + _lever(layout.right, right, -roll, arm)
+        if lever <= 0:
+            return np.nan
+        step = (right.gap - left.gap) / lever
+        roll += step
+        axle = shift - arm * np.sin(roll)
+        followed = followed_to(layout.left, left, axle, roll), followed_to(layout.right, right, -axle, -roll)
+        if abs(step) * lever <= HEIGHT_ROUNDING or followed[0] is None or followed[1] is None:
+            break
+        left, right = followed
+    return roll
 
 
-def _touches(side: Side, shift: float, roll: float, within: float) -> tuple[float, tuple[Touch, ...]]:
-    """Height of the axle, and the touching points of a wheel within a distance [mm]."""
-    minima = gap_minima(side, shift, roll, within / np.cos(STEEPEST))  # the distance is a part of the gap
-    height = -minima[0].gap
-    touches = (touch_of(side, minimum, height) for minimum in minima)
-    return height, tuple(touch for touch in touches if touch.distance <= within)
+def _lever(side: Side, minimum: Minimum, roll: float, arm: float) -> float:
+    """Fall [mm/rad] of the height of the axle at which a wheel touches, per roll of its side."""
+    on_wheel = side.wheel.at(minimum.t_wheel)
+    y, z = turned(np.array([on_wheel.y, on_wheel.z]), roll)
+    return float(y + (z + arm * np.cos(roll)) * np.tan(minimum.angle))
+
+
+def _minima(
+    layout: Layout, shift: float, arm: float, roll: float, within: float
+) -> tuple[list[Minimum], list[Minimum]]:
+    """Minima of the gaps of both sides, up to a distance of `within` [mm] of the tangents."""
+    axle, gap = shift - arm * np.sin(roll), within / np.cos(STEEPEST)  # the distance is a part of the gap
+    return gap_minima(layout.left, axle, roll, gap), gap_minima(layout.right, -axle, -roll, gap)
+
+
+def _touches(side: Side, minima: list[Minimum], within: float) -> tuple[Touch, ...]:
+    """The touching points of a wheel within a distance [mm]."""
+    touches = (touch_of(side, minimum, -minima[0].gap) for minimum in minima)
+    return tuple(touch for touch in touches if touch.distance <= within)
 
 
 def touch_of(side: Side, minimum: Minimum, height: float) -> Touch:
     """A touching point from a minimum of the gap, with the axle at a height [mm]."""
     t_rail, t_wheel = minimum.t_rail, minimum.t_wheel
+    on_rail, on_wheel = side.rail.at(t_rail), side.wheel.at(t_wheel)
     return Touch(
         s_rail=t_rail,
         s_wheel=t_wheel,
-        on_rail=side.rail.curve.position(np.array(t_rail)),
-        on_wheel=side.wheel.curve.position(np.array(t_wheel)),
-        point=side.rail.position(t_rail),
+        on_rail=side.rail.unmoved(on_rail),
+        on_wheel=side.wheel.unmoved(on_wheel),
+        point=np.array([on_rail.y, on_rail.z]),
         angle=minimum.angle,
-        radius=-float(side.wheel.position(t_wheel)[1]),
+        radius=-on_wheel.z,
         gap=minimum.gap + height,
-        curvature_rail=float(side.rail.curvature(t_rail)),
-        curvature_wheel=float(side.wheel.curvature(t_wheel)),
+        curvature_rail=on_rail.curvature,
+        curvature_wheel=on_wheel.curvature,
     )
 
 
