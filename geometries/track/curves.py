@@ -34,7 +34,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Quintics:
-    """A curve by arc length as polynomials of fifth degree: its length, their first arc lengths, coefficients.
+    """A curve by arc length as polynomials of fifth degree: its length, their starts [mm], and coefficients.
 
     The pieces end at the joints of outlines and the knots of splines, between which curves are smooth, so
     the error falls with the sixth power of their length (Hermite interpolation).

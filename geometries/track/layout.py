@@ -67,7 +67,8 @@ class Side:
 
     The rail's origin is the middle of the track at the height of the rail tops, the wheel's the middle of
     the axle. `steepest` is the arc length on the wheel at which, towards the tip of the flange, its steepest
-    part ends. `step` [mm] is by how much pieces of a standard do not meet.
+    part ends, `tape` the lowest point of its tape circle, y and z from the middle of the axle [mm]. `step`
+    [mm] is by how much pieces of a standard do not meet.
     """
 
     rail: Moved
@@ -75,6 +76,7 @@ class Side:
     rail_graphs: list[Graph]
     wheel_samples: Samples
     steepest: float
+    tape: tuple[float, float]
     notes: tuple[str, ...] = ()
     step: float = 0.0
 
@@ -186,10 +188,12 @@ def _side(rail: Moved, wheel: PlacedWheel) -> Side:
     slopes = np.arctan2(samples.tangents[1], samples.tangents[0])[samples.t <= wheel.t_tape]
     steep = np.flatnonzero(slopes > np.max(slopes) - FLANGE_PLATEAU)
     steepest = float(samples.t[steep[0]])
+    at_tape = wheel.curve.at(wheel.t_tape)
+    tape = (at_tape.y, at_tape.z)
     rail_graphs = graphs(sampled(rail, SAMPLE_SPACING))
     outlines = (moved.curve for moved in (rail, wheel.curve) if isinstance(moved.curve, Outline))
     step = max((float(np.max(outline.gaps[0], initial=0.0)) for outline in outlines), default=0.0)
-    return Side(rail, wheel.curve, rail_graphs, samples, steepest, wheel.notes, step)
+    return Side(rail, wheel.curve, rail_graphs, samples, steepest, tape, wheel.notes, step)
 
 
 def _check_kind(curve: Curve, kind: Kind) -> None:

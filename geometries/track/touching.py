@@ -15,9 +15,10 @@ SAMPLED_ERROR = 1e-3  # mm: minima of the sampled gap within this of the least o
 HERMITE_ERROR = 1e-5  # mm: of sampled gaps; far above what smooth curves have
 NEWTON_STEPS = 60  # of one touching point; bisection alone needs 40
 Y_ROUNDING = 2e-12  # mm: equal y of rail and wheel, 760 mm from the middle
+Y_STEP = 1e-5  # mm: of pieces of standards that do not meet, turned by inclination and roll
 ANGLE_ROUNDING = 1e-13  # rad: parallel tangents
 PARALLEL = 1e-10  # rad: what is left above this is no minimum but an end of its bracket, or a joint
-JOINT = 1e-5  # rad: by which pieces of standards do not meet exactly
+JOINT = 5e-3  # rad: edges at joints of pieces up to this are touching points (EN 15302, wheel I: 3.6e-3)
 SAME = 1e-6  # mm along the rail: two touching points nearer than this are one
 FOLLOWED = 0.5  # mm along the rail
 WIDER = 10  # times as wide a bracket, where the sampled gap is level to its error
@@ -40,7 +41,8 @@ class Minimum:
 def posed(side: Side, shift: float, roll: float, height: float = 0.0) -> Moved:
     """The wheel of a side, the axle turned by `roll`, its middle at (shift, height); axes of the side."""
     y, z = turned(np.array(side.wheel.offset), roll)
-    return replace(side.wheel, angle=side.wheel.angle + roll, offset=(float(y) + shift, float(z) + height))
+    offset = float(y + shift), float(z + height)
+    return replace(side.wheel, angle=float(side.wheel.angle + roll), offset=offset)
 
 
 def wheel_graphs(side: Side, shift: float, roll: float, height: float = 0.0) -> list[Graph]:
@@ -89,7 +91,10 @@ def refined(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: fl
     t, turn = (low + high) / 2, math.inf
     for _ in range(NEWTON_STEPS):
         on_rail = rail.at(t)
-        t_wheel, on_wheel = _below(wheel, on_rail.y, t_wheel)
+        below = _below(wheel, on_rail.y, t_wheel)
+        if below is None:
+            return None
+        t_wheel, on_wheel = below
         turn = math.atan2(
             on_rail.t_y * on_wheel.t_z - on_rail.t_z * on_wheel.t_y,
             on_rail.t_y * on_wheel.t_y + on_rail.t_z * on_wheel.t_z,
@@ -152,16 +157,18 @@ def _sampled_minima(
     return minima, min(ends, key=lambda end: end[2], default=None)
 
 
-def _below(wheel: Moved, y: float, t: float) -> tuple[float, Place]:
-    """Arc length and point of the wheel at y, by Newton's method from a near one."""
-    apart = math.inf
+def _below(wheel: Moved, y: float, t: float) -> tuple[float, Place] | None:
+    """Arc length and point of the wheel at y, by Newton's method from a near one; None where it is lost.
+
+    Within `Y_STEP` of y where that falls between two pieces of a standard.
+    """
     for _ in range(NEWTON_STEPS):
         place = wheel.at(t)
         apart = place.y - y
         if abs(apart) <= Y_ROUNDING:
             return t, place
         t -= apart / place.t_y
-    raise Failure(f"wheel at y = {y:g} mm: not found, {apart:g} mm remain after {NEWTON_STEPS} steps")
+    return (t, place) if abs(apart) <= Y_STEP else None
 
 
 def _no_touch(side: Side, wheel: Moved, end: tuple[float, float, float] | None) -> str:
