@@ -16,7 +16,7 @@ from geometries.track.en_15302 import CASES, tolerance
 from geometries.track.shifts import over_shifts
 from geometries.track.wheelset import RollRule
 
-RULES: tuple[float | RollRule, ...] = (0.0, "about rails", "about axle")
+RULES: tuple[float | RollRule, ...] = (0.0, "about rails")
 SHIFTS = np.linspace(-8, 8, 161)
 
 

@@ -224,7 +224,7 @@ def _rolled(
         if np.isfinite(low) and np.isfinite(high):
             roll = near if low < near < high and k % BISECTED else (low + high) / 2
         else:
-            roll = near if abs(near - roll) < ROLL_STEP else outwards
+            roll = near if low < near < high and abs(near - roll) < ROLL_STEP else outwards
         if abs(roll) > LARGEST_ROLL:
             break
     raise Failure(
