@@ -119,8 +119,8 @@ class WheelsetTable(SceneTable):
     flange_back_distance: Length = Field(1360.0, description="distance of the flange backs [mm]")
     nominal_radius: Annotated[TwoOf[Radius], BeforeValidator(_of_both)] = Field(
         (460.0, 460.0),
-        description="radius of the wheels on the tape circle, or [left, right], to whose mean creepages "
-        "refer [mm]; default: 460",
+        description="radius of the wheels on the tape circle [mm]: a number, or [left, right], to whose mean "
+        "creepages refer; default: 460",
     )
     tape_circle: Length = Field(70.0, description="distance of the tape circle from the flange back [mm]")
 
