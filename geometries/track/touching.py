@@ -91,7 +91,7 @@ def refined(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: fl
     t, turn = (low + high) / 2, math.inf
     for _ in range(NEWTON_STEPS):
         on_rail = rail.at(t)
-        below = _below(wheel, on_rail.y, t_wheel)
+        below = point_at(wheel, on_rail.y, t_wheel)
         if below is None:
             return None
         t_wheel, on_wheel = below
@@ -157,7 +157,7 @@ def _sampled_minima(
     return minima, min(ends, key=lambda end: end[2], default=None)
 
 
-def _below(wheel: Moved, y: float, t: float) -> tuple[float, Place] | None:
+def point_at(wheel: Moved, y: float, t: float) -> tuple[float, Place] | None:
     """Arc length and point of the wheel at y, by Newton's method from a near one; None where it is lost.
 
     Within `Y_STEP` of y where that falls between two pieces of a standard.

@@ -20,12 +20,15 @@ from track_sections import (
 )
 
 from geometries.errors import Failure, WrongInput
+from geometries.track import wheelset
 from geometries.track.curves import Samples
+from geometries.track.en_15302 import CASES, WHEELS
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import lay_out
 from geometries.track.strips import distances, strips
-from geometries.track.touching import refined, refined_near
+from geometries.track.touching import gap_minima, refined, refined_near
 from geometries.track.wheelset import curves_in_place, settle, settle_wheel
+from geometries.track.worn_standards import unworn
 
 CONE, CIRCLES = Cone(), Circles()
 SHIFTS = (
@@ -490,3 +493,73 @@ def test_a_bracket_beside_its_minimum_is_widened():
     assert refined_near(rail, wheel, bracket, touch.s_wheel).t_rail == pytest.approx(touch.s_rail, abs=1e-8)
     far = touch.s_rail + 5, touch.s_rail + 5.08
     assert refined_near(rail, wheel, far, touch.s_wheel + 5) is None
+
+
+class Counted:
+    """A curve that counts how often its points are asked for."""
+
+    def __init__(self, curve):
+        self.curve, self.asked = curve, 0
+        self.length, self.jumps = curve.length, curve.jumps
+
+    def position(self, s):
+        self.asked += 1
+        return self.curve.position(s)
+
+    def inclination(self, s):
+        self.asked += 1
+        return self.curve.inclination(s)
+
+    def curvature(self, s):
+        self.asked += 1
+        return self.curve.curvature(s)
+
+
+def test_a_shift_asks_for_no_point_of_a_slow_curve_and_searches_twice(monkeypatch):
+    """Exact points of a spline take a millisecond each. Two searches a side: at 0, and at the roll found."""
+    rail, wheel = Counted(rail_through(rail_points())), Counted(wheel_through(wheel_points()))
+    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+    asked, searches = rail.asked + wheel.asked, []
+
+    def counted(*given):
+        searches.append(given)
+        return gap_minima(*given)
+
+    monkeypatch.setattr(wheelset, "gap_minima", counted)
+    for shift in (-3.0, 0.4, 5.0, 8.4):
+        searches.clear()
+        settle(layout, shift, roll="about rails")
+        assert len(searches) <= (4 if abs(shift) < 7 else 12)  # on the flange another point comes to touch
+    assert rail.asked + wheel.asked == asked
+
+
+def test_pieces_of_a_standard_that_do_not_meet_are_no_kink():
+    """S1002 has a step of 1.2e-4 mm where its flange root begins; 60E1 has the same radius, 13 mm, there."""
+    side = unworn().right
+    assert side.step == pytest.approx(1.18e-4, rel=0.01)
+    minimum = gap_minima(side, 6.259430050435454, 0.0007352744131311587)[0]
+    rail, wheel = side.rail.at(minimum.t_rail), side.wheel.at(minimum.t_wheel)
+    assert np.arctan2(rail.t_z, rail.t_y) > 0.6
+    assert minimum.t_wheel > side.wheel.curve.jumps[4]
+    assert np.hypot(rail.t_y, rail.t_z) == pytest.approx(np.hypot(wheel.t_y, wheel.t_z))
+
+
+def test_heights_that_jump_with_the_roll_have_a_roll():
+    """Wheel A of EN 15302 at 6.45 mm: its pieces are 6e-4 mm apart, where a touching point passes."""
+    position = settle(CASES["E1"].layout, 6.45)
+    assert position.heights[0] == pytest.approx(position.heights[1], abs=1e-3)
+    assert position.left[0].gap == 0 == position.right[0].gap
+
+
+def test_an_edge_between_pieces_of_a_standard_touches():
+    """Wheel I: 0.2 degrees at y = -29.9231. The rail touches it with angles between those of the pieces."""
+    layout, wheel = CASES["E4"].layout, WHEELS["I"]
+    joint = wheel.jumps[4]
+    before, after = (-float(wheel.inclination(joint + step)) for step in (-1e-9, 1e-9))
+    angle = (before + after) / 2
+    # the edge lies on the rail's arc of 13 mm about y = -19.63949 mm where that has the angle between
+    on_arc = layout.left.rail.offset[0] - 19.63949 - 13 * np.sin(angle)
+    touch = settle(layout, on_arc - (750 - 29.9231), roll=0.0).left[0]
+    assert touch.s_wheel == pytest.approx(joint, abs=1e-5)
+    assert touch.angle == pytest.approx(angle, abs=1e-5)
+    assert before < angle < after
