@@ -137,7 +137,8 @@ def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: 
     amplitude = specification.conicity_amplitude
     label, start = f"equivalent conicity at {amplitude:g} mm", perf_counter()
     watch.on_stage(f"{label}: rolling-radius differences at shifts {STEP:g} mm apart")
-    at, differences, jumps = np.empty(0), np.empty(0), []
+    at, differences = np.empty(0), np.empty(0)
+    jumps: list[float] = []
     value, reason = np.nan, ""
     for beyond in BEYOND:
         try:
