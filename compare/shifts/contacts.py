@@ -57,9 +57,10 @@ class Study:
 
     @property
     def alike(self) -> bool:
-        """Whether both sides have the same profiles and materials."""
+        """Whether both sides have the same profiles, materials and radii."""
         rails, wheels = self.specification.rails, self.specification.wheels
-        return rails[0] == rails[1] and wheels[0] == wheels[1]
+        left_radius, right_radius = self.layout.nominal_radius
+        return rails[0] == rails[1] and wheels[0] == wheels[1] and left_radius == right_radius
 
     @property
     def request(self) -> ContactRequest:

@@ -1,7 +1,6 @@
 """Positions, touching points, sections and conicity of a wheelset over its shifts, as datasets."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -18,8 +17,8 @@ from geometries.track.wheelset import Position, RollRule, SideName, Touch, side_
 
 SIDES: tuple[SideName, SideName] = ("left", "right")
 ABOUT: RollRule = "about rails"  # shifts are those at the rails: flanges of any slope are reached
-BEYOND = 0.5  # mm beyond the amplitude of the conicity, up to which shifts are taken for it
-STEP = 0.5  # mm between these shifts
+BEYOND = (0.5, 2.0, 5.0)  # mm beyond the amplitude of the conicity, up to which shifts are taken for it
+STEP = 0.1  # mm between these shifts: the largest step of EN 15302
 DRAWN = 0.25  # mm between points of the sections that are drawn
 TOUCHING = {  # of a touching point, by name: unit and meaning
     "contact_angle": ("deg", "contact angle, positive on the flange"),
@@ -132,19 +131,22 @@ def sections(layout: Layout) -> xr.Dataset:
 def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: bool) -> xr.Dataset:
     """Return rolling-radius differences about the middle, with both values at jumps, and the conicity.
 
-    Where both sides are `alike`, shifts to the right mirror those to the left.
+    Where both sides are `alike`, shifts to the right mirror those to the left. Wheels that are not run about
+    a shift of their own: where no motion is found, more shifts are taken.
     """
     amplitude = specification.conicity_amplitude
     label, start = f"equivalent conicity at {amplitude:g} mm", perf_counter()
-    try:
-        at, differences, jumps = _near(layout, amplitude + BEYOND, watch, label, from_middle=alike)
-        if alike:
-            at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
-            jumps = sorted([*(-jump for jump in jumps), *jumps])
-        value, reason = equivalent_conicity(at, differences, amplitude).value, ""
-    except Failure as failure:
-        at, differences, jumps = np.empty(0), np.empty(0), []
-        value, reason = np.nan, str(failure)
+    watch.on_stage(f"{label}: rolling-radius differences at shifts {STEP:g} mm apart")
+    at, differences = np.empty(0), np.empty(0)
+    jumps: list[float] = []
+    value, reason = np.nan, ""
+    for beyond in BEYOND:
+        try:
+            at, differences, jumps = _near(layout, amplitude + beyond, from_middle=alike)
+            value, reason = equivalent_conicity(at, differences, amplitude).value, ""
+            break
+        except Failure as failure:
+            reason = reason or str(failure)
     watch.on_stage(f"{label}: {reason or f'{value:.3f}'}, {perf_counter() - start:.1f} s")
     return xr.Dataset(
         {"rrd_near": ("near", differences, {"units": "mm"})},
@@ -158,21 +160,17 @@ def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: 
     )
 
 
-def _near(
-    layout: Layout, end: float, watch: Watch, label: str, *, from_middle: bool
-) -> tuple[Array, Array, list[float]]:
-    """Return shifts up to +-`end`, or from 0 on, their rolling-radius differences [mm], and the jumps.
+def _near(layout: Layout, end: float, *, from_middle: bool) -> tuple[Array, Array, list[float]]:
+    """Return shifts up to +-`end`, their rolling-radius differences [mm], and the jumps.
 
-    Nearly all of the time goes into the jumps, which are found by halving: each interval is reported.
+    `from_middle`: those to the right mirror those to the left.
     """
     count = int(np.ceil(end / STEP))
-    ends = np.linspace(0.0, end, count + 1) if from_middle else np.linspace(-end, end, 2 * count + 1)
-    parts = []
-    for number, (first, last) in enumerate(pairwise(ends), start=1):
-        watch.on_stage(f"{label}: jumps from {first:g} to {last:g} mm ({number} of {len(ends) - 1})")
-        parts.append(over_shifts(layout, [first, last], roll=ABOUT))
-    near = [part.rolling_radius_differences() for part in parts]
-    at, differences = (
-        np.concatenate([values[0][:1], *(part[1:] for part in values)]) for values in zip(*near, strict=True)
-    )
-    return at, differences, [jump.shift for part in parts for jump in part.jumps]
+    shifts = np.linspace(0.0, end, count + 1) if from_middle else np.linspace(-end, end, 2 * count + 1)
+    found = over_shifts(layout, shifts, roll=ABOUT)
+    at, differences = found.rolling_radius_differences()
+    jumps = [jump.shift for jump in found.jumps]
+    if from_middle:
+        at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
+        jumps = sorted([*(-jump for jump in jumps), *jumps])
+    return at, differences, jumps

@@ -18,7 +18,7 @@ from pydantic import (
 from approx.variants import VARIANTS, forms_of
 from femic.contact.friction.by_angle import Angle, Factor, growing
 from femic.contact.specification import Creepage
-from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Whole
+from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, TwoOf, Whole
 from femic.scenes.errors import bad_scene
 from femic.scenes.listing import as_toml
 from femic.scenes.messages import messages
@@ -30,6 +30,7 @@ ByAngle = Annotated[
     Several[Annotated[tuple[Angle, Factor], Strict(False)]],
     AfterValidator(growing),
 ]
+Radius = Annotated[float, Field(ge=20, le=2000)]  # mm
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
 C = "C"
@@ -55,6 +56,11 @@ def _sorted(shifts: tuple[float, ...]) -> tuple[float, ...]:
         if after < shift:
             raise ValueError(f"{after:g} comes after {shift:g}: shifts must grow; sort them")
     return shifts
+
+
+def _of_both(radius: Any) -> Any:
+    """Return a number as that of the left and the right side."""
+    return (radius, radius) if isinstance(radius, int | float) else radius
 
 
 class ProfileTable(SceneTable):
@@ -119,8 +125,10 @@ class WheelsetTable(SceneTable):
     """The wheelset."""
 
     flange_back_distance: Length = Field(1360.0, description="distance of the flange backs [mm]")
-    nominal_radius: Annotated[float, Field(ge=20, le=2000)] = Field(
-        460.0, description="radius of the wheels on the tape circle [mm]"
+    nominal_radius: Annotated[TwoOf[Radius], BeforeValidator(_of_both)] = Field(
+        (460.0, 460.0),
+        description="radius of the wheels on the tape circle [mm]: a number, or [left, right], to whose mean "
+        "creepages refer; default: 460",
     )
     tape_circle: Length = Field(70.0, description="distance of the tape circle from the flange back [mm]")
 

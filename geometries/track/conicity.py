@@ -10,10 +10,15 @@ so its wavelength is 2 * integral of dy / y' from y_min to y_max. That of a cone
 
     tan gamma_e = (pi / I)^2,   I = integral of dy / sqrt(S(y)) from y_min to y_max.
 
-e and r_0 cancel.
+e and r_0 cancel. The amplitude is half of the distance of both ends, y_max - y_min = 2 A. A motion has S = 0
+at both ends and S > 0 between. With its middle at m,
+
+    S(y_min) = F(m) = integral of dr from m - A to m + A,
+
+so motions are the zeros of F at which it grows. Where dr = 0 over a width (cylinders, flat treads) a
+wheelset stays where it is: as long as 2 A is not larger than this width, S = 0 and the conicity is 0.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,11 +31,17 @@ from geometries.quadrature import on_panels
 
 AT_END = 1e-9  # of the amplitude: shifts as near to an end as this are the end
 POINTS = 12  # of Gauss's rule between two shifts
+NO_DIFFERENCE = 1e-9  # mm: what touching points leave of a difference that is 0
+HALVINGS = 20  # of the amplitude that is named where there is no motion
+AREA_ROUNDING = 1e-12  # of the sum of |dr|: integrals of differences nearer to 0 are 0
 
 
 @dataclass(frozen=True)
 class Conicity:
-    """Equivalent conicity tan(gamma_e) of a motion between two shifts about a centre [mm]."""
+    """Equivalent conicity tan(gamma_e) of a motion between two shifts about a centre [mm].
+
+    The centre is the shift between the ends at which a wheelset stays, or the middle of such shifts.
+    """
 
     value: float
     amplitude: float
@@ -51,6 +62,8 @@ class Differences:
             raise WrongInput(f"shifts, differences of shapes {shapes}: must be equal, (n,), n at least 2")
         if not (np.all(np.isfinite(self.values)) and np.all(np.diff(self.shifts) > 0)):
             raise WrongInput("shifts must grow, and differences be finite numbers")
+        values = np.where(np.abs(self.values) <= NO_DIFFERENCE, 0.0, self.values)
+        object.__setattr__(self, "values", values)
 
     def integral(self, y: ArrayLike) -> Array:
         """Integral [mm^2] of the differences from the first shift to y, shape of y."""
@@ -61,77 +74,133 @@ class Differences:
         slope = np.diff(self.values)[k] / np.diff(self.shifts)[k]
         return np.asarray(sums[k] + along * (self.values[k] + slope * along / 2))
 
-    def centre(self) -> float:
-        """The shift nearest to 0 at which the difference grows through zero; Failure if there is none."""
+    def crossings(self) -> Array:
+        """Shifts between the given ones at which the difference is 0 and changes its sign, (m,)."""
         first, second = self.values[:-1], self.values[1:]
-        k = np.flatnonzero((first <= 0) & (second > 0))
-        if not len(k):
-            raise Failure(
-                f"equivalent conicity: the rolling-radius difference goes from {self.values[0]:g} to "
-                f"{self.values[-1]:g} mm without growing through 0: no motion returns; take more shifts"
-            )
-        zeros = self.shifts[k] - first[k] * np.diff(self.shifts)[k] / (second[k] - first[k])
-        return float(zeros[np.argmin(np.abs(zeros))])
+        k = np.flatnonzero(first * second < 0)
+        return np.asarray(self.shifts[k] - first[k] * np.diff(self.shifts)[k] / (second[k] - first[k]))
 
-    def reach(self, centre: float) -> tuple[float, float]:
-        """Shifts between which the differences lead back to the centre."""
-        left = np.flatnonzero((self.shifts < centre) & (self.values >= 0))
-        right = np.flatnonzero((self.shifts > centre) & (self.values <= 0))
-        return (
-            float(self.shifts[left[-1] + 1] if len(left) else self.shifts[0]),
-            float(self.shifts[right[0] - 1] if len(right) else self.shifts[-1]),
-        )
+    def centres(self) -> list[tuple[float, float]]:
+        """Ranges of shifts at which a wheelset stays and to which it returns; their ends may be equal.
+
+        Left of one the difference is negative and right of it positive, or there are no shifts.
+        """
+        at = np.union1d(self.shifts, self.crossings())
+        values = np.interp(at, self.shifts, self.values)
+        values[np.isin(at, self.crossings())] = 0.0
+        still = np.concatenate([[False], values == 0, [False]])
+        starts, ends = (np.flatnonzero(np.diff(still.astype(int)) == sign) for sign in (1, -1))
+        return [
+            (float(at[a]), float(at[b - 1]))
+            for a, b in zip(starts, ends, strict=True)
+            if (a == 0 or values[a - 1] < 0) and (b == len(at) or values[b] > 0)
+        ]
 
 
 def equivalent_conicity(shifts: ArrayLike, differences: ArrayLike, amplitude: float) -> Conicity:
     """Equivalent conicity of rolling-radius differences (n,) [mm] over shifts (n,) [mm] at an amplitude [mm].
 
-    The amplitude is half of the distance of the two ends of the motion. Differences are left minus right
-    for shifts to the left. Between the shifts they are straight.
+    The amplitude is half of the distance of the two ends of the motion; of several motions that is taken
+    whose centre is nearest to 0. Differences are left minus right for shifts to the left. Between the shifts
+    they are straight. Raises Failure where no motion of this amplitude lies within the shifts.
     """
     if not 0 < amplitude < np.inf:
         raise WrongInput(f"amplitude = {amplitude!r}: must be a positive length [mm]")
     curve = Differences(np.asarray(shifts, dtype=float), np.asarray(differences, dtype=float))
-    centre = curve.centre()
-    ends = _ends(curve, centre, amplitude)
-    return Conicity((np.pi / _time(curve, ends)) ** 2, amplitude, centre, ends)
+    motions = [*_at_rest(curve, amplitude), *_moving(curve, amplitude)]
+    if not motions:
+        raise Failure(_no_motion(curve, amplitude))
+    return min(motions, key=lambda motion: abs(motion.centre))
 
 
-def _ends(curve: Differences, centre: float, amplitude: float) -> tuple[float, float]:
-    """The ends of a motion, 2 * amplitude apart, between which the differences sum up to 0."""
-    least, largest = curve.reach(centre)
-    at_centre, at_left, at_right = curve.integral([centre, least, largest])
-    level = min(at_left, at_right) - at_centre  # what the motion may have at the centre
+def _at_rest(curve: Differences, amplitude: float) -> list[Conicity]:
+    """Shifts 2 * amplitude apart between which there are no differences, as near to 0 as they can be."""
+    wide = [(low, high) for low, high in curve.centres() if high - low >= 2 * amplitude * (1 - AT_END)]
+    middles = [min(max(0.0, low + amplitude), high - amplitude) for low, high in wide]
+    return [Conicity(0.0, amplitude, m, (m - amplitude, m + amplitude)) for m in middles]
 
-    def other_end(end: float) -> float:
-        value = curve.integral(end)
-        return _root(lambda y: float(curve.integral(y) - value), least, centre)
 
-    farthest = _root(lambda y: float(curve.integral(y) - at_centre) - level, centre, largest)
-    widest = (farthest - other_end(farthest)) / 2
-    if amplitude > widest * (1 + 1e-12):
-        raise Failure(
-            f"amplitude = {amplitude:g} mm: the motion about {centre:g} mm is {widest:g} mm at most. The "
-            f"shifts, or the differences that lead back, go from {least:g} to {largest:g} mm; take more"
+def _moving(curve: Differences, amplitude: float) -> list[Conicity]:
+    """The motions whose ends are 2 * amplitude apart."""
+    found = []
+    for middle in _middles(curve, amplitude):
+        ends = middle - amplitude, middle + amplitude
+        stays = [centre for centre in curve.centres() if ends[0] < centre[0] and centre[1] < ends[1]]
+        if stays and _returns(curve, ends):
+            lowest = min(stays, key=lambda centre: float(curve.integral(centre[0])))
+            value = (np.pi / _time(curve, ends)) ** 2
+            found.append(Conicity(value, amplitude, sum(lowest) / 2, ends))
+    return found
+
+
+def _middles(curve: Differences, amplitude: float) -> list[float]:
+    """Shifts m at which F(m), the integral of the differences from m - A to m + A, grows through 0.
+
+    Between the places at which an end passes a shift F is a parabola; its turning point divides it.
+    """
+    low, high = curve.shifts[0] + amplitude, curve.shifts[-1] - amplitude
+    if low > high * (1 + np.sign(high) * AT_END) + AT_END * amplitude:
+        return []
+    high = max(low, high)
+    m = np.concatenate([[low, high], curve.shifts - amplitude, curve.shifts + amplitude])
+    m = np.unique(m[(m >= low) & (m <= high)])
+
+    def at_ends(m: Array) -> tuple[Array, Array]:
+        return m - amplitude, m + amplitude
+
+    def area(m: ArrayLike) -> Array:
+        first, last = at_ends(np.asarray(m, dtype=float))
+        return curve.integral(last) - curve.integral(first)
+
+    first, last = (np.interp(end, curve.shifts, curve.values) for end in at_ends(m))
+    rate = last - first
+    k = np.flatnonzero(rate[:-1] * rate[1:] < 0)
+    turns = m[k] - rate[k] * np.diff(m)[k] / (rate[k + 1] - rate[k])
+    m = np.union1d(m, turns)
+    total = float(np.sum(np.abs(curve.values[1:] + curve.values[:-1]) * np.diff(curve.shifts))) / 2
+    values = area(m)
+    values[np.abs(values) <= AREA_ROUNDING * total] = 0.0
+    zeros = m[values == 0].tolist()
+    zeros += [
+        float(scipy.optimize.brentq(area, m[k], m[k + 1], xtol=1e-13))
+        for k in np.flatnonzero((values[:-1] < 0) & (values[1:] > 0))
+    ]
+    return zeros
+
+
+def _returns(curve: Differences, ends: tuple[float, float]) -> bool:
+    """Whether the wheelset moves between the ends: S > 0 between them, at all shifts and turning points."""
+    inside = np.concatenate([curve.shifts, curve.crossings()])
+    margin = AT_END * (ends[1] - ends[0])
+    inside = inside[(inside > ends[0] + margin) & (inside < ends[1] - margin)]
+    return bool(np.all(curve.integral(ends[1]) - curve.integral(inside) > 0))
+
+
+def _no_motion(curve: Differences, amplitude: float) -> str:
+    """Why there is no motion of an amplitude."""
+    first, last = curve.shifts[0], curve.shifts[-1]
+    if not curve.centres():
+        return (
+            f"equivalent conicity: the rolling-radius difference goes from {curve.values[0]:g} to "
+            f"{curve.values[-1]:g} mm without growing through 0: no motion returns; take more shifts"
         )
-    end = _root(lambda y: y - other_end(y) - 2 * amplitude, centre, farthest)
-    return other_end(end), end
+    widest, beyond = 0.0, min(amplitude, float(last - first))
+    for _ in range(HALVINGS):
+        middle = (widest + beyond) / 2
+        moves = _at_rest(curve, middle) or _moving(curve, middle)
+        widest, beyond = (middle, beyond) if moves else (widest, middle)
+    return (
+        f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, and where the "
+        f"differences lead back, motions have an amplitude of {widest:.4g} mm at most; take more shifts"
+    )
 
 
 def _time(curve: Differences, ends: tuple[float, float]) -> float:
     """The integral I of 1 / sqrt(S) between the ends: with y = middle + amplitude * sin(angle)."""
     middle, amplitude = sum(ends) / 2, (ends[1] - ends[0]) / 2
-    knots = (curve.shifts - middle) / amplitude
+    knots = (np.union1d(curve.shifts, curve.crossings()) - middle) / amplitude
     inner = np.arcsin(knots[np.abs(knots) < 1 - AT_END])
     angles = np.concatenate([[-np.pi / 2], inner, [np.pi / 2]])
     angle, weights = on_panels(angles[:-1], angles[1:], POINTS)
     left = curve.integral(ends[1]) - curve.integral(middle + amplitude * np.sin(angle))
     return float(np.sum(weights * amplitude * np.cos(angle) / np.sqrt(left)))
-
-
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """A root between two shifts; an end that misses it by rounding is one."""
-    at_low, at_high = function(low), function(high)
-    if at_low * at_high >= 0:
-        return low if abs(at_low) < abs(at_high) else high
-    return float(scipy.optimize.brentq(function, low, high, xtol=1e-13))

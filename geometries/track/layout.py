@@ -1,6 +1,6 @@
 """Rails at their gauge and wheels on their axle: both sides of a track in axes of their own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -8,6 +8,7 @@ import scipy
 
 from geometries.arrays import Mask
 from geometries.errors import WrongInput
+from geometries.profiles.pieces import Outline
 from geometries.profiles.placement import Curve
 from geometries.profiles.preparation import Prepared
 from geometries.profiles.profile import Kind
@@ -66,7 +67,8 @@ class Side:
 
     The rail's origin is the middle of the track at the height of the rail tops, the wheel's the middle of
     the axle. `steepest` is the arc length on the wheel at which, towards the tip of the flange, its steepest
-    part ends.
+    part ends, `tape` the lowest point of its tape circle, y and z from the middle of the axle [mm]. `step`
+    [mm] is by how much pieces of a standard do not meet.
     """
 
     rail: Moved
@@ -74,7 +76,9 @@ class Side:
     rail_graphs: list[Graph]
     wheel_samples: Samples
     steepest: float
+    tape: tuple[float, float]
     notes: tuple[str, ...] = ()
+    step: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +126,12 @@ def lay_out(
     radii = _both(wheelset.nominal_radius)
     backs = wheelset.flange_back
     backs = backs if isinstance(backs, tuple) else (backs, backs)
-    left, right = (
+    sides = list(zip(rails, wheels, radii, backs, strict=True))
+    placed = [
         _side(place_rail(rail, track), place_wheel(wheel, wheelset, radius, back))
-        for rail, wheel, radius, back in zip(rails, wheels, radii, backs, strict=True)
-    )
-    return Layout(left, right, radii)
+        for rail, wheel, radius, back in (sides if sides[0] != sides[1] else sides[:1])
+    ]
+    return Layout(placed[0], placed[-1], radii)
 
 
 def place_rail(rail: Curve, track: TrackDimensions) -> Moved:
@@ -149,7 +154,7 @@ def place_rail(rail: Curve, track: TrackDimensions) -> Moved:
     t_depth = _crossing(inclined, 1, top - track.gauge_depth, (gauge_side.t[lowest], samples.t[lowest + 1]))
     face = _part(samples, (samples.t >= t_depth) & (samples.t <= t_top))
     y_gauge = min(float(inclined.position(t_depth)[0]), _extreme(inclined, face, axis=0, sign=-1)[1])
-    return Moved(rail, inclined.angle, (track.gauge / 2 - y_gauge, -top))
+    return replace(inclined, offset=(track.gauge / 2 - y_gauge, -top))
 
 
 def place_wheel(
@@ -174,7 +179,7 @@ def place_wheel(
     t_tape = _crossing(wheel, 0, y, (samples.t[k - 1], samples.t[k]))
     z = float(wheel.position(t_tape)[1])
     offset = (wheelset.flange_back_distance / 2 - flange_back, -radius - z)
-    return PlacedWheel(Moved(curve, 0.0, offset), t_tape, notes)
+    return PlacedWheel(replace(wheel, offset=offset), t_tape, notes)
 
 
 def _side(rail: Moved, wheel: PlacedWheel) -> Side:
@@ -183,7 +188,12 @@ def _side(rail: Moved, wheel: PlacedWheel) -> Side:
     slopes = np.arctan2(samples.tangents[1], samples.tangents[0])[samples.t <= wheel.t_tape]
     steep = np.flatnonzero(slopes > np.max(slopes) - FLANGE_PLATEAU)
     steepest = float(samples.t[steep[0]])
-    return Side(rail, wheel.curve, graphs(sampled(rail, SAMPLE_SPACING)), samples, steepest, wheel.notes)
+    at_tape = wheel.curve.at(wheel.t_tape)
+    tape = (at_tape.y, at_tape.z)
+    rail_graphs = graphs(sampled(rail, SAMPLE_SPACING))
+    outlines = (moved.curve for moved in (rail, wheel.curve) if isinstance(moved.curve, Outline))
+    step = max((float(np.max(outline.gaps[0], initial=0.0)) for outline in outlines), default=0.0)
+    return Side(rail, wheel.curve, rail_graphs, samples, steepest, tape, wheel.notes, step)
 
 
 def _check_kind(curve: Curve, kind: Kind) -> None:

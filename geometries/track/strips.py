@@ -12,7 +12,7 @@ from geometries.quadrature import on_panels
 from geometries.track.curves import Moved
 from geometries.track.graphs import Graph
 from geometries.track.layout import Layout, Side
-from geometries.track.touching import gap_minima, posed, wheel_graphs
+from geometries.track.touching import gap_minima, point_at, posed, wheel_graphs
 from geometries.track.wheelset import Position, SideName, Touch, curves_in_place, side_of, touch_of
 
 NEWTON_STEPS = 30
@@ -92,6 +92,16 @@ class Below:
         lowest = np.fmin.reduce([np.full_like(y, np.nan), *above])
         return np.asarray(lowest - z)
 
+    def gap_at(self, t: float) -> float:
+        """The vertical gap [mm] at one arc length of the rail; nan where no wheel is above."""
+        rail = self.side.rail.at(t)
+        above = [
+            point_at(self.wheel, rail.y, float(np.interp(rail.y, graph.y, graph.t)))
+            for graph in self.graphs
+            if graph.y[0] <= rail.y <= graph.y[-1]
+        ]
+        return min((found[1].z - rail.z for found in above if found), default=np.nan)
+
 
 def _height(wheel: Moved, graph: Graph, y: Array) -> Array:
     """Heights of the wheel's curve at y, on one of its graphs; nan beside it."""
@@ -128,9 +138,7 @@ def _edges(below: Below, touching: Array) -> list[tuple[float, float]]:
 
 def _zero(below: Below, low: float, high: float) -> float:
     """Arc length of the rail where the gap is zero."""
-    return float(
-        scipy.optimize.brentq(lambda t: float(below.gap(np.array([t]))[0]), low, high, xtol=LENGTH_ROUNDING)
-    )
+    return float(scipy.optimize.brentq(below.gap_at, low, high, xtol=LENGTH_ROUNDING))
 
 
 def _strip(below: Below, edge: tuple[float, float], touches: list[Touch], approach: float) -> Strip:

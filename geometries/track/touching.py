@@ -1,13 +1,13 @@
 """Touching points of one wheel above one rail: all local minima of the vertical gap, refined to rounding."""
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometries.arrays import Array
 from geometries.errors import Failure
-from geometries.track.curves import Moved, Samples, turned
+from geometries.track.curves import Moved, Place, Samples, turned
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import Side
 
@@ -15,10 +15,12 @@ SAMPLED_ERROR = 1e-3  # mm: minima of the sampled gap within this of the least o
 HERMITE_ERROR = 1e-5  # mm: of sampled gaps; far above what smooth curves have
 NEWTON_STEPS = 60  # of one touching point; bisection alone needs 40
 Y_ROUNDING = 2e-12  # mm: equal y of rail and wheel, 760 mm from the middle
+Y_STEP = 1e-5  # mm: of pieces of standards that do not meet, turned by inclination and roll
 ANGLE_ROUNDING = 1e-13  # rad: parallel tangents
 PARALLEL = 1e-10  # rad: what is left above this is no minimum but an end of its bracket, or a joint
-JOINT = 1e-5  # rad: by which pieces of standards do not meet exactly
+JOINT = 5e-3  # rad: edges at joints of pieces up to this are touching points (EN 15302, wheel I: 3.6e-3)
 SAME = 1e-6  # mm along the rail: two touching points nearer than this are one
+FOLLOWED = 0.5  # mm along the rail
 WIDER = 10  # times as wide a bracket, where the sampled gap is level to its error
 
 
@@ -39,7 +41,8 @@ class Minimum:
 def posed(side: Side, shift: float, roll: float, height: float = 0.0) -> Moved:
     """The wheel of a side, the axle turned by `roll`, its middle at (shift, height); axes of the side."""
     y, z = turned(np.array(side.wheel.offset), roll)
-    return Moved(side.wheel.curve, side.wheel.angle + roll, (float(y) + shift, float(z) + height))
+    offset = float(y + shift), float(z + height)
+    return replace(side.wheel, angle=float(side.wheel.angle + roll), offset=offset)
 
 
 def wheel_graphs(side: Side, shift: float, roll: float, height: float = 0.0) -> list[Graph]:
@@ -63,12 +66,19 @@ def gap_minima(side: Side, shift: float, roll: float, within: float = SAMPLED_ER
         raise Failure(_no_touch(side, wheel, end))
     candidates = [(bracket, t_wheel) for bracket, t_wheel, gap in brackets if gap <= least + margin]
     minima = _without_repeats(refined_near(side.rail, wheel, *candidate) for candidate in candidates)
-    if not minima or minima[0].gap > least + HERMITE_ERROR:
+    if not minima or minima[0].gap > least + HERMITE_ERROR + side.step:
         raise Failure(
             f"touching points near arc lengths {[bracket for bracket, _ in candidates]} mm of the rail: not "
             "found on the curves; they may have kinks: smooth the profiles"
         )
     return [minimum for minimum in minima if minimum.gap <= minima[0].gap + within]
+
+
+def followed_to(side: Side, minimum: Minimum, shift: float, roll: float) -> Minimum | None:
+    """The minimum near one of another position; None where there is none within `FOLLOWED` of the rail."""
+    rail, t = side.rail, minimum.t_rail
+    ends = max(t - FOLLOWED, 0.0), min(t + FOLLOWED, rail.limits[1])
+    return refined(rail, posed(side, shift, roll), ends, minimum.t_wheel)
 
 
 def refined(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
@@ -78,22 +88,30 @@ def refined(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: fl
     do not meet exactly. None if it is least at an end.
     """
     low, high = bracket
-    t, turn = (low + high) / 2, np.inf
+    t, turn = (low + high) / 2, math.inf
     for _ in range(NEWTON_STEPS):
-        t_wheel = _below(wheel, float(rail.position(t)[0]), t_wheel)
-        rail_tangent, wheel_tangent = rail.tangent(t), wheel.tangent(t_wheel)
-        turn = _angle_between(rail_tangent, wheel_tangent)
+        on_rail = rail.at(t)
+        below = point_at(wheel, on_rail.y, t_wheel)
+        if below is None:
+            return None
+        t_wheel, on_wheel = below
+        turn = math.atan2(
+            on_rail.t_y * on_wheel.t_z - on_rail.t_z * on_wheel.t_y,
+            on_rail.t_y * on_wheel.t_y + on_rail.t_z * on_wheel.t_z,
+        )  # from the rail's tangent to the wheel's
         low, high = (t, high) if turn < 0 else (low, t)
         if abs(turn) <= ANGLE_ROUNDING or high - low <= Y_ROUNDING:
             break
-        rate = float(rail.curvature(t) - wheel.curvature(t_wheel) * rail_tangent[0] / wheel_tangent[0])
-        newton = t - turn / rate if rate > 0 else np.inf
+        rate = on_rail.curvature - on_wheel.curvature * on_rail.t_y / on_wheel.t_y
+        newton = t - turn / rate if rate > 0 else math.inf
         t = newton if low < newton < high else (low + high) / 2
     between = bracket[0] < low and high < bracket[1]  # the angle changes its sign there
     if abs(turn) > (JOINT if between else PARALLEL):
         return None
-    gap = float(wheel.position(t_wheel)[1] - rail.position(t)[1])
-    return Minimum(float(t), float(t_wheel), gap, float(np.arctan2(rail_tangent[1], rail_tangent[0])))
+    on_rail, on_wheel = rail.at(t), wheel.at(t_wheel)
+    beside = on_rail.y - on_wheel.y  # rounding, which counts where the tangent is steep
+    gap = on_wheel.z + beside * on_wheel.t_z / on_wheel.t_y - on_rail.z
+    return Minimum(t, t_wheel, gap, math.atan2(on_rail.t_z, on_rail.t_y))
 
 
 def refined_near(rail: Moved, wheel: Moved, bracket: tuple[float, float], t_wheel: float) -> Minimum | None:
@@ -139,21 +157,18 @@ def _sampled_minima(
     return minima, min(ends, key=lambda end: end[2], default=None)
 
 
-def _below(wheel: Moved, y: float, t: float) -> float:
-    """Arc length of the wheel at y, by Newton's method from a near one."""
+def point_at(wheel: Moved, y: float, t: float) -> tuple[float, Place] | None:
+    """Arc length and point of the wheel at y, by Newton's method from a near one; None where it is lost.
+
+    Within `Y_STEP` of y where that falls between two pieces of a standard.
+    """
     for _ in range(NEWTON_STEPS):
-        apart = float(wheel.position(t)[0]) - y
+        place = wheel.at(t)
+        apart = place.y - y
         if abs(apart) <= Y_ROUNDING:
-            return t
-        t = t - apart / float(wheel.tangent(t)[0])
-    raise Failure(f"wheel at y = {y:g} mm: not found, {apart:g} mm remain after {NEWTON_STEPS} steps")
-
-
-def _angle_between(first: Array, second: Array) -> float:
-    """Angle [rad] from the first to the second of two unit vectors (y, z)."""
-    return float(
-        np.arctan2(first[0] * second[1] - first[1] * second[0], first[0] * second[0] + first[1] * second[1])
-    )
+            return t, place
+        t -= apart / place.t_y
+    return (t, place) if abs(apart) <= Y_STEP else None
 
 
 def _no_touch(side: Side, wheel: Moved, end: tuple[float, float, float] | None) -> str:

@@ -1,6 +1,6 @@
 """The position of a wheelset: its roll and height follow from both wheels touching their rails."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,13 +10,17 @@ from geometries.errors import Failure, WrongInput
 from geometries.track.curves import Moved, turned
 from geometries.track.graphs import STEEPEST
 from geometries.track.layout import Layout, Side
-from geometries.track.touching import Minimum, gap_minima, posed
+from geometries.track.touching import Minimum, followed_to, gap_minima, posed
 
 ROLL_STEP = 1e-3  # rad: the search of the roll goes outwards in such steps at most
 ROLL_STEPS = 200
+NEWTON_STEPS = 20
+BISECTED = 3  # each third step halves the bracket: where pieces of a standard do not meet, heights jump
 HEIGHT_ROUNDING = 2e-12  # mm: left and right
 LARGEST_ROLL = 0.1  # rad
 ROLL_ROUNDING = 1e-16  # rad
+NEAR_END = 3.0  # mm of arc length: a touching point as near to the end of a profile is noted
+DEEP = 20.0  # mm below the rail top: beyond the flanks that flanges touch
 SECOND_WITHIN = 0.1  # mm: default distance below which a second touching point is reported
 
 SideName = Literal["left", "right"]
@@ -57,7 +61,8 @@ class Position:
     `shift_at_rails` is that of the point of the middle plane a nominal radius below the axle; `given_shift`
     is the one of both that was given. Roll is positive where the left wheel is higher. Heights are those of
     the middle of the axle above the rail tops at which the left and the right wheel touch: equal, unless the
-    roll was given. `left` and `right` are the touching points, the least gap first.
+    roll was given. `left` and `right` are the touching points, the least gap first; `notes` are sentences
+    about those that are not where wheels usually touch.
     """
 
     shift: float
@@ -67,6 +72,7 @@ class Position:
     heights: tuple[float, float]
     left: tuple[Touch, ...]
     right: tuple[Touch, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def height(self) -> float:
@@ -98,8 +104,9 @@ def settle(
     the point a nominal radius below it, which determines the position on a flange of any slope. A given roll
     [rad] leaves each wheel to touch at a height of its own, as if the axle could be cut.
 
-    Touching points up to `within` [mm] of distance are reported. Raises Failure where a wheel climbs its
-    rail, and WrongInput for a yaw.
+    Touching points up to `within` [mm] of distance are reported. Raises Failure where both wheels touch at no
+    roll, where a profile ends before it touches, and where a wheel stands on the tip of its flange; and
+    WrongInput for a yaw.
     """
     if not np.isfinite(shift):
         raise WrongInput(f"shift = {shift!r}: must be a number [mm]")
@@ -112,15 +119,72 @@ def settle(
         )
     radius = sum(layout.nominal_radius) / 2
     arm = radius if roll == "about rails" else 0.0
-    turn = _roll(layout, shift, arm) if isinstance(roll, str) else float(roll)
+    if isinstance(roll, str):
+        turn, left, right = _rolled(layout, shift, arm, within)
+    else:
+        turn, (left, right) = float(roll), _minima(layout, shift, arm, float(roll), within)
     axle = float(shift - arm * np.sin(turn))
-    left = _touches(layout.left, axle, turn, within)
-    right = _touches(layout.right, -axle, -turn, within)
-    at_rails = float(axle + radius * np.sin(turn))
-    position = Position(axle, at_rails, shift, turn, (left[0], right[0]), left[1], right[1])
-    _check_flange("left", layout.left, position)
-    _check_flange("right", layout.right, position)
-    return position
+    position = Position(
+        shift=axle,
+        shift_at_rails=float(axle + radius * np.sin(turn)),
+        given_shift=shift,
+        roll=turn,
+        heights=(-left[0].gap, -right[0].gap),
+        left=_touches(layout.left, left, within),
+        right=_touches(layout.right, right, within),
+    )
+    return _judged(layout, position, f"shift = {shift:g} mm")
+
+
+def settle_wheel(
+    layout: Layout,
+    side: SideName,
+    lateral: float,
+    *,
+    roll: float = 0.0,
+    within: float = SECOND_WITHIN,
+) -> Position:
+    """One wheel at a given place on its rail, whatever the other one does, as measured on vehicles.
+
+    `lateral` [mm] is the distance of the lowest point of the tape circle to the field side from its place
+    under a wheelset that is neither shifted nor rolled; `roll` [rad] is positive where the axle rises to the
+    field side. Both are in the axes of the side. The wheel touches at a height of its own: the position has
+    no touching points on the other side, and its height there is nan; shift and roll are those of the axle in
+    the track. Raises as `settle`.
+    """
+    for name, value in (("lateral", lateral), ("roll", roll)):
+        if not np.isfinite(value):
+            raise WrongInput(f"{name} = {value!r}: must be a number")
+    own, sign = side_of(layout, side), 1 if side == "left" else -1
+    tape = np.array(own.tape)
+    shift = lateral + float(tape[0] - turned(tape, roll)[0])
+    minima = gap_minima(own, shift, roll, within / np.cos(STEEPEST))
+    touches, height = _touches(own, minima, within), -minima[0].gap
+    radius = sum(layout.nominal_radius) / 2
+    position = Position(
+        shift=sign * shift,
+        shift_at_rails=sign * (shift + radius * float(np.sin(roll))),
+        given_shift=sign * lateral,
+        roll=sign * roll,
+        heights=(height, np.nan) if side == "left" else (np.nan, height),
+        left=touches if side == "left" else (),
+        right=touches if side == "right" else (),
+    )
+    return _judged(layout, position, f"lateral = {lateral:g} mm")
+
+
+def _judged(layout: Layout, position: Position, given: str) -> Position:
+    """A position with notes on what is unusual; raises Failure where a wheel has climbed its rail."""
+    notes: tuple[str, ...] = ()
+    sides: tuple[tuple[SideName, tuple[Touch, ...]], ...] = (
+        ("left", position.left),
+        ("right", position.right),
+    )
+    for name, touches in sides:
+        for touch in touches[:1]:
+            _check_flange(name, side_of(layout, name), touch, given)
+            notes += _unusual(name, side_of(layout, name), touch)
+    return replace(position, notes=notes)
 
 
 def side_of(layout: Layout, name: SideName) -> Side:
@@ -136,28 +200,31 @@ def curves_in_place(layout: Layout, position: Position, side: SideName) -> tuple
     return both.rail, posed(both, *position.pose(side))
 
 
-def _roll(layout: Layout, shift: float, arm: float) -> float:
-    """The roll of least size at which both wheels touch at one height of the axle.
+def _rolled(
+    layout: Layout, shift: float, arm: float, within: float
+) -> tuple[float, list[Minimum], list[Minimum]]:
+    """The roll of least size at which both wheels touch at one height of the axle, and both sides' minima.
 
-    The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. Newton's
-    method from 0 on, in bounded steps outwards until the root is bracketed, and then confined to it: on a
-    flange the slope changes abruptly.
+    The shift is that of the point of the middle plane at the distance `arm` [mm] below the axle. From 0 on
+    the roll at which the present touching points are at one height is taken, in bounded steps outwards until
+    the root is bracketed, and then confined to it: on a flange the slope changes abruptly. Each roll is
+    judged by all minima of the gap.
     """
     roll, low, high = 0.0, -np.inf, np.inf
     first = excess = 0.0
     for k in range(ROLL_STEPS):
-        left, right = _resting(layout.left, shift, roll, arm), _resting(layout.right, -shift, -roll, arm)
-        excess = left[0] - right[0]
+        left, right = _minima(layout, shift, arm, roll, within)
+        excess = right[0].gap - left[0].gap
         first = excess if k == 0 else first
         if abs(excess) <= HEIGHT_ROUNDING or high - low <= ROLL_ROUNDING:
-            return float(roll)
+            return float(roll), left, right
         low, high = (roll, high) if excess > 0 else (low, roll)
-        newton = roll + excess / lever if (lever := left[1] + right[1]) > 0 else np.nan
+        near = _roll_near(layout, shift, arm, roll, (left[0], right[0]))
         outwards = roll + np.copysign(ROLL_STEP, excess)
         if np.isfinite(low) and np.isfinite(high):
-            roll = newton if low < newton < high else (low + high) / 2
+            roll = near if low < near < high and k % BISECTED else (low + high) / 2
         else:
-            roll = newton if abs(newton - roll) < ROLL_STEP else outwards
+            roll = near if low < near < high and abs(near - roll) < ROLL_STEP else outwards
         if abs(roll) > LARGEST_ROLL:
             break
     raise Failure(
@@ -167,48 +234,102 @@ def _roll(layout: Layout, shift: float, arm: float) -> float:
     )
 
 
-def _resting(side: Side, shift: float, roll: float, arm: float) -> tuple[float, float]:
-    """Height [mm] of the axle at which a wheel touches, and its fall per roll of its side [mm]."""
-    minimum = gap_minima(side, shift - arm * np.sin(roll), roll)[0]
-    y, z = turned(side.wheel.position(minimum.t_wheel), roll)
-    return -minimum.gap, float(y + (z + arm * np.cos(roll)) * np.tan(minimum.angle))
+def _roll_near(
+    layout: Layout, shift: float, arm: float, roll: float, touching: tuple[Minimum, Minimum]
+) -> float:
+    """The roll at which two touching points, followed from a roll, have one height: Newton's method.
+
+    Where a point is lost it is the roll before; nan where heights do not fall with the roll.
+    """
+    left, right = touching
+    for _ in range(NEWTON_STEPS):
+        lever = _lever(layout.left, left, roll, arm) + _lever(layout.right, right, -roll, arm)
+        if lever <= 0:
+            return np.nan
+        step = (right.gap - left.gap) / lever
+        roll += step
+        axle = shift - arm * np.sin(roll)
+        at_left = followed_to(layout.left, left, axle, roll)
+        at_right = followed_to(layout.right, right, -axle, -roll)
+        if abs(step) * lever <= HEIGHT_ROUNDING or at_left is None or at_right is None:
+            break
+        left, right = at_left, at_right
+    return roll
 
 
-def _touches(side: Side, shift: float, roll: float, within: float) -> tuple[float, tuple[Touch, ...]]:
-    """Height of the axle, and the touching points of a wheel within a distance [mm]."""
-    minima = gap_minima(side, shift, roll, within / np.cos(STEEPEST))  # the distance is a part of the gap
-    height = -minima[0].gap
-    touches = (touch_of(side, minimum, height) for minimum in minima)
-    return height, tuple(touch for touch in touches if touch.distance <= within)
+def _lever(side: Side, minimum: Minimum, roll: float, arm: float) -> float:
+    """Fall [mm/rad] of the height of the axle at which a wheel touches, per roll of its side."""
+    on_wheel = side.wheel.at(minimum.t_wheel)
+    y, z = turned(np.array([on_wheel.y, on_wheel.z]), roll)
+    return float(y + (z + arm * np.cos(roll)) * np.tan(minimum.angle))
+
+
+def _minima(
+    layout: Layout, shift: float, arm: float, roll: float, within: float
+) -> tuple[list[Minimum], list[Minimum]]:
+    """Minima of the gaps of both sides, up to a distance of `within` [mm] of the tangents."""
+    axle, gap = shift - arm * np.sin(roll), within / np.cos(STEEPEST)  # the distance is a part of the gap
+    return gap_minima(layout.left, axle, roll, gap), gap_minima(layout.right, -axle, -roll, gap)
+
+
+def _touches(side: Side, minima: list[Minimum], within: float) -> tuple[Touch, ...]:
+    """The touching points of a wheel within a distance [mm]."""
+    touches = (touch_of(side, minimum, -minima[0].gap) for minimum in minima)
+    return tuple(touch for touch in touches if touch.distance <= within)
 
 
 def touch_of(side: Side, minimum: Minimum, height: float) -> Touch:
     """A touching point from a minimum of the gap, with the axle at a height [mm]."""
     t_rail, t_wheel = minimum.t_rail, minimum.t_wheel
+    on_rail, on_wheel = side.rail.at(t_rail), side.wheel.at(t_wheel)
     return Touch(
         s_rail=t_rail,
         s_wheel=t_wheel,
-        on_rail=side.rail.curve.position(np.array(t_rail)),
-        on_wheel=side.wheel.curve.position(np.array(t_wheel)),
-        point=side.rail.position(t_rail),
+        on_rail=side.rail.unmoved(on_rail),
+        on_wheel=side.wheel.unmoved(on_wheel),
+        point=np.array([on_rail.y, on_rail.z]),
         angle=minimum.angle,
-        radius=-float(side.wheel.position(t_wheel)[1]),
+        radius=-on_wheel.z,
         gap=minimum.gap + height,
-        curvature_rail=float(side.rail.curvature(t_rail)),
-        curvature_wheel=float(side.wheel.curvature(t_wheel)),
+        curvature_rail=on_rail.curvature,
+        curvature_wheel=on_wheel.curvature,
     )
 
 
-def _check_flange(name: str, side: Side, position: Position) -> None:
-    """Raise Failure if a wheel touches beyond the steepest part of its flange."""
-    touch = position.left[0] if name == "left" else position.right[0]
-    if touch.s_wheel >= side.steepest:
-        return
-    largest = float(np.arctan2(*side.wheel.tangent(side.steepest)[::-1]))
-    raise Failure(
-        f"shift = {position.given_shift:g} mm: the {name} wheel climbs its rail. It touches "
-        f"{side.steepest - touch.s_wheel:.3f} mm beyond the steepest part of its flange "
-        f"({np.degrees(largest):.2f} degrees), at a contact angle of {np.degrees(touch.angle):.2f} degrees, "
-        f"with the axle at {position.height:.3f} mm and a roll of {1e3 * position.roll:.3f} mrad; "
-        "take a smaller shift"
-    )
+def _check_flange(name: SideName, side: Side, touch: Touch, given: str) -> None:
+    """Raise Failure where a wheel stands on the tip of its flange: no force leads it back to its tread."""
+    if touch.s_wheel < side.steepest and touch.angle <= 0:
+        raise Failure(
+            f"{given}: the {name} wheel has climbed its rail. It stands on the tip of its flange, "
+            f"{side.steepest - touch.s_wheel:.3f} mm beyond the steepest part, at a contact angle of "
+            f"{np.degrees(touch.angle):.2f} degrees: no force leads it back; take a smaller shift"
+        )
+
+
+def _unusual(name: SideName, side: Side, touch: Touch) -> tuple[str, ...]:
+    """Sentences about a touching point that is not where wheels usually touch."""
+    notes = []
+    if touch.s_wheel < side.steepest:
+        wheel = side.wheel.at(side.steepest)
+        climbs = bool(touch.curvature_wheel < 0 < touch.curvature_rail)  # docs/theory/wheel-on-rail.md
+        notes.append(
+            f"touches {side.steepest - touch.s_wheel:.2f} mm beyond the steepest part of its flange "
+            f"({np.degrees(np.arctan2(wheel.t_z, wheel.t_y)):.1f} degrees), at {np.degrees(touch.angle):.1f} "
+            f"degrees{': the angle falls as it climbs, so a constant lateral force lifts it on' * climbs}"
+        )
+    for part, curve, s, place in (
+        ("rail", side.rail, touch.s_rail, touch.on_rail),
+        ("wheel", side.wheel, touch.s_wheel, touch.on_wheel),
+    ):
+        to_end = min(s, curve.limits[1] - s)
+        if to_end < NEAR_END:
+            notes.append(
+                f"touches {to_end:.2f} mm from the end of the profile of the {part}, at its "
+                f"(y, z) = ({place[0]:.2f}, {place[1]:.2f}) mm: take more of the profile"
+            )
+    if -touch.point[1] > DEEP:
+        notes.append(
+            f"touches the rail {-touch.point[1]:.1f} mm below its top, at (y, z) = ({touch.on_rail[0]:.2f}, "
+            f"{touch.on_rail[1]:.2f}) mm of its profile: is this a surface of the rail?"
+        )
+    return tuple(f"the {name} wheel {note}" for note in notes)

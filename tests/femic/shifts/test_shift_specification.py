@@ -5,6 +5,8 @@ import tomllib
 import numpy as np
 import pytest
 
+from compare.shifts.contacts import Study
+from femic.reference.run_options import RunOptions
 from femic.shifts.placement import doubts, layout_of, sections_of, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
@@ -27,6 +29,27 @@ def test_the_least_that_must_be_said(tmp_path):
     assert file.shifts == tuple(range(-8, 9))
     assert file.contact.load == 90_000
     assert file.rails[0] == file.rails[1]
+
+
+def test_wheels_may_have_two_radii(tmp_path):
+    """The tape circles lie at half of the flange-back distance and 70 mm, 459 and 460.5 mm below the axle."""
+    one = loaded(tmp_path, f"{MINIMAL}flange_back = -70\n[wheelset]\nnominal_radius = 459\n")
+    two = loaded(tmp_path, f"{MINIMAL}flange_back = -70\n[wheelset]\nnominal_radius = [459, 460.5]\n")
+    assert one.wheelset.nominal_radius == (459, 459)
+    layout = layout_of(two)
+    assert layout.nominal_radius == (459, 460.5)
+    for side, radius in ((layout.left, 459), (layout.right, 460.5)):
+        np.testing.assert_allclose(side.tape, [750, -radius], rtol=0, atol=1e-9)
+    assert Study(one, layout_of(one), RunOptions()).alike
+    assert not Study(two, layout, RunOptions()).alike
+    for wrong, says in (
+        ("[459]", r"nominal_radius.1: Field required"),
+        ("[1, 460]", r"nominal_radius.0 = 1: Input should be at least 20"),
+        ("5000", r"nominal_radius.0 = 5000: Input should be at most 2000"),
+        ('"large"', r"nominal_radius = 'large': Input should be a list"),
+    ):
+        with pytest.raises(WrongInput, match=says):
+            loaded(tmp_path, f"{MINIMAL}[wheelset]\nnominal_radius = {wrong}\n")
 
 
 @pytest.mark.parametrize("name", builtin_names())

@@ -1,4 +1,4 @@
-"""Wheel S1002 on rail UIC60 of the Manchester benchmark: against polygons of the points of the files."""
+"""Measured profiles, and the Manchester benchmark: against polygons of the points of the files."""
 
 from functools import cache
 from pathlib import Path
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from track_sections import brute_gaps
 
+from geometries.profiles.files import read_profile
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.conicity import equivalent_conicity
@@ -93,3 +94,27 @@ def test_equivalent_conicity_is_that_of_new_profiles():
         brute.append(radii[0] - radii[1])
     at = [position.shift for position in shifts.positions]
     assert value == pytest.approx(equivalent_conicity(at, brute, 3.0).value, rel=0.03)
+
+
+WORN = SAMPLES / "site_b_hr.prr", SAMPLES / "worn_high_mileage.prw"
+
+
+@pytest.mark.skipif(not all(path.exists() for path in WORN), reason=f"no worn pair in {SAMPLES}")
+def test_a_worn_flange_that_is_steepest_at_its_root_is_no_climb():
+    """It touches 28 mm below the rail top on a flank of 72.8 degrees; the polygons agree."""
+    rail, wheel = (prepare(read_profile(path)) for path in WORN)
+    layout = lay_out(
+        (rail, rail),
+        (wheel, wheel),
+        TrackDimensions(1435.1, 15.875, False),
+        WheelsetDimensions(1347.4, 444.0, 0.0),
+    )
+    position = settle(layout, -15.45, roll="about rails", within=0.5)
+    touch = position.right[0]
+    assert np.degrees(touch.angle) == pytest.approx(72.75, abs=0.1)
+    assert "12.00 mm beyond the steepest part of its flange (78.6 degrees)" in position.notes[0]
+    assert "climbs" not in position.notes[0]
+    assert "28.2 mm below its top" in position.notes[1]
+    t, gaps = brute_gaps(layout, position, "right", n=100001)
+    assert np.min(gaps) == pytest.approx(0, abs=2e-6)  # 1.5 um of polygon on a slope of 73 degrees
+    assert t[np.argmin(gaps)] == pytest.approx(touch.s_rail, abs=0.05)

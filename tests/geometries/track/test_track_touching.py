@@ -1,3 +1,6 @@
+import re
+from functools import cache
+
 import numpy as np
 import pytest
 from track_sections import (
@@ -17,11 +20,15 @@ from track_sections import (
 )
 
 from geometries.errors import Failure, WrongInput
+from geometries.track import wheelset
 from geometries.track.curves import Samples
+from geometries.track.en_15302 import CASES, WHEELS
 from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import lay_out
-from geometries.track.touching import refined, refined_near
-from geometries.track.wheelset import curves_in_place, settle
+from geometries.track.strips import distances, strips
+from geometries.track.touching import gap_minima, refined, refined_near
+from geometries.track.wheelset import curves_in_place, settle, settle_wheel
+from geometries.track.worn_standards import unworn
 
 CONE, CIRCLES = Cone(), Circles()
 SHIFTS = (
@@ -76,8 +83,9 @@ def test_arcs_on_arcs_agree_with_the_linkage_of_their_centres(circles, shift):
         assert touch.radius == pytest.approx(radius, abs=1e-9)
         assert touch.s_rail == pytest.approx(circles.R_r * (HALF_ANGLE - angle), abs=1e-8)
         assert touch.s_wheel == pytest.approx(circles.R_w * (HALF_ANGLE - angle + turn), abs=1e-8)
-        assert touch.curvature_rail == pytest.approx(1 / circles.R_r, rel=1e-12)
-        assert touch.curvature_wheel == pytest.approx(1 / circles.R_w, rel=1e-12)
+        # second derivatives of polynomials 0.05 mm long: rounding of 1e-14 mm over (0.05 mm)^2
+        assert touch.curvature_rail == pytest.approx(1 / circles.R_r, abs=2e-11)
+        assert touch.curvature_wheel == pytest.approx(1 / circles.R_w, abs=2e-11)
 
 
 def test_derivatives_of_arcs_on_arcs():
@@ -181,8 +189,11 @@ def test_touching_points_have_one_place_and_one_normal(shift):
             normals = rail.tangent(touch.s_rail), wheel.tangent(touch.s_wheel)
             assert np.linalg.det(normals) == pytest.approx(0, abs=1e-8)
         assert touches[0].gap == pytest.approx(0, abs=1e-9)
-        np.testing.assert_allclose(touches[0].on_rail, rail.curve.position(touches[0].s_rail), rtol=0)
-        np.testing.assert_allclose(touches[0].on_wheel, wheel.curve.position(touches[0].s_wheel), rtol=0)
+        for on_curve, curve, s in (
+            (touches[0].on_rail, rail.curve, touches[0].s_rail),
+            (touches[0].on_wheel, wheel.curve, touches[0].s_wheel),
+        ):  # places 760 mm from the middle are rounded to 1e-13
+            np.testing.assert_allclose(on_curve, curve.position(s), rtol=0, atol=1e-12)
         assert touches[0].radius == pytest.approx(
             -float((layout.left if side == "left" else layout.right).wheel.position(touches[0].s_wheel)[1])
         )
@@ -242,7 +253,7 @@ def test_origins_of_the_profiles_do_not_matter(shift):
 # --- flange ----------------------------------------------------------------------------------------
 
 
-def test_a_wheelset_is_lifted_onto_its_flange_and_then_climbs():
+def test_a_wheelset_is_lifted_onto_its_flange_and_beyond_its_steepest_part():
     layout = symmetric()
     positions = [settle(layout, shift) for shift in (7.0, 8.0, 9.5)]
     angles = np.degrees([position.left[0].angle for position in positions])
@@ -254,10 +265,131 @@ def test_a_wheelset_is_lifted_onto_its_flange_and_then_climbs():
     risen = positions[2].heights[0] - positions[1].heights[0]
     assert risen > np.tan(first.angle) * 1.5 > 1
     assert last.s_wheel < first.s_wheel  # from the root of the flange towards its tip
+    assert not any(position.notes for position in positions)
     for shift, name in ((10.0, "left"), (-10.0, "right")):
-        message = rf"shift = {shift:g} mm: the {name} wheel climbs its rail.* angle of 59\.\d+ degrees"
-        with pytest.raises(Failure, match=message):
-            settle(layout, shift)
+        (note,) = settle(layout, shift).notes
+        assert re.search(rf"the {name} wheel touches 1\.\d+ mm beyond the steepest part .* at 59\.", note)
+        assert "angle falls as it climbs" in note
+
+
+@pytest.mark.parametrize("shift", [8.5, 9.3, 10.5, 16.0])
+def test_how_the_angle_changes_as_a_wheel_climbs(shift):
+    """Without roll by k_r k_w / (k_r - k_w) / cos(delta): it falls where the wheel is convex, k_w < 0."""
+    layout, h = symmetric(), 1e-4
+    less, at, more = (settle(layout, shift + step, roll=0.0) for step in (-h, 0.0, h))
+    touch = at.left[0]
+    rail, wheel = touch.curvature_rail, touch.curvature_wheel
+    rate = (more.left[0].angle - less.left[0].angle) / (2 * h)
+    # h^2 / 6 of the third derivative over the first, which is 0 at the steepest part: curvatures of 0.1 / mm
+    assert rail * wheel / (rail - wheel) / np.cos(touch.angle) == pytest.approx(rate, rel=1e-5, abs=1e-8)
+    climbs = any("falls as it climbs" in note for note in at.notes)
+    assert climbs == (rate < 0)
+
+
+@cache
+def with_a_tip(root_bend=0.0):
+    """Flanges whose tips are round, at y = -63; `root_bend` makes the part above the root the steepest."""
+    y, z = wheel_points(end=90.0)
+    z = z + 0.05 * np.maximum(-62 - y, 0) ** 2 + root_bend * np.exp(-(((y + 38) / 2.5) ** 2)) * (y + 38)
+    wheel, rail = wheel_through(np.stack([y, z])), rail_through(rail_points())
+    return lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+
+
+def test_a_wheel_that_stands_on_the_tip_of_its_flange_has_climbed():
+    layout = with_a_tip()
+    held = settle(layout, 42.0, roll="about rails")
+    assert 0 < held.left[0].angle < np.radians(20)
+    assert "beyond the steepest part" in held.notes[0]
+    for roll in ("about rails", 0.0):
+        with pytest.raises(Failure, match=r"= 72 mm: the left wheel has climbed its rail.* of -\d+\.\d+ deg"):
+            settle(layout, 72.0, roll=roll)
+    with pytest.raises(Failure, match=r"lateral = 72 mm: the right wheel has climbed"):
+        settle_wheel(layout, "right", 72.0)
+
+
+def test_a_flange_that_is_steepest_at_its_root_touches_lower_and_is_no_climb():
+    """The steepest part is 1 mm above the touching point, where the wheel is not convex: nothing climbs."""
+    layout = with_a_tip(root_bend=1.2)
+    side, position = layout.left, settle(layout, 8.0, roll="about rails")
+    touch = position.left[0]
+    assert touch.s_wheel < side.steepest - 1
+    largest = side.wheel.at(side.steepest)
+    assert np.degrees(touch.angle) < np.degrees(np.arctan2(largest.t_z, largest.t_y)) - 3
+    (note,) = position.notes
+    assert "beyond the steepest part" in note
+    assert ("falls as it climbs" in note) == (touch.curvature_wheel < 0)
+
+
+def test_touching_points_near_the_end_of_a_profile_or_far_below_the_top_are_noted():
+    rail, wheel = rail_points(), wheel_points()
+    touch = settle(symmetric(), 0.0).left[0]
+    cut = rail_through(rail[:, rail[0] < touch.on_rail[0] + 1.5])
+    whole, tread = rail_through(rail), wheel_through(wheel)
+    layout = lay_out((cut, whole), (tread, tread), TRACK, WHEELSET)
+    (note,) = settle(layout, 0.0, roll=0.0).notes
+    away = layout.left.rail.limits[1] - settle(layout, 0.0, roll=0.0).left[0].s_rail
+    assert note.startswith(f"the left wheel touches {away:.2f} mm from the end of the profile of the rail")
+    assert 0 < away < 3
+    deep = rail_through(np.stack([rail[0], rail[1]]) * [[1.0], [1.6]])  # flanks reach 32 mm down
+    position = settle(lay_out((deep, deep), (tread, tread), TRACK, WHEELSET), 9.0, roll="about rails")
+    assert not position.notes
+
+
+# --- one wheel -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shift", [-8.6, 2.3, 8.4])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_one_wheel_at_the_place_of_a_wheelset_touches_as_it_does(side, shift):
+    """The lowest point of the tape circle in the track, by the formula of the page, gives `lateral`."""
+    layout = flanged()
+    both, sign = settle(layout, shift), 1 if side == "left" else -1
+    roll = sign * both.roll
+    eta, zeta = BACKS / 2 + 70, -460.0
+    lateral = sign * both.shift + eta * np.cos(roll) - zeta * np.sin(roll) - eta
+    one = settle_wheel(layout, side, lateral, roll=roll, within=0.5)
+    (touch, *_), (expected, *_) = getattr(one, side), getattr(both, side)
+    assert one.shift == pytest.approx(both.shift, abs=1e-12)
+    assert one.shift_at_rails == pytest.approx(both.shift_at_rails, abs=1e-12)
+    assert one.pose(side) == pytest.approx(both.pose(side), abs=1e-11)
+    for name in ("s_rail", "s_wheel", "angle", "radius", "gap", "curvature_rail", "curvature_wheel"):
+        assert getattr(touch, name) == pytest.approx(getattr(expected, name), abs=1e-9)
+    assert getattr(one, "right" if side == "left" else "left") == ()
+    np.testing.assert_allclose(
+        distances(layout, one, side, touch.s_rail + np.array([-2.0, 3.0])),
+        distances(layout, both, side, touch.s_rail + np.array([-2.0, 3.0])),
+        rtol=0,
+        atol=1e-9,
+    )
+    (strip,) = strips(layout, one, side, 0.01)
+    assert strip.touches[0].s_rail == touch.s_rail
+
+
+@pytest.mark.parametrize("roll", [-0.02, 0.0, 0.013])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_one_cone_on_an_arc_has_its_closed_form(side, roll):
+    """The normal of the cone, turned by the roll, passes through the centre of the arc."""
+    cone, lateral = CONE, 3.7
+    position = settle_wheel(cone.layout(), side, lateral, roll=roll)
+    (touch,) = getattr(position, side)
+    angle = cone.gamma + roll
+    assert touch.angle == pytest.approx(angle, abs=1e-12)
+    point = np.array([cone.m - cone.R_r * np.sin(angle), cone.R_r * (np.cos(angle) - 1)])
+    np.testing.assert_allclose(touch.point, point, rtol=0, atol=1e-9)
+    # from the tape point, which lies at its nominal place and `lateral` aside, along the tread
+    tape_y = BACKS / 2 + 70 + lateral
+    along = (point[0] - tape_y) / np.cos(angle)
+    assert touch.radius == pytest.approx(cone.r_0 - along * np.sin(cone.gamma), abs=1e-9)
+    assert position.pose(side)[1] == pytest.approx(roll)
+
+
+def test_places_of_one_wheel_have_to_be_numbers():
+    with pytest.raises(WrongInput, match="lateral"):
+        settle_wheel(symmetric(), "left", np.nan)
+    with pytest.raises(WrongInput, match="roll"):
+        settle_wheel(symmetric(), "left", 0.0, roll=np.inf)
+    with pytest.raises(WrongInput, match="side"):
+        settle_wheel(symmetric(), "middle", 0.0)
 
 
 def test_flange_and_tread_are_both_reported():
@@ -307,22 +439,30 @@ def test_parts_of_a_curve_that_turn_back_or_are_steep_are_no_graphs():
 
 
 class Kinked:
-    """A rail with an edge at the top and a smooth bump 1 mm below it; t is y, against the protocol."""
+    """A rail with an edge at the top, y = 0, and a smooth bump 1 mm below it."""
 
-    length = 64.0
+    def __init__(self):
+        self.y = np.linspace(-24, 40, 64001)
+        speed = np.hypot(1, self.slopes(self.y)[0])
+        self.t = np.concatenate([[0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(self.y))])
+        self.length, self.jumps = float(self.t[-1]), (float(self.t[24000]),)
 
-    def slope(self, y):
-        return -0.6 * np.sign(y) - 2 * (y - 25) / 9 * 15 * np.exp(-(((y - 25) / 3) ** 2))
+    def slopes(self, y):
+        """First and second derivative of z."""
+        u = (y - 25) / 3
+        bump = 15 * np.exp(-(u**2))
+        return -0.6 * np.sign(y) - 2 / 3 * u * bump, (4 * u**2 - 2) / 9 * bump
 
     def position(self, t):
-        y = np.asarray(t) - 24
+        y = np.interp(t, self.t, self.y)
         return np.array([y, -0.6 * np.abs(y) + 15 * np.exp(-(((y - 25) / 3) ** 2))])
 
     def inclination(self, t):
-        return -np.arctan(self.slope(np.asarray(t) - 24))
+        return -np.arctan(self.slopes(np.interp(t, self.t, self.y))[0])
 
     def curvature(self, t):
-        return 0.1 + 0 * np.asarray(t)
+        first, second = self.slopes(np.interp(t, self.t, self.y))
+        return -second / (1 + first**2) ** 1.5
 
 
 @pytest.mark.parametrize("within", [0.0, 50.0])
@@ -353,3 +493,73 @@ def test_a_bracket_beside_its_minimum_is_widened():
     assert refined_near(rail, wheel, bracket, touch.s_wheel).t_rail == pytest.approx(touch.s_rail, abs=1e-8)
     far = touch.s_rail + 5, touch.s_rail + 5.08
     assert refined_near(rail, wheel, far, touch.s_wheel + 5) is None
+
+
+class Counted:
+    """A curve that counts how often its points are asked for."""
+
+    def __init__(self, curve):
+        self.curve, self.asked = curve, 0
+        self.length, self.jumps = curve.length, curve.jumps
+
+    def position(self, s):
+        self.asked += 1
+        return self.curve.position(s)
+
+    def inclination(self, s):
+        self.asked += 1
+        return self.curve.inclination(s)
+
+    def curvature(self, s):
+        self.asked += 1
+        return self.curve.curvature(s)
+
+
+def test_a_shift_asks_for_no_point_of_a_slow_curve_and_searches_twice(monkeypatch):
+    """Exact points of a spline take a millisecond each. Two searches a side: at 0, and at the roll found."""
+    rail, wheel = Counted(rail_through(rail_points())), Counted(wheel_through(wheel_points()))
+    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+    asked, searches = rail.asked + wheel.asked, []
+
+    def counted(*given):
+        searches.append(given)
+        return gap_minima(*given)
+
+    monkeypatch.setattr(wheelset, "gap_minima", counted)
+    for shift in (-3.0, 0.4, 5.0, 8.4):
+        searches.clear()
+        settle(layout, shift, roll="about rails")
+        assert len(searches) <= (4 if abs(shift) < 7 else 12)  # on the flange another point comes to touch
+    assert rail.asked + wheel.asked == asked
+
+
+def test_pieces_of_a_standard_that_do_not_meet_are_no_kink():
+    """S1002 has a step of 1.2e-4 mm where its flange root begins; 60E1 has the same radius, 13 mm, there."""
+    side = unworn().right
+    assert side.step == pytest.approx(1.18e-4, rel=0.01)
+    minimum = gap_minima(side, 6.259430050435454, 0.0007352744131311587)[0]
+    rail, wheel = side.rail.at(minimum.t_rail), side.wheel.at(minimum.t_wheel)
+    assert np.arctan2(rail.t_z, rail.t_y) > 0.6
+    assert minimum.t_wheel > side.wheel.curve.jumps[4]
+    assert np.hypot(rail.t_y, rail.t_z) == pytest.approx(np.hypot(wheel.t_y, wheel.t_z))
+
+
+def test_heights_that_jump_with_the_roll_have_a_roll():
+    """Wheel A of EN 15302 at 6.45 mm: its pieces are 6e-4 mm apart, where a touching point passes."""
+    position = settle(CASES["E1"].layout, 6.45)
+    assert position.heights[0] == pytest.approx(position.heights[1], abs=1e-3)
+    assert position.left[0].gap == 0 == position.right[0].gap
+
+
+def test_an_edge_between_pieces_of_a_standard_touches():
+    """Wheel I: 0.2 degrees at y = -29.9231. The rail touches it with angles between those of the pieces."""
+    layout, wheel = CASES["E4"].layout, WHEELS["I"]
+    joint = wheel.jumps[4]
+    before, after = (-float(wheel.inclination(joint + step)) for step in (-1e-9, 1e-9))
+    angle = (before + after) / 2
+    # the edge lies on the rail's arc of 13 mm about y = -19.63949 mm where that has the angle between
+    on_arc = layout.left.rail.offset[0] - 19.63949 - 13 * np.sin(angle)
+    touch = settle(layout, on_arc - (750 - 29.9231), roll=0.0).left[0]
+    assert touch.s_wheel == pytest.approx(joint, abs=1e-5)
+    assert touch.angle == pytest.approx(angle, abs=1e-5)
+    assert before < angle < after

@@ -40,9 +40,9 @@ def rail_points(width=36.0, height=20.0, tilt=0.0, n=400):
     return np.stack([c * y - s * z, s * y + c * z])
 
 
-def wheel_points(cone=0.05, hollow=1e-4, root=-44.0, width=11.0, n=800):
+def wheel_points(cone=0.05, hollow=1e-4, root=-44.0, width=11.0, *, n=800, end=58.0):
     """A tread with a flange 36 mm deep whose largest slope is near that of 59 degrees."""
-    y = np.linspace(-69.0, 58.0, n)
+    y = np.linspace(-69.0, end, n)
     return np.stack([y, cone * y + hollow * y**2 - 18 * (1 - np.tanh((y - root) / width))])
 
 

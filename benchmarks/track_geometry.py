@@ -1,0 +1,66 @@
+"""Wheelsets over their shifts: seconds, and the equivalent conicities of the reference cases of EN 15302.
+
+python benchmarks/track_geometry.py [seconds] [conicity]   # default: both; a minute
+"""
+
+import sys
+from time import process_time
+
+import numpy as np
+from tables import print_table
+
+from femic.shifts.placement import layout_of
+from femic.shifts.specification import builtin_names, load_shifts
+from geometries.track.conicity import equivalent_conicity
+from geometries.track.en_15302 import CASES, tolerance
+from geometries.track.shifts import over_shifts
+from geometries.track.wheelset import RollRule
+
+RULES: tuple[float | RollRule, ...] = (0.0, "about rails")
+SHIFTS = np.linspace(-8, 8, 161)
+
+
+def seconds() -> None:
+    """CPU seconds of 161 shifts with their jumps, of the pairs of the package."""
+    rows = []
+    for name in builtin_names():
+        start = process_time()
+        layout = layout_of(load_shifts(name)[2])
+        laid_out = process_time() - start
+        start = process_time()
+        found = over_shifts(layout, SHIFTS, roll="about rails")
+        taken = process_time() - start
+        rows.append((name, f"{laid_out:.2f}", len(SHIFTS), len(found.jumps), f"{taken:.2f}"))
+    print_table(("pair", "profiles [s]", "shifts", "jumps", "all shifts and jumps [s]"), rows)
+
+
+def conicity() -> None:
+    """Conicity at 3 mm and the largest deviations from 1 to 7 mm, as shares of the norm's tolerance."""
+    rows = []
+    for name, case in CASES.items():
+        row = [
+            name,
+            "/".join(case.wheels),
+            f"{case.conicity[3.0]:.3f}",
+            f"{tolerance(case.conicity[3.0]):.3f}",
+        ]
+        for rule in RULES:
+            differences = case.differences(rule)
+            found = {a: equivalent_conicity(*differences, a).value for a in case.conicity}
+            apart = {a: abs(found[a] - norm) for a, norm in case.conicity.items() if norm}
+            worst = max(apart, key=lambda a: apart[a] / tolerance(case.conicity[a]))
+            share = apart[worst] / tolerance(case.conicity[worst])
+            row += [f"{found[3.0]:.3f}", f"{share:.2f} at {worst:g} mm"]
+        rows.append(row)
+    head = ["case", "wheels, left/right", "norm, 3 mm", "its tolerance"]
+    for rule in RULES:
+        title = "without roll" if rule == 0.0 else f"shift {rule}"
+        head += [f"{title}, 3 mm", "largest deviation over the tolerance, 1 to 7 mm"]
+    print_table(head, rows)
+
+
+if __name__ == "__main__":
+    wanted = sys.argv[1:] or ["seconds", "conicity"]
+    for table in (seconds, conicity):
+        if table.__name__ in wanted:
+            table()
