@@ -35,7 +35,11 @@ from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.patches import N, S, X
 
 _PRESSURES, _FORCES = ("pressure", RELATED), ("force", RELATED)
-OF_CONTACT = {"F_x": LONGITUDINAL, "F_s": LATERAL, "approach": GIVEN}  # what other numbers are related to
+OF_CONTACT = {  # what other numbers are related to
+    "F_x": replace(LONGITUDINAL, floors=("force",)),
+    "F_s": replace(LATERAL, floors=("force",)),
+    "approach": GIVEN,
+}
 T_GAMMA = Kind("creepage", "t_gamma", (_FORCES,), ("force",))
 KINDS: Mapping[str, Kind] = {
     "work": WORK,
@@ -132,7 +136,8 @@ def _measured(solved: Solved) -> Measured:
     of_state = floors(contact.slip_state)
     of_work = {"work": max(of_state["work"], missed)}
     of_contact = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
-    return Measured({**numbers, **of_contact}, scales, of_state | of_work)
+    exact = ("F_x",) if np.isfinite(solution.slope) else ()  # prescribed
+    return Measured({**numbers, **of_contact}, scales, of_state | of_work, exact)
 
 
 def _scale(size: float) -> Scale:
