@@ -141,9 +141,7 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
     pooled = _pooled(away, kinds, scales)
     return {
-        name: away[name]
-        if name in measured.exact
-        else max(away[name], scales[name].changes * pooled[name])
+        name: away[name] if name in measured.exact else max(away[name], scales[name].changes * pooled[name])
         for name in kinds
     }
 

@@ -198,8 +198,7 @@ def measured(
     at = _places(own)
     of_all = scales(contact.pressures, state.friction, at) | {"work": Scale(work, work)}
     of_forces = {
-        name: floor / max(of_all[name].changes, LEAST)
-        for name, floor in floors_of_forces(state, at).items()
+        name: floor / max(of_all[name].changes, LEAST) for name, floor in floors_of_forces(state, at).items()
     }
     symmetric = vanishing_by_symmetry(state.p, at)
     vanishing = {name for name, quantity in quantities.items() if quantity.kind.scale in symmetric}

@@ -1,6 +1,6 @@
 """Random contacts of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown.
 
-With several patches, a hump of the distance parts the contact into two, which differ in size.
+In a quarter of them a hump of the distance parts the contact into patches, which differ in size.
 """
 
 from collections.abc import Sequence
@@ -29,6 +29,7 @@ from geometries.surfaces import LOWER, UPPER, Surface
 FINER = 4  # by which elements of the reference are smaller
 RADIUS = 10.0  # of the rail, of an arc or at the crown of an ellipse [mm]
 FLANKS = (1.1, 0.9)  # inclination at which contours go on straight, to the left and to the right [rad]
+HUMPS = 0.25  # share of contacts with a hump
 HUMP = (0.3, 1.0)  # width and height of one, as shares of the patch's half-width and its sagitta
 REACH = 9.0  # arc length to both sides on which bodies may touch [mm]
 ICS = ("A", "A", "A", "B", "Bhat", "mix")  # each as often as it is named
@@ -39,7 +40,7 @@ LONGEST = 12.0  # half-length of a patch [mm]
 STEEL = Material(210e3, 0.3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RandomContact:
     """A wheel on a rail, ICs, load [N], friction, creepages, and a grid."""
 
@@ -49,15 +50,14 @@ class RandomContact:
     friction: float
     creepages: Creepages
     free: bool  # along x: the creepage is that without force
+    times: int = FINER  # by which elements of the reference are smaller
 
     @property
     def finer(self) -> "RandomContact":
-        """The same on elements four times smaller."""
-        grid = self.on_grid.grid
-        n_x, n_s = FINER * grid.n_x, FINER * grid.n_s
-        return replace(
-            self, on_grid=replace(self.on_grid, grid=Grid(n_x, n_s, grid.dx / FINER, grid.ds / FINER, grid.s))
-        )
+        """The same on the smaller elements of the reference."""
+        grid, times = self.on_grid.grid, self.times
+        finer = Grid(times * grid.n_x, times * grid.n_s, grid.dx / times, grid.ds / times, grid.s)
+        return replace(self, on_grid=replace(self.on_grid, grid=finer))
 
     @property
     def problem(self) -> FrictionalProblem:
@@ -70,22 +70,17 @@ class RandomContact:
         return rolling_problem(self.on_grid, problem)
 
 
-def random_contact(
-    seed: int, number: int, ics: Sequence[str] = ICS, *, several: bool = False
-) -> RandomContact:
-    """Return the contact of a number and a seed: the first of its own random ones that a grid fits.
-
-    `several`: with two patches.
-    """
+def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
+    """Return the contact of a number and a seed: the first of its own random ones that a grid fits."""
     random = np.random.default_rng([seed, number])
     while True:
         try:
-            return _drawn_contact(random, ics, several=several)
+            return _drawn_contact(random, ics)
         except Failure:
             continue
 
 
-def _drawn_contact(random: np.random.Generator, ics: Sequence[str], *, several: bool) -> RandomContact:
+def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
     """Draw a contact; raises Failure where no grid fits it."""
     rolling_radius = random.uniform(250, 700)
     ratio = 1 + 10 ** random.uniform(-1.7, 0)
@@ -105,7 +100,7 @@ def _drawn_contact(random: np.random.Generator, ics: Sequence[str], *, several: 
         Undeformed(wheel, rail, (-REACH, REACH), shift),
         Grid(16, 16, 0.1, 0.1),
     )
-    if several:
+    if random.random() < HUMPS:
         on_grid = replace(on_grid, extra_gap=_hump(random, on_grid, load))
     name = str(random.choice(list(ics)))
     on_grid = replace(on_grid, grid=_grid(random, on_grid, load, MOST if name == "A" else MOST_OF_OTHERS))
@@ -151,9 +146,7 @@ def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: i
     return Grid(n_x, n_s, dx, ds, middle)
 
 
-def _line(
-    random: np.random.Generator, most: int, ends: Range, smallest: float
-) -> tuple[int, float, float]:
+def _line(random: np.random.Generator, most: int, ends: Range, smallest: float) -> tuple[int, float, float]:
     """Draw number, size and middle of elements along a line over all patches, of which one is smallest."""
     elements, room = FEWEST * (most / FEWEST) ** random.random(), 2 * random.integers(ROOM[0], ROOM[1] + 1)
     step = smallest / elements
