@@ -3,8 +3,9 @@
 Beside a number `NAME` stand `larger_NAME`, the number on elements twice as large (in compression with steps
 of load twice as large, too), and `change_NAME`, by how much it changes with ICs plus their estimated errors:
 0 where no errors are known, as of approximations; and `floor_NAME`, by how much it may change against that of
-other ICs on the same elements where single elements are in another state. `larger_p`, over `larger_x` and `larger_s`, and `change_p`
-are those of the tractions. `compare.friction.differences` makes estimates of differences from them.
+other ICs on the same elements where single elements are in another state. `larger_p`, over `larger_x` and
+`larger_s`, and `change_p` are those of the tractions. `compare.friction.differences` makes estimates of
+differences from them.
 """
 
 from collections.abc import Mapping
@@ -22,7 +23,7 @@ from geometries.patches import DIRECTIONS
 
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
 FLOOR = "floor_"  # before the names of numbers
-APART, COUNTED_APART = 0.03, 0.2  # share of a floor that two ICs do not have in common; of counted elements
+APART, COUNTED_APART = 0.025, 0.2  # share of a floor that two ICs do not have in common; of counted elements
 COUNTED = ("area", "sliding_share")
 
 

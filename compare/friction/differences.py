@@ -7,9 +7,9 @@ ICs: its error is estimated as
     F |d_h - d_2h| + |d| / 10 + sum over ICs of |d(number + floor) - d|
     + sum over ICs of max over +- of |d(ICs +- their estimated errors) - d|,
 
-with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck. A difference is made
-on elements whose size decides it like that of any number, to a few percent of itself; and ICs whose edges and
-borders are not the same cut elements in other places (`compare.friction.dataset`).
+with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck: elements know a
+difference, like any number, to a share of itself; and ICs whose edges and borders are not the same cut
+elements in other places (`compare.friction.dataset`).
 """
 
 from collections.abc import Callable

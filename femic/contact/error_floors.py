@@ -26,11 +26,8 @@ from geometries.patches import N
 
 OF_STATE, OF_WORK, OF_EDGE = 0.1, 0.15, 0.05  # part of tractions on open elements that all may lack
 OF_CUT, OF_RUBBED = 0.1, 0.03  # part of the force on an element at the edge: of all of it, of its friction
-OF_OPEN, ACROSS = (
-    0.5,
-    0.2,
-)  # part of the friction on an open element: of what it contributes, in any direction
-OF_FOLLOWERS = 3.0  # turns of the traction from element to element that a leading edge misses
+OF_OPEN, ACROSS = 0.6, 0.2  # part of friction on an open element: of what it contributes, in any direction
+OF_FOLLOWERS = 4.0  # turns of the traction from element to element that a leading edge misses
 OF_LOAD = 0.03  # part of the load on elements at the edge, of the approach
 OF_PEAK = 0.2  # part of the second differences of pressures at the largest one
 OF_SLIDING, OF_TURNING = 1.0, 0.7  # part of the area of open elements in another state: at random, of turning

@@ -29,7 +29,7 @@ TOLERANCE = 1e-4  # of tractions: errors of results are 1e-3 and more
 class GridComparison:
     """Numbers of a contact on its grid, on elements four times smaller, on larger ones, and estimates.
 
-    Estimates of numbers that are exact are NaN: these have no error of elements. `regime` is that of `regime`.
+    Estimates of numbers that are exact are NaN: these have no error of elements.
     """
 
     numbers: Numbers

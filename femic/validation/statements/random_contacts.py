@@ -84,8 +84,8 @@ STATEMENTS = (
     Statement(
         25,
         "In contacts with A and the B family, the error of a number, and of its difference between two ICs, "
-        "is within its estimate nineteen times out of twenty or more, and half of the estimates are at most ten "
-        "times the error.",
+        "is within its estimate nineteen times out of twenty or more, and half of the estimates are at most "
+        "ten times the error.",
         (
             *(
                 coverage_by_number(study).above(
