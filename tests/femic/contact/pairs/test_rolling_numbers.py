@@ -10,7 +10,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured
 from femic.contact.pairs.reference_ics import approximation
-from femic.contact.pairs.rolling_numbers import measured_rolling
+from femic.contact.pairs.rolling_numbers import OF_EDGE, measured_rolling
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
 
@@ -50,7 +50,7 @@ def test_the_estimate_of_work_is_at_least_what_slip_misses():
     missed = abs(rolling.power(contact) - rolling.climbing(contact) - known.numbers["dissipation"])
     assert missed > 0.3 * known.numbers["dissipation"]
     assert estimate(plain) < 0.9 * missed  # without it, grids that agree would hide it
-    assert missed <= estimate(known) < 1.01 * missed
+    assert missed <= estimate(known) < (1.01 + OF_EDGE / 0.3) * missed  # and a share of the work at the edge
 
 
 def test_nothing_else_changes():
