@@ -65,7 +65,7 @@ def test_where_all_slides_the_slip_misses_little():
     on_grid, rolling, contact = rolled(0.05)
     assert rolling.missed_work(contact) < 2e-3 * rolling.power(contact)
     known = measured_rolling(on_grid, rolling, contact)
-    assert known.floors["work"] < 2e-3  # of the work if all slides, which it does
+    assert known.floors["work"] < 2e-3 + OF_EDGE * 0.3  # shares of all of it; less than 0.3 is at the edge
 
 
 def test_without_friction_there_is_no_work():
