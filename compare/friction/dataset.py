@@ -2,20 +2,43 @@
 
 Beside a number `NAME` stand `larger_NAME`, the number on elements twice as large (in compression with steps
 of load twice as large, too), and `change_NAME`, by how much it changes with ICs plus their estimated errors:
-0 where no errors are known, as of approximations. `larger_p`, over `larger_x` and `larger_s`, and `change_p`
-are those of the tractions. `compare.friction.differences` makes estimates of differences from them.
+0 where no errors are known, as of approximations; and `floor_NAME`, by how much it may change against that of
+other ICs on the same elements where single elements are in another state. `larger_p`, over `larger_x` and
+`larger_s`, and `change_p` are those of the tractions. `compare.friction.differences` makes estimates of
+differences from them.
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 
+from femic.contact.estimates import Measured
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import Quantity
 from femic.contact.pairs.variations import Change
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
 
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
+FLOOR = "floor_"  # before the names of numbers
+APART, COUNTED_APART = 0.025, 0.2  # share of a floor that two ICs do not have in common; of counted elements
+COUNTED = ("area", "sliding_share")
+
+
+def floors(contact: Measured | None, quantities: Mapping[str, Quantity]) -> dict[str, float]:
+    """Return the parts of the floors of numbers that two ICs do not have in common; NaN for no contact.
+
+    Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
+    or as sliding, is no continuous error, and less common to both.
+    """
+    return {
+        name: np.nan
+        if contact is None
+        else contact.floor(name, quantity.kind) * (COUNTED_APART if name in COUNTED else APART)
+        for name, quantity in quantities.items()
+    }
 
 
 def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:

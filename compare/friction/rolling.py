@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.dataset import reference_of, variables
-from compare.friction.dataset import CHANGE, LARGER, maps, varied_tractions
+from compare.friction.dataset import CHANGE, FLOOR, LARGER, floors, maps, varied_tractions
 from compare.friction.differences import estimate_of_difference
 from femic.contact.estimates import Numbers
 from femic.contact.pairs.creep_force import CreepForceCurve
@@ -28,7 +28,7 @@ DISTANCES = {  # of curves
 def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
     """Return numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `larger_NAME` and `change_NAME` are as in `compare.friction.dataset`.
+    `larger_NAME`, `change_NAME` and `floor_NAME` are as in `compare.friction.dataset`.
     `simplified` marks contacts with the less accurate solution only. `displaced_NAME` is a number at
     the creepage nearest 0 with the distance of the displaced wheel, which is linearised otherwise.
     """
@@ -38,12 +38,14 @@ def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
         "estimate_": solved.point_errors,
         LARGER: _points(larger, xis),
         CHANGE: solved.change.points,
+        FLOOR: [floors(curve.points.get(xi), OF_ROLLING) for xi in xis],
     }
     of_curve = {
         "": curve.free.numbers,
         "estimate_": solved.curve_errors,
         LARGER: larger.free.numbers if larger else UNKNOWN_CURVE,
         CHANGE: solved.free_change,
+        FLOOR: floors(curve.free, OF_CURVE),
     }
     numbers = {
         **variables(OF_ROLLING, "xi", by_creepage),

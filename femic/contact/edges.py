@@ -5,8 +5,9 @@ the second and third element without contact gives a straight line that starts a
 0.05 elements, but off by 0.3 at the tips of slender patches, whose edge is curved within these elements. From
 pressures: the squared pressure vanishes at the edge; the parabola through it at the third to fifth element
 from the edge (nearer ones are partly covered) is exact for Hertz's, but off by half an element where
-pressures fall otherwise. Where both are there, their mean is taken, and half of their difference is its
-accuracy.
+pressures fall otherwise. Where both are there, their mean is taken, and their difference is added to its
+accuracy. A reading from gaps alone, on short lines, has an accuracy of its own; and where another patch lies
+beyond on the same line the gap grows and falls again, and tells the edge to an element.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,8 @@ from scipy.ndimage import find_objects, label
 
 from geometries.arrays import Array, Mask
 
-ACCURACY = 0.05  # of a reading, in elements, at least
+ACCURACY = 0.05  # of two readings, in elements, at least
+ALONE, BESIDE = 0.3, 1.0  # accuracy of a reading from gaps alone, and of one beside another patch
 LEAST_SHARE = 0.5  # of the elements that a patch covers: it is at least so long
 LONG = 9  # elements of lines on which pressures tell the edges
 MARGIN = 3  # elements without contact that a patch needs on all sides: their gaps show its edge
@@ -79,9 +81,11 @@ def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
     inside = p[: last + 1][::-1]
     from_gaps = _from_gaps(gap[last + 1 :])
     from_pressures = _from_pressures(inside) if len(inside) >= LONG and np.all(inside[:LONG] > 0) else None
+    beside = bool(np.any(p[last + 1 :] > 0))
     if from_pressures is None:
-        return last + from_gaps, ACCURACY
-    return last + (from_gaps + from_pressures) / 2, ACCURACY + abs(from_gaps - from_pressures) / 2
+        return last + from_gaps, BESIDE if beside else ALONE
+    accuracy = BESIDE if beside else ACCURACY + abs(from_gaps - from_pressures)
+    return last + (from_gaps + from_pressures) / 2, accuracy
 
 
 def _from_pressures(inside: Array) -> float | None:

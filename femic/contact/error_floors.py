@@ -1,24 +1,38 @@
 """Floors and scales of error estimates: elements whose state is uncertain, the largest possible forces.
 
+The floor of a quantity is what single elements contribute to it where they could be otherwise: those at the
+edge of the contact, those at the border of stick and slip, and, at the leading edge, those that take the
+direction of the traction behind them (`friction.leading_edge`). Each has the quantity's own lever: an element
+that matters to F_y may not matter to M_z. Elements at edges and borders are cut at random, and errors of
+single ones add up like random numbers; the turn of the traction that a leading edge misses is the same in all
+rows, and is added up with its sign.
+
 Whether an element slides or sticks is uncertain where the deciding quantity could vanish within the element:
 the slip of a sliding element, or the distance of a sticking one's traction from its bound, is less than its
 change to a neighbour. Elements beside others in another state are always among them. Where elements slide and
 none beside them sticks, all of them may be a place of sticking that the grid is too coarse to show.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from femic.contact.edges import Extent
 from femic.contact.estimates import Scale
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array, Indices, Mask
 from geometries.patches import N
 
-OF_STATE, OF_WORK, OF_EDGE = 0.1, 0.15, 0.05  # part of tractions on open elements that a force may lack
-OF_SLIDING, OF_TURNING = 0.2, 0.5  # part of the area of open elements that may be in another state
-OF_AREA = 0.15  # part of the area of elements at the edge that may not be in contact
-OF_READING = 2.0  # errors of edges over the accuracy of their readings
+OF_STATE, OF_WORK, OF_EDGE = 0.1, 0.15, 0.05  # part of tractions on open elements that all may lack
+OF_CUT, OF_RUBBED = 0.1, 0.03  # part of the force on an element at the edge: of all of it, of its friction
+OF_OPEN, ACROSS = 0.6, 0.2  # part of friction on an open element: of what it contributes, in any direction
+OF_FOLLOWERS = 4.0  # turns of the traction from element to element that a leading edge misses
+OF_LOAD = 0.03  # part of the load on elements at the edge, of the approach
+OF_PEAK = 0.2  # part of the second differences of pressures at the largest one
+OF_SLIDING, OF_TURNING = 1.0, 0.7  # part of the area of open elements in another state: at random, of turning
+OF_AREA, OF_STIFFNESS = 0.2, 0.1  # part of the area of elements at the edge that may not be in contact
+MIRRORED = 1e-5  # of the largest contribution of an element: as much as tractions are solved to
 NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 NEARLY = 1 + 1e-9  # beside an element of another state both are the same to rounding
 
@@ -27,13 +41,15 @@ NEARLY = 1 + 1e-9  # beside an element of another state both are the same to rou
 class SlipState:
     """Tractions (n_x, n_s, 3) [MPa] on elements that stick (n_x, n_s) or slip (n_x, n_s, 2).
 
-    `friction` are the coefficients of the strips, (n_s,), or that of all of them.
+    `friction` are the coefficients of the strips, (n_s,), or that of all of them; `behind` (n_x, n_s) is how
+    many elements behind it the one is whose traction an element follows, None: each has its own.
     """
 
     p: Array
     stick: Mask
     slip: Array
     friction: Array | float
+    behind: Indices | None = None
 
     @property
     def in_contact(self) -> Mask:
@@ -62,6 +78,35 @@ class SlipState:
         return could_stick | could_slide
 
     @property
+    def bound(self) -> Array:
+        """The largest tangential tractions [MPa], shape (n_x, n_s)."""
+        return np.asarray(self.friction * self.p[..., N])
+
+    @property
+    def filled(self) -> Array:
+        """Tangential tractions over their bounds, shape (n_x, n_s); 0 where there is none."""
+        return np.linalg.norm(self._of_bound, axis=-1)
+
+    @property
+    def _of_bound(self) -> Array:
+        """Tangential tractions over their bounds, shape (n_x, n_s, 2)."""
+        bound = self.bound[..., None]
+        return np.divide(self.p[..., :N], bound, out=np.zeros_like(self.p[..., :N]), where=bound > 0)
+
+    @property
+    def missed_turn(self) -> Array:
+        """By how much tractions [MPa] that follow others would turn on, shape (n_x, n_s, 2).
+
+        From the element behind the followed one to this the direction turns as much as from there on.
+        """
+        if self.behind is None:
+            return np.zeros_like(self.p[..., :N])
+        followed = np.arange(len(self.p))[:, None] - self.behind
+        of_bound, before = self._of_bound, np.maximum(followed - 1, 0)
+        at, earlier = (np.take_along_axis(of_bound, rows[..., None], axis=0) for rows in (followed, before))
+        return (self.behind * self.bound)[..., None] * (at - earlier)
+
+    @property
     def turning(self) -> Mask:
         """Open elements that slide, with none beside them that sticks."""
         return self.open & self.slides & ~_beside(self.in_contact & self.stick)
@@ -80,22 +125,35 @@ def floors(tractions: SlipState) -> dict[str, float]:
 
     rests_on_state = OF_STATE * of_load(tractions.open) if np.any(tractions.friction) else 0.0
     at_edge = tractions.at_edge
+    peak = max(float(np.max(pressures)), 1e-300)
     return {
+        "peak": OF_PEAK * _bend_at_peak(pressures) / peak,
+        "approach": OF_LOAD * of_load(at_edge),
         "force": rests_on_state + OF_EDGE * of_load(at_edge),
         "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * of_load(at_edge),
-        "sliding": OF_SLIDING * part(tractions.open) + OF_TURNING * part(tractions.turning),
+        "sliding": OF_SLIDING * np.sqrt(part(tractions.open) / area) + OF_TURNING * part(tractions.turning),
         "area": OF_AREA * part(at_edge),
-        "stiffness": OF_AREA / 2 * part(at_edge),  # it grows like the square root of the area
-        "slope": OF_AREA / 2 * part(at_edge) + rests_on_state,  # so does the slope of a curve
+        "stiffness": OF_STIFFNESS * part(at_edge),  # it grows like the square root of the area
+        "slope": OF_STIFFNESS * part(at_edge) + rests_on_state,  # so does the slope of a curve
     }
+
+
+def _bend_at_peak(pressures: Array) -> float:
+    """Return the sum of the second differences along x and s at the largest pressure [MPa]."""
+    i, j = np.unravel_index(int(np.argmax(pressures)), pressures.shape)
+    around = np.pad(pressures, 1)[i : i + 3, j : j + 3]
+    largest = around[1, 1]
+    return float(
+        abs(2 * largest - around[0, 1] - around[2, 1]) + abs(2 * largest - around[1, 0] - around[1, 2])
+    )
 
 
 def readings(patch: Extent) -> dict[str, float]:
     """Floors of the lengths of a patch along x and s."""
     half_x, half_s = ((high - low) / 2 for low, high in (patch.x, patch.s))
     return {
-        "length": OF_READING * patch.accuracy_x / max(half_x, 0.5),
-        "width": OF_READING * patch.accuracy_s / max(half_s, 0.5),
+        "length": patch.accuracy_x / max(half_x, 0.5),
+        "width": patch.accuracy_s / max(half_s, 0.5),
     }
 
 
@@ -109,6 +167,71 @@ class Places:
     sin: Array
     cos: Array
     area: float
+
+    @cached_property
+    def levers(self) -> Mapping[str, Array]:
+        """What tractions contribute to forces and moments, by scale, (n_x, n_s, 3) [mm^2 or mm^3]."""
+        x, y, z, sin, cos = self.x[:, None], self.y, self.z, self.sin, self.cos
+        of_each: dict[str, tuple[Array | float, ...]] = {
+            "longitudinal": (1.0, 0.0, 0.0),
+            "lateral": (0.0, cos, sin),
+            "about_x": (0.0, -y * sin - z * cos, y * cos - z * sin),
+            "about_z": (-y, x * cos, x * sin),
+        }
+        shape = len(self.x), len(self.y)
+        return {
+            name: self.area * np.stack([np.broadcast_to(part, shape) for part in parts], axis=-1)
+            for name, parts in of_each.items()
+        }
+
+
+def floors_of_forces(tractions: SlipState, at: Places) -> dict[str, float]:
+    """Floors of forces [N], moments [N mm] and the centre of pressure [mm], by the names of their scales."""
+    p, load = tractions.p[..., N], max(float(np.sum(tractions.p[..., N])), 1e-300)
+    lever = np.broadcast_to(at.y, p.shape)
+    from_centre = (lever - float(np.sum(p * lever)) / load) / load
+    of_centre = np.stack([0 * p, 0 * p, from_centre], axis=-1)
+    return {name: _floor(tractions, w, at.cos) for name, w in {**at.levers, "centre": of_centre}.items()}
+
+
+def _floor(tractions: SlipState, lever: Array, cos: Array) -> float:
+    """Return the floor of the sum of levers times tractions; the load, and so the rest of it, stays."""
+    p, at_edge, is_open = tractions.p, tractions.at_edge, tractions.open
+    borne = cos * p[..., N]
+    force = np.sum(lever * p, axis=-1)
+    moved = force - borne * float(np.sum(force)) / max(float(np.sum(borne)), 1e-300)
+    rubbed = np.linalg.norm(lever[..., :N], axis=-1) * np.linalg.norm(p[..., :N], axis=-1)
+    along = np.abs(np.sum(lever[..., :N] * p[..., :N], axis=-1))
+    filled = tractions.filled[is_open]
+    return (
+        OF_CUT * _at_random(moved[at_edge])
+        + OF_RUBBED * _at_random(rubbed[at_edge])
+        + OF_OPEN * _at_random(along[is_open] * filled)
+        + ACROSS * _at_random(rubbed[is_open] * filled)
+        + OF_FOLLOWERS * abs(float(np.sum(lever[..., :N] * tractions.missed_turn)))
+    )
+
+
+def vanishing_by_symmetry(p: Array, at: Places) -> set[str]:
+    """Return the scales whose numbers vanish because tractions (n_x, n_s, 3) [MPa] are symmetric.
+
+    Then each element contributes the opposite of its mirror image along x, s, or both: this holds for all
+    elements, where a sum may be small by chance.
+    """
+    of_centre = np.broadcast_to(at.area * at.y, p.shape[:2])[..., None] * [0.0, 0.0, 1.0]
+    levers, symmetric = {**at.levers, "centre": of_centre}, set[str]()
+    for name, lever in levers.items():
+        parts = np.sum(lever * p, axis=-1)
+        largest = float(np.max(np.linalg.norm(lever, axis=-1) * np.linalg.norm(p, axis=-1), initial=0.0))
+        mirrored = parts[::-1], parts[:, ::-1], parts[::-1, ::-1]
+        if any(np.all(np.abs(parts + other) <= MIRRORED * largest) for other in mirrored):
+            symmetric.add(name)
+    return symmetric
+
+
+def _at_random(parts: Array) -> float:
+    """Return the size of a sum of parts with random signs."""
+    return float(np.linalg.norm(parts))
 
 
 def scales(pressures: Array, friction: Array | float, at: Places) -> dict[str, Scale]:

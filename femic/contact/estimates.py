@@ -12,16 +12,19 @@ edges move from element to element, and a difference may be small by luck. There
 
 - Each number has a *scale*, of which its differences are shares: the number itself, the largest possible
   contribution of tractions to a force or a moment, or 1 for a share. A force near 0 has no error near 0.
-- The largest change of related numbers (a `group`) counts by half, where it is larger.
-- *Floors* are added for elements that could be in another state, each with its area and its tractions
-  (`femic.contact.error_floors`), and for readings of edges.
-- What is left is rounding: tractions are found to `ROUNDING` of the largest pressure.
+- *Floors* are added: what elements that could be in another state contribute to the number
+  (`femic.contact.error_floors`), and the accuracy of readings of edges. Where a number has a floor of its
+  own, half of its change counts: both are parts of the same error.
+- Where a number has none, the largest change of related numbers (a `group`) counts by a share.
+- What is left is rounding: tractions are found to `ROUNDING` of the largest pressure. A number that is
+  prescribed, or vanishes by symmetry, has nothing else: this is known from the problem (`Measured.exact`),
+  never guessed from numbers that agree.
 
 The shares in floors are such that estimates hold in 95 % of random contacts or more. They were found with one
 set of these, and checked with another, by `benchmarks/contact_estimates.py`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +33,7 @@ LEAST_ORDER, MOST_ORDER = 1.0, 1.5
 SAFETY = 1.25  # Roache's factor for three grids
 RELATED = 0.5  # by which the largest change of related numbers counts
 ROUNDING = 1e-6  # of scales, as of tractions over the largest pressure
-SAME = 1e-5  # of scales: numbers that differ less on all grids are prescribed, or vanish by symmetry
+BESIDE_FLOOR = 0.5  # by which a change counts of a number with a floor of its own
 
 OWN, SHARE = "own", "share"  # scales: the number itself, and 1
 Numbers = Mapping[str, float]
@@ -38,36 +41,34 @@ Numbers = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Kind:
-    """How the error of a number is estimated: its scale, the numbers to which it is related, its floors.
+    """How the error of a number is estimated: its scale, by how much changes count, its floors.
 
-    `related` are groups and by which share of it their largest change counts. `own`: whether its own change
-    counts. `exact`: whether it may be prescribed, or vanish by symmetry; then it is the same on all grids.
+    `own`: by which share its own change counts. `related` are groups and by which share of it their largest
+    change counts, if that is more.
     """
 
     group: str
     scale: str = OWN
     related: tuple[tuple[str, float], ...] = ()
     floors: tuple[str, ...] = ()
-    own: bool = True
-    exact: bool = False
+    own: float = 1.0
 
 
-_PRESSURE, _FORCE = ("pressure", RELATED), ("force", RELATED)
-PRESSURE = Kind("pressure", related=(_PRESSURE,))
-GIVEN = Kind("pressure", related=(_PRESSURE,), exact=True)  # load and approach: one is prescribed
+PRESSURE = Kind("pressure", floors=("peak",), own=BESIDE_FLOOR)
+GIVEN = Kind("approach", floors=("approach",), own=BESIDE_FLOOR)  # load and approach: one is prescribed
 # coarse grids have too few elements for readings of edges; these have an accuracy of their own
-LENGTH = Kind("extent", related=(("pressure", 1.0),), floors=("length",), own=False)
-WIDTH = Kind("extent", related=(("pressure", 1.0),), floors=("width",), own=False)
-ASPECT = Kind("extent", related=(("pressure", 1.0),), floors=("length", "width"), own=False)
-AREA = Kind("area", floors=("area",))
-STIFFNESS = Kind("stiffness", related=(_PRESSURE,), floors=("stiffness",))
+LENGTH = Kind("extent", floors=("length",), own=0.0)
+WIDTH = Kind("extent", floors=("width",), own=0.0)
+ASPECT = Kind("extent", floors=("length", "width"), own=0.0)
+AREA = Kind("area", floors=("area",), own=BESIDE_FLOOR)
+STIFFNESS = Kind("stiffness", floors=("stiffness",), own=BESIDE_FLOOR)
 LONGITUDINAL, LATERAL, ABOUT_X, ABOUT_Z, CENTRE = (
-    Kind("force", scale, (_FORCE,), ("force",), exact=True)
+    Kind("force", scale, floors=(scale,), own=BESIDE_FLOOR)
     for scale in ("longitudinal", "lateral", "about_x", "about_z", "centre")
 )
-POSITION = Kind("position", "centre", exact=True)  # given, or it follows a force
-WORK = Kind("work", "work", (_FORCE,), ("work",))
-SLIDING = Kind("sliding", SHARE, floors=("sliding",))
+POSITION = Kind("position", "centre")  # given, or it follows a force
+WORK = Kind("work", "work", floors=("work",))
+SLIDING = Kind("sliding", SHARE, floors=("sliding",), own=BESIDE_FLOOR)
 CREEPAGE = Kind("creepage", "creepage", (("creepage", RELATED),), ("force",))
 SLOPE = Kind("slope", floors=("slope",))
 
@@ -82,17 +83,27 @@ class Scale:
 
 @dataclass(frozen=True)
 class Measured:
-    """Numbers of a contact, their scales by name of these, and floors, shares of scales, by name of these."""
+    """Numbers of a contact, their scales by name of these, and floors, shares of scales, by name of these.
+
+    `exact` are the names of numbers that are prescribed, or vanish by symmetry.
+    """
 
     numbers: Numbers
     scales: Mapping[str, Scale]
     floors: Mapping[str, float]
+    exact: Collection[str] = ()
 
     def scale(self, name: str, kind: Kind) -> Scale:
         """Return the scale of a number."""
         if kind.scale == OWN:
             return Scale(abs(self.numbers[name]), abs(self.numbers[name]))
         return Scale(1.0, 1.0) if kind.scale == SHARE else self.scales[kind.scale]
+
+    def floor(self, name: str, kind: Kind) -> float:
+        """Return the sum of the floors of a number, in its unit; 0 of one that is exact."""
+        if name in self.exact:
+            return 0.0
+        return self.scale(name, kind).changes * sum(self.floors[floor] for floor in kind.floors)
 
 
 def from_grids(fine: float, coarse: float, coarser: float = np.nan) -> float:
@@ -118,11 +129,8 @@ def estimates(
     shares = _pooled(errors, kinds, scales)
     return {
         name: scales[name].rounds * ROUNDING
-        + (
-            0.0
-            if kind.exact and _same(rows[name], scales[name])
-            else scales[name].changes * (shares[name] + sum(measured.floors[floor] for floor in kind.floors))
-        )
+        + (0.0 if name in measured.exact else scales[name].changes * shares[name])
+        + measured.floor(name, kind)
         for name, kind in kinds.items()
     }
 
@@ -133,10 +141,8 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
     pooled = _pooled(away, kinds, scales)
     return {
-        name: away[name]
-        if kind.exact and _same([measured.numbers[name], other[name]], scales[name])
-        else max(away[name], scales[name].changes * pooled[name])
-        for name, kind in kinds.items()
+        name: away[name] if name in measured.exact else max(away[name], scales[name].changes * pooled[name])
+        for name in kinds
     }
 
 
@@ -182,9 +188,3 @@ def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Sca
 def _share(error: float, scale: float) -> float:
     """Return an error over its scale; 0 where there is nothing that could change."""
     return error / scale if scale != 0 else 0.0 * error
-
-
-def _same(row: Sequence[float], scale: Scale) -> bool:
-    """Return whether numbers are the same; two of them, which may be so by luck, to rounding."""
-    allowed = SAME if len(row) > 2 else ROUNDING
-    return bool(np.nanmax(row) - np.nanmin(row) <= allowed * scale.rounds)

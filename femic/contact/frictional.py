@@ -138,7 +138,8 @@ class FrictionalContact:
     @property
     def slip_state(self) -> SlipState:
         """Tractions, and where they stick or slip."""
-        return SlipState(self.p, self.stick, self.slip, self.problem.coefficients)
+        edge = LeadingEdge.of(self.problem.bound(self.p[..., N]), self.motion.depth)
+        return SlipState(self.p, self.stick, self.slip, self.problem.coefficients, edge.behind)
 
     @cached_property
     def patches(self) -> list[Extent]:

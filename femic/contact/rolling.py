@@ -34,12 +34,14 @@ from geometries.patches import N
 class RollingContact:
     """A contact in steady rolling and the creepages at which it rolls.
 
-    `simplified` says whether it has a solution in a less accurate form only than the specified order.
+    `simplified` says whether it has a solution in a less accurate form only than the specified order;
+    `prescribed` are the names of the creepages that follow from prescribed forces.
     """
 
     contact: FrictionalContact
     creepages: Creepages
     simplified: bool = False
+    prescribed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +81,8 @@ class RollingProblem:
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
         }
-        return RollingContact(contact, replace(creepages, **solved), contact.motion.depth < motion.depth)
+        simplified = contact.motion.depth < motion.depth
+        return RollingContact(contact, replace(creepages, **solved), simplified, tuple(forces))
 
     def at_rest(self, loading: Loading) -> FrictionalContact:
         """Return the contact of a wheel that was pressed on without tangential tractions.

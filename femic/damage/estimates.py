@@ -40,7 +40,11 @@ from femic.damage.shakedown import aspect_of, nearest_aspect, shakedown_limit
 from geometries.patches import N, S, X
 
 _FORCES = ("force", RELATED)
-OF_CONTACT = {"F_x": LONGITUDINAL, "F_s": LATERAL, "approach": GIVEN}  # what other numbers are related to
+OF_CONTACT = {  # what other numbers are related to
+    "F_x": replace(LONGITUDINAL, floors=("force",)),
+    "F_s": replace(LATERAL, floors=("force",)),
+    "approach": GIVEN,
+}
 T_GAMMA = Kind("creepage", "t_gamma", (_FORCES,), ("force",))
 KINDS: Mapping[str, Kind] = {
     "work": WORK,
@@ -160,7 +164,8 @@ def _measured(solved: Solved) -> Measured:
     of_state = floors(contact.slip_state)
     of_others = {"work": max(of_state["work"], missed), "aspect": _change_with_aspect(solved)}
     of_contact = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
-    return Measured({**numbers, **of_contact}, scales, of_state | of_others)
+    exact = ("F_x",) if np.isfinite(solution.slope) else ()  # prescribed
+    return Measured({**numbers, **of_contact}, scales, of_state | of_others, exact)
 
 
 def _scale(size: float) -> Scale:

@@ -41,10 +41,14 @@ class LeadingEdge:
         return cls(followed, ratio)
 
     @property
+    def behind(self) -> Indices:
+        """How many elements behind each one that is which it follows, shape (n_x, n_s); 0 of a free one."""
+        return np.arange(len(self.followed))[:, None] - self.followed
+
+    @property
     def free(self) -> Mask:
         """Elements with bounds that follow no other, shape (n_x, n_s)."""
-        own = self.followed == np.arange(len(self.followed))[:, None]
-        return np.asarray(own & (self.ratio > 0))
+        return np.asarray((self.behind == 0) & (self.ratio > 0))
 
     def with_followers(self, of_free: Mask) -> Mask:
         """Return which elements have what some free ones (m,) have, with those that follow, (n_x, n_s)."""

@@ -50,7 +50,9 @@ class SolvedContact:
     def estimated_errors(self) -> dict[str, float]:
         """Estimated errors of `OF_FRICTIONLESS`; NaN where the grid is too small for larger elements."""
         of_all, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
-        fine, larger, parts = measured(self.on_grid, self.normal), list[Measured](), list[Numbers]()
+        given = "approach" if self.loading.load is None else "load"
+        fine = measured(self.on_grid, self.normal, prescribed=(given, "position"))
+        larger, parts = list[Measured](), list[Numbers]()
         while coarser is not None and len(larger) < 2:
             larger.append(measured(self.on_grid, coarser))
             coarser = coarser.coarser

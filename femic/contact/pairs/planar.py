@@ -173,6 +173,7 @@ class _Planar:
     def over_plane(self, s: tuple[float, float], approach: float) -> PairOnGrid:
         """Return the bodies over the plane of an overlap, on a coarse grid."""
         surfaces = self.bodies.undeformed
+        assert isinstance(surfaces, Undeformed)
         at = np.linspace(*s, SAMPLES)
         inclination = surfaces.lower.contour.inclination(at)
         down, aside = approach * np.cos(self.roll), -approach * np.sin(self.roll)

@@ -1,6 +1,6 @@
 """The numbers of contacts, without and with friction: symbols, units, meanings, estimates of errors."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -8,7 +8,14 @@ import numpy as np
 
 from femic.contact import estimates
 from femic.contact.edges import Extent
-from femic.contact.error_floors import Places, floors, readings, scales
+from femic.contact.error_floors import (
+    Places,
+    floors,
+    floors_of_forces,
+    readings,
+    scales,
+    vanishing_by_symmetry,
+)
 from femic.contact.estimates import Kind, Measured, Scale
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -17,6 +24,7 @@ from femic.contact.resultants import centre_of_pressure
 if TYPE_CHECKING:  # results without friction do not depend on the code of friction
     from femic.contact.frictional import FrictionalContact
 
+LEAST = 1e-300  # of scales that are divided by
 Contact: TypeAlias = "NormalContact | FrictionalContact"
 
 
@@ -177,14 +185,28 @@ def kinds(quantities: Mapping[str, Quantity]) -> dict[str, Kind]:
 
 
 def measured(
-    on_grid: PairOnGrid, contact: Contact, quantities: Mapping[str, Quantity] = OF_FRICTIONLESS
+    on_grid: PairOnGrid,
+    contact: Contact,
+    quantities: Mapping[str, Quantity] = OF_FRICTIONLESS,
+    prescribed: Collection[str] = (),
 ) -> Measured:
-    """Quantities of a contact on its own grid, and the scales and floors of their errors."""
+    """Quantities of a contact on its own grid, and the scales and floors of their errors.
+
+    `prescribed` are the names of those that its loading fixes; others that are exact vanish by symmetry.
+    """
     own, state, work = _on_grid_of(contact, on_grid), contact.slip_state, contact.largest_work
+    at = _places(own)
+    of_all = scales(contact.pressures, state.friction, at) | {"work": Scale(work, work)}
+    of_forces = {
+        name: floor / max(of_all[name].changes, LEAST) for name, floor in floors_of_forces(state, at).items()
+    }
+    symmetric = vanishing_by_symmetry(state.p, at)
+    vanishing = {name for name, quantity in quantities.items() if quantity.kind.scale in symmetric}
     return Measured(
         numbers(own, contact, quantities),
-        scales(contact.pressures, state.friction, _places(own)) | {"work": Scale(work, work)},
-        floors(state) | readings(main_patch(contact)),
+        of_all,
+        floors(state) | of_forces | readings(main_patch(contact)),
+        vanishing.union(prescribed),
     )
 
 

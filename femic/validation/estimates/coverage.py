@@ -1,7 +1,7 @@
 """Coverage of estimates: how often errors of random contacts are within them, and their ratios."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import count, islice
 
@@ -16,6 +16,7 @@ from femic.validation.estimates.studies import STUDIES, GridComparison, Study
 from geometries.errors import Failure
 
 NOTHING = 1e-9  # of estimates: errors that are rounding
+ROWS = "numbers", "finer", "larger", "estimates"  # of a comparison, by name of the number
 SPARE = 1.25  # contacts to start with for one that has a solution on all grids
 
 
@@ -31,13 +32,19 @@ class Coverage:
 def coverage(
     comparisons: Sequence[GridComparison], name: str, *, differences: bool = False, factor: float = 1.0
 ) -> Coverage:
-    """Return the coverage of a number's estimates, or differences to larger elements, times a factor."""
+    """Return the coverage of a number's estimates, or differences to larger elements, times a factor.
+
+    Contacts in which the number is exact do not count.
+    """
     number, finer, larger, estimate = (
         np.array([getattr(comparison, kind)[name] for comparison in comparisons])
         for kind in ("numbers", "finer", "larger", "estimates")
     )
-    error = np.abs(number - finer)
-    bound = factor * (np.abs(number - larger) if differences else estimate)
+    known = np.isfinite(estimate)
+    if not np.any(known):
+        return Coverage(1.0, 0.0, np.nan)  # a number that is exact in all contacts
+    error = np.abs(number - finer)[known]
+    bound = factor * (np.abs(number - larger) if differences else estimate)[known]
     finite = error > NOTHING * np.maximum(bound, np.finfo(float).tiny)  # rounding would have any ratio
     with np.errstate(divide="ignore", invalid="ignore"):
         return Coverage(
@@ -45,6 +52,14 @@ def coverage(
             float(np.max(np.where(finite, error / bound, 0.0))),
             float(np.median(bound[finite] / error[finite])) if np.any(finite) else np.nan,
         )
+
+
+def by_regime(comparisons: Iterable[GridComparison]) -> dict[str, list[GridComparison]]:
+    """Return contacts by their regime."""
+    regimes: dict[str, list[GridComparison]] = {}
+    for comparison in comparisons:
+        regimes.setdefault(comparison.regime, []).append(comparison)
+    return regimes
 
 
 def comparisons(study: Study, seed: int, ics: Sequence[str] = ICS) -> Iterator[GridComparison]:
@@ -95,16 +110,13 @@ def _arrays(comparison: GridComparison | None) -> Arrays:
     if comparison is None:
         return {"none": np.zeros(0)}
     names = np.array(list(comparison.numbers))
-    rows = {key: np.array([row[name] for name in names]) for key, row in asdict(comparison).items()}
-    return {"names": names, **rows}
+    rows = {key: np.array([getattr(comparison, key)[name] for name in names]) for key in ROWS}
+    return {"names": names, "regime": np.array(comparison.regime), **rows}
 
 
 def _comparison(part: Arrays) -> GridComparison | None:
     if "none" in part:
         return None
     names = [str(name) for name in part["names"]]
-    rows = {
-        key: dict(zip(names, map(float, part[key]), strict=True))
-        for key in ("numbers", "finer", "larger", "estimates")
-    }
-    return GridComparison(**rows)
+    rows = {key: dict(zip(names, map(float, part[key]), strict=True)) for key in ROWS}
+    return GridComparison(**rows, regime=str(part["regime"]))

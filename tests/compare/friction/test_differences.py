@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.friction.differences import estimate_of_difference, on_larger_elements, with_changed_ics
+from compare.friction.differences import (
+    OF_ITSELF,
+    estimate_of_difference,
+    on_larger_elements,
+    with_changed_ics,
+)
 from femic.contact.estimates import SAFETY
 
 VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
@@ -24,6 +29,12 @@ def contacts(values=VARIED, larger=VARIED, change=(0.0, 0.0, 0.0)):
     }
     coords = {"ics": [*values], "x": [0.0, 1.0], "s": range(4), "larger_x": [0.5], "larger_s": [0.5, 2.5]}
     return xr.Dataset(table, coords, {"load": 1e3})
+
+
+def beside_itself(dataset, difference, *norm):
+    """The estimate without the share of the difference itself."""
+    size = (norm or (abs,))[0](difference(dataset))
+    return estimate_of_difference(dataset, difference, *norm) - OF_ITSELF * size
 
 
 def apart(dataset, ics="a"):
@@ -49,31 +60,37 @@ def test_only_the_named_ics_change():
 
 
 def test_an_error_in_common_is_no_error_of_a_difference():
-    assert estimate_of_difference(contacts(larger={k: v + 7 for k, v in VARIED.items()}), apart) == 0
+    assert beside_itself(contacts(larger={k: v + 7 for k, v in VARIED.items()}), apart) == pytest.approx(0.0)
+
+
+def test_grids_that_agree_by_luck_leave_floors_of_both_and_a_share_of_the_difference():
+    """Floors add up, whatever the signs of errors; those of other ICs do not count."""
+    given = contacts().assign(floor_q=("ics", [0.3, 100.0, 0.5]))
+    assert estimate_of_difference(given, apart) == pytest.approx(OF_ITSELF * 30.0 + 0.3 + 0.5)
 
 
 @pytest.mark.parametrize("error", [3.0, -3.0, 40.0])
 def test_signed_differences_are_bounded_across_zero(error):
     """q(h) = q + c h of one alone, h = 1 and 2; with 40 the difference changes its sign."""
     given = contacts(VARIED | {"a": 10.0 + error}, VARIED | {"a": 10.0 + 2 * error})
-    assert estimate_of_difference(given, apart) == pytest.approx(SAFETY * abs(error))
+    assert beside_itself(given, apart) == pytest.approx(SAFETY * abs(error))
 
 
 def test_the_larger_one_of_both_changes_counts():
     """The square of 2 +- 1: 9 - 4 and 4 - 1."""
     given = contacts({"a": 2.0, "C": 0.0, "b": 0.0}, {"a": 2.0, "C": 0.0, "b": 0.0}, (1.0, 0.0, 0.0))
-    assert estimate_of_difference(given, lambda one: apart(one) ** 2) == pytest.approx(5.0)
+    assert beside_itself(given, lambda one: apart(one) ** 2) == pytest.approx(5.0)
 
 
 def test_changes_of_several_ics_may_have_any_signs():
-    assert estimate_of_difference(contacts(change=(1.0, 0.0, 3.0)), apart) == pytest.approx(4.0)
+    assert beside_itself(contacts(change=(1.0, 0.0, 3.0)), apart) == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize("unknown", [{"larger": VARIED | {"a": np.nan}}, {"change": (np.nan, 0.0, 0.0)}])
 def test_what_is_not_known_has_no_estimate(unknown):
     given = contacts(**unknown)
     assert np.isnan(estimate_of_difference(given, apart))
-    assert estimate_of_difference(given, lambda one: apart(one, "b")).fillna(0.0) == 0
+    assert beside_itself(given, lambda one: apart(one, "b")) == pytest.approx(0.0)
 
 
 def test_sizes_of_several_differences_change_by_the_size_of_their_changes():
@@ -83,4 +100,4 @@ def test_sizes_of_several_differences_change_by_the_size_of_their_changes():
     def away(one):
         return one.q - one.q.sel(ics="C")
 
-    assert estimate_of_difference(given, away, lambda d: abs(d).max("ics")) == pytest.approx(SAFETY * 10)
+    assert beside_itself(given, away, lambda d: abs(d).max("ics")) == pytest.approx(SAFETY * 10)

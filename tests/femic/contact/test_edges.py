@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.edges import ENDS, MARGIN, extents, near_ends
+from femic.contact.edges import ACCURACY, ALONE, BESIDE, ENDS, MARGIN, extents, near_ends
 
 
 def flat_ended(low, high, n, power=1.5):
@@ -140,3 +140,26 @@ def test_all_near_ends_are_named_and_no_contact_has_none():
     assert near_ends(np.ones((9, 9), dtype=bool)) == ENDS
     assert near_ends(np.zeros((9, 9), dtype=bool)) == ()
     assert extents(np.zeros((9, 9), dtype=bool), np.ones((9, 9))) == []
+
+
+def test_readings_from_gaps_alone_are_less_accurate_than_two_that_agree():
+    """Seven elements are too few for a reading from pressures; on twenty Hertz's agree with gaps."""
+
+    def line(low, high, n):
+        at = np.arange(n)
+        half, middle = (high - low) / 2, (low + high) / 2
+        p = np.sqrt(np.maximum(1 - ((at - middle) / half) ** 2, 0.0))
+        return p, 0.03 * np.maximum(np.abs(at - middle) - half, 0.0) ** 1.5
+
+    (short_p, short_gap), (long_p, long_gap) = line(5.2, 12.3, 18), line(5.2, 24.7, 30)
+    (extent,) = extents(np.outer(short_p, long_p), short_gap[:, None] + long_gap)
+    assert extent.accuracy_x == ALONE
+    assert ACCURACY <= extent.accuracy_s < 2 * ACCURACY
+
+
+def test_an_edge_beside_another_patch_is_known_to_an_element():
+    """Between two patches gaps grow and fall again: one end of each has another beside it."""
+    contact, gap = separate((4.3, 20.2), (26.4, 44.3))
+    for extent in extents(contact.astype(float), gap):
+        assert extent.accuracy_s > BESIDE / 2  # the mean of both ends
+        assert extent.accuracy_x == ALONE

@@ -1,18 +1,21 @@
 """Estimates of random contacts hold against elements a quarter as long: statement 25, `femic.validation`."""
 
+from dataclasses import replace
 from itertools import islice
 
+import numpy as np
 import pytest
 
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
 from femic.validation.estimates import coverage as module
 from femic.validation.estimates.contacts import random_contact
-from femic.validation.estimates.coverage import comparisons, coverage, stored_comparisons
+from femic.validation.estimates.coverage import by_regime, comparisons, coverage, stored_comparisons
 from femic.validation.estimates.studies import STUDIES, GridComparison
 from geometries.errors import Failure
 
-MORE = (("frictionless", 12), ("rolling", 4))
+MORE = (("frictionless", 40), ("rolling", 16), ("differences", 8))
+USEFUL = 15.0  # most median of estimate over error of so few contacts; 10 of many (statement 25)
 FLAT = ("A",)  # whose products are fast
 
 
@@ -20,23 +23,45 @@ def coverage_by_number(contacts):
     return {name: coverage(contacts, name) for name in contacts[0].numbers}
 
 
-@pytest.mark.parametrize(
-    ("study", "count"),
-    [("frictionless", 2), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
-)
-def test_estimates_of_some_random_contacts_nearly_always_hold(study, count):
-    """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
+@pytest.mark.parametrize(("study", "count"), [("frictionless", 2), ("rolling", 1)])
+def test_estimates_of_a_few_random_contacts_hold(study, count):
+    """Of so few none should exceed its estimate by more than a factor of two."""
     contacts = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
     for name, cover in coverage_by_number(contacts).items():
-        assert cover.held >= 0.75, name
+        assert cover.worst < 2, name
+    known = [
+        value for comparison in contacts for value in comparison.estimates.values() if np.isfinite(value)
+    ]
+    assert min(known) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("study", "count"), MORE)
+def test_estimates_of_random_contacts_hold_and_are_of_use(study, count):
+    """Each number by itself: nineteen in twenty are within their estimates, which are not far too wide."""
+    contacts = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
+    for name, cover in coverage_by_number(contacts).items():
+        assert cover.held >= 0.95 or cover.held * count >= count - 1, name
         assert cover.worst < 3, name
-    assert all(value > 0 for comparison in contacts for value in comparison.estimates.values())
+        assert not cover.median > USEFUL, name  # NaN of numbers that are exact
+
+
+def test_exact_numbers_do_not_count():
+    """Of two contacts one has a prescribed force: the other decides, and a load has nothing to hold."""
+    contacts = [
+        GridComparison({"F": 1.0, "N": 1.0}, {"F": 3.0, "N": 1.0}, {}, {"F": 1.0, "N": np.nan}, "mixed"),
+        GridComparison({"F": 1.0, "N": 1.0}, {"F": 9.0, "N": 1.0}, {}, {"F": np.nan, "N": np.nan}, "sliding"),
+    ]
+    contacts = [replace(one, larger=one.finer) for one in contacts]
+    assert coverage(contacts, "F").worst == 2.0
+    assert coverage(contacts, "N").held == 1.0
+    assert {name: len(those) for name, those in by_regime(contacts).items()} == {"mixed": 1, "sliding": 1}
 
 
 def test_coverage_counts_errors_within_estimates():
     """Of errors 1, 2, 3, 0 two are within the estimate 1, and three within twice that; 3 is the worst."""
     contacts = [
-        GridComparison({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0})
+        GridComparison({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0}, "one patch")
         for error in (1.0, 2.0, 3.0, 0.0)
     ]
     once, twice, differences = (
@@ -63,7 +88,7 @@ def test_contacts_are_stored_one_by_one_and_those_without_a_solution_too(tmp_pat
         tried.append(case)
         if len(tried) % 2:
             raise Failure("none")
-        return GridComparison({"F": case.load}, {"F": 0.0}, {"F": 0.0}, {"F": 1.0})
+        return GridComparison({"F": case.load}, {"F": 0.0}, {"F": 0.0}, {"F": 1.0}, "mixed")
 
     monkeypatch.setattr(module, "STUDIES", {"made": study})
     monkeypatch.setattr(module, "SPARE", 2.0)

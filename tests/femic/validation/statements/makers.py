@@ -152,9 +152,19 @@ def contacts(**apart):
     return lambda: SimpleNamespace(fe_contact=lambda *_, **__: dataset)
 
 
+def _compared(estimate):
+    """A random contact with an error of 1."""
+    return GridComparison({"F": 1.0}, {"F": 0.0}, {"F": 0.0}, {"F": estimate}, "mixed")
+
+
+def wide(times):
+    """Random contacts whose estimates are as many times their errors."""
+    return lambda: SimpleNamespace(random_contacts=lambda *_: [_compared(times)])
+
+
 def known(held, count=2000):
     """Random contacts of which a share has errors within their estimates."""
-    of_size = [GridComparison({"F": 1.0}, {"F": 0.0}, {"F": 0.0}, {"F": size}) for size in (2.0, 0.5)]
+    of_size = [_compared(size) for size in (2.0, 0.5)]
     within = round(held * count)
     comparisons = [of_size[0]] * within + [of_size[1]] * (count - within)
     return lambda: SimpleNamespace(random_contacts=lambda *_: comparisons)

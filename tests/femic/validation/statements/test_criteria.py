@@ -54,6 +54,7 @@ from tests.femic.validation.statements.makers import (
     term,
     turned,
     wheel,
+    wide,
 )
 
 
@@ -282,6 +283,10 @@ EXACT = {  # the threshold, and C for a value
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
     (25, "held frictionless"): (0.95, known),
     (25, "held rolling"): (0.95, known),
+    (25, "held differences"): (0.95, known),
+    (25, "width frictionless"): (10.0, wide),
+    (25, "width rolling"): (10.0, wide),
+    (25, "width differences"): (10.0, wide),
     **normal_makers.EXACT,
     **MADE,
 }

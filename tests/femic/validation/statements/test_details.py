@@ -259,7 +259,7 @@ def test_coverage_is_drawn_over_multiples_of_the_estimate(monkeypatch):
     """Errors of 1 estimated as 2 are within half of their estimates, those estimated as 0.8 within 1.25."""
     names = ("p_max", "F_x")
     of_size = [
-        GridComparison(*(dict.fromkeys(names, value) for value in (1.0, 0.0, 0.0, size)))
+        GridComparison(*(dict.fromkeys(names, value) for value in (1.0, 0.0, 0.0, size)), "mixed")
         for size in (2.0, 0.8)
     ]
     monkeypatch.setattr(random_contacts, "STUDIES", ["rolling"])

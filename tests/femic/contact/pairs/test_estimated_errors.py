@@ -1,0 +1,111 @@
+"""Estimated errors of contacts of each regime, against elements a third as long: held, and not too wide."""
+
+import numpy as np
+
+from approx.pair import Pair, Solid
+from compare.friction.compute import compute_with_friction
+from femic.contact.extra_gap import Profile
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.loading import Loading
+from femic.contact.pairs.contact_size import contact_size
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.undeformed import Undeformed
+from femic.validation.estimates.contacts import STEEL, RandomContact
+from femic.validation.estimates.studies import frictionless, rolling
+from geometries.contours import arc
+from geometries.grids import Grid
+from geometries.surfaces import LOWER, UPPER, Surface
+from tests.compare.friction.scenes import scene
+
+FLANK = np.radians(70.0)
+USEFUL = 40.0  # an estimate over an error that is no small one by luck
+
+
+def case(radii, load, *, shift=0.0, gap=None, elements=14, offset=0.2, **rolls):
+    """A wheel on a rail, both arcs of some radii [mm], with A, elements across the smallest patch.
+
+    `offset`: of the middle of the grid from that of the patch, in elements.
+    """
+    rail = Surface(LOWER, arc(radii[0], FLANK, FLANK))
+    wheel = Surface(UPPER, arc(radii[1], FLANK, FLANK), radii[2])
+    bodies = Undeformed(wheel, rail, (-0.9 * radii[0], 0.9 * radii[0]), shift)
+    on_grid = PairOnGrid(Pair(Solid(STEEL, wheel), Solid(STEEL, rail)), bodies, Grid(16, 16, 0.1, 0.1), gap)
+    size = contact_size(on_grid, Loading(load))
+    dx, ds = (length / elements for length in size.patch)
+    n_x, n_s = (
+        4 * int(np.ceil(((high - low) / step + 10) / 4)) for (low, high), step in ((size.x, dx), (size.s, ds))
+    )
+    grid = Grid(n_x, n_s, dx, ds, sum(size.s) / 2 + offset * ds)
+    creepages = Creepages(**{name: value for name, value in rolls.items() if name != "friction"})
+    bodies = PairOnGrid(on_grid.pair, on_grid.undeformed, grid, gap)
+    return RandomContact(bodies, "A", load, rolls.get("friction", 0.0), creepages, free=False, times=3)
+
+
+def ratios(comparison, names):
+    """Errors over estimates."""
+    return {
+        name: abs(comparison.numbers[name] - comparison.finer[name]) / comparison.estimates[name]
+        for name in names
+    }
+
+
+def test_lateral_numbers_beside_the_crown_have_errors_though_grids_agree():
+    """Three grids agree to 1e-5 of the load in F_y, which finer ones do not."""
+    beside = frictionless(case((34.0, 38.0, 500.0), 4e4, shift=-0.16, offset=0.0))
+    assert abs(beside.numbers["F_y"] - beside.larger["F_y"]) < 1e-5 * 4e4
+    for name, ratio in ratios(beside, ("F_y", "M_x", "s_centre")).items():
+        assert 1 / USEFUL < ratio <= 1, name
+
+
+def test_prescribed_numbers_are_left_out_of_studies():
+    beside = frictionless(case((34.0, 38.0, 500.0), 4e4, shift=-0.16, offset=0.0))
+    assert {name for name, value in beside.estimates.items() if np.isnan(value)} == {"load", "position"}
+
+
+def test_forces_of_full_sliding_where_its_direction_turns_at_the_leading_edge():
+    """Slip vanishes beside the leading edge: its elements follow others whose direction is not theirs."""
+    turning = rolling(
+        case((9.0, 20.7, 460.0), 850.0, friction=0.26, longitudinal=1.7e-3, lateral=3.5e-3, spin=-1.7e-3)
+    )
+    assert turning.regime == "sliding"
+    for name, ratio in ratios(turning, ("F_x", "F_y", "M_z")).items():
+        assert 1 / USEFUL < ratio <= 1, name
+
+
+def test_pressures_and_widths_of_two_patches():
+    """A hump parts the contact: pressures are steeper than those of one patch, and gaps do not tell edges."""
+    s = np.linspace(-0.6, 1.4, 801)
+    hump = Profile(s, 0.02 * np.cos(np.pi * (s - 0.4) / 2) ** 2)
+    parted = frictionless(case((10.0, 10.6, 450.0), 6e3, gap=hump, elements=10))
+    assert parted.regime == "several patches"
+    for name, ratio in ratios(parted, ("p_max", "b", "angle", "area", "F_y")).items():
+        assert 1 / USEFUL < ratio <= 1, name
+
+
+def test_estimates_of_a_compression_beside_the_crown_are_of_use():
+    """Two thirds of F_y are friction on a third of the elements, which could all slide or stick.
+
+    Elements half as long change it by no more than both estimates.
+    """
+    pressed = [
+        compute_with_friction(
+            scene(
+                10.2,
+                500.0,
+                motion="compression",
+                loads=[8e4],
+                friction=[0.3],
+                ics=["A"],
+                shift=0.03,
+                elements=elements,
+            )
+        ).isel(friction=0, ics=0, load=0)
+        for elements in (8, 16)
+    ]
+    coarse, fine = (
+        {name: float(one[name]) for name in one.data_vars if one[name].ndim == 0} for one in pressed
+    )
+    for name in ("F_y", "M_x", "p_max", "sliding_share"):
+        assert abs(coarse[name] - fine[name]) <= coarse[f"estimate_{name}"] + fine[f"estimate_{name}"], name
+    assert fine["estimate_F_y"] < 0.25 * abs(fine["F_y"])  # it was 0.4: shares of all friction and pressures
+    assert fine["estimate_M_z"] < 1e-4 * 8e4  # it vanishes by symmetry along x
