@@ -49,7 +49,7 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     if specification.rolling is not None:
         parts.append(labelled_rolling(study, dict(rolling_wheelsets(study, positions, solved))))
     dataset = xr.merge(parts, compat="no_conflicts", join="outer", combine_attrs="no_conflicts")
-    neglected = {
+    unusual = {f"{shift:g}": "; ".join(at.notes) for shift, at in positions.items() if at.notes} | {
         f"{shift:g}, {side}": entry.attrs["notes"]
         for (shift, side), entry in solved.items()
         if entry.attrs["notes"]
@@ -61,7 +61,8 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
         refused=json.dumps(refused),
         notes=json.dumps(understood(sections, layout)),
         doubts=json.dumps(doubts(sections)),
-        neglected=json.dumps(neglected),
+        unusual=json.dumps(unusual),
+        E=min(table.E for table in (*specification.rails, *specification.wheels)),
         specification=text,
         seconds=perf_counter() - start,
         code=results_digest(__name__),
@@ -74,7 +75,8 @@ def _positions(layout: Layout, specification: ShiftsFile) -> tuple[dict[float, P
     positions, refused = {}, {}
     for shift in specification.shifts:
         try:
-            positions[shift] = settle(layout, shift, roll=ABOUT, within=SECOND)
+            given = specification.roll_at(shift)
+            positions[shift] = settle(layout, shift, roll=ABOUT if given is None else given, within=SECOND)
         except Failure as failure:
             refused[f"{shift:g}"] = str(failure)
     if not positions:

@@ -1,6 +1,6 @@
 """All contacts of a wheelset without friction over its shifts, as datasets. Finished ones are stored."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -20,6 +20,7 @@ from geometries.grids import Grid
 from geometries.track.layout import Layout
 from geometries.track.wheelset import Position, SideName, side_of
 
+SAME_ROLL = 1e-8  # rad
 POINTS = 400  # of the outlines of patches
 NUMBERS = {  # of a contact, by name: unit and meaning
     "p_max": ("MPa", "largest pressure"),
@@ -89,7 +90,7 @@ def contacts(
     for count, (shift, position) in enumerate(positions.items(), start=1):
         for side in SIDES:
             mirrored: tuple[float, SideName] = (-shift, "left" if side == "right" else "right")
-            if study.alike and mirrored in solved:
+            if study.alike and mirrored in solved and is_mirrored(positions, shift):
                 entry = solved[mirrored]
                 if entry is None:
                     refused[f"{shift:g}, {side}"] = refused[f"{mirrored[0] + 0.0:g}, {mirrored[1]}"]  # no -0
@@ -105,12 +106,18 @@ def contacts(
                 yield (shift, side), entry
 
 
+def is_mirrored(positions: Mapping[float, Position], shift: float) -> bool:
+    """Whether the wheelset at the opposite shift is rolled to the other side; given rolls need not be."""
+    return abs(positions[-shift].roll + positions[shift].roll) <= SAME_ROLL
+
+
 def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
     """Return a contact as a dataset, from the store where it is there. Raises Failure."""
     k, options = SIDES.index(where.side), study.options
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
     code = results_digest("femic.shifts.contact")
-    key = options.store.key("shift", code, study.facts(where.side), where.position.given_shift, where.side)
+    at = where.position.given_shift, where.position.roll
+    key = options.store.key("shift", code, study.facts(where.side), at, where.side)
     if (entry := options.store.get(key)) is not None:
         options.watch.on_stage(f"{label}: stored by an earlier run")
         return entry

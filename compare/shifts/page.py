@@ -21,6 +21,7 @@ from compare.shifts.tables import (
     rolling_patch_table,
     wheelset_table,
 )
+from femic.contact.finite_strain import finite_strain_share
 from femic.contact.pairs.planar import PLANAR
 
 ELASTIC = (
@@ -58,6 +59,8 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if doubts := json.loads(dataset.attrs["doubts"]):
         yield Section("", [Items(doubts)])
     yield Section("", [pressures(dataset), Note(_reading(dataset))])
+    if unusual := json.loads(dataset.attrs["unusual"]):
+        yield Section("Unusual contacts", [Items([f"{at} mm: {note}" for at, note in unusual.items()])])
     if (several := each_patch_table(dataset, several=True)) is not None:
         yield Section("What each patch carries", [several, Note(PATCHES)])
     if "F_x" in dataset:
@@ -67,11 +70,10 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Section("The axle", [rolling(dataset), Note(_axle_note(dataset))])
     yield Section("Angles and radii", [geometry(dataset), Note(CONVENTION)])
     left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
-    left_out += [f"{place}: {note}" for place, note in json.loads(dataset.attrs["neglected"]).items()]
     not_rolling = json.loads(dataset.attrs.get("not_rolling", "{}"))
     left_out += [f"{place}: {reason}" for place, reason in not_rolling.items()]
     if left_out:
-        yield Folded("Not solved, and neglected", [Items(left_out)])
+        yield Folded("Not solved", [Items(left_out)])
     yield Folded("All contacts: pressures", [pressure_table(dataset), Note(ELASTIC)])
     yield Folded("All contacts: patches and forces", [patch_table(dataset)])
     if (patches := each_patch_table(dataset, several=False)) is not None:
@@ -113,9 +115,17 @@ def _reading(dataset: xr.Dataset) -> str:
     return (
         f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{of_planar}{alike}"
         "Distances are those of the displaced profiles. "
-        "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share. "
+        "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share, and "
+        "by the last decimals of the profiles' files. Strains are taken as small: finite ones may change "
+        f"p_max by {_finite_strain(dataset):.0f} MPa where it is largest. "
         f"{ELASTIC}"
     )
+
+
+def _finite_strain(dataset: xr.Dataset) -> float:
+    """Return what finite strains may change the largest pressure by [MPa]."""
+    largest = float(dataset.p_max.max())
+    return largest * finite_strain_share(largest, float(dataset.attrs["E"])).p_max
 
 
 def _places_note() -> str:

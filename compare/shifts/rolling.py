@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from compare.shifts.contacts import Study, grids_in, quiet
+from compare.shifts.contacts import Study, grids_in, is_mirrored, quiet
 from compare.shifts.geometry import SIDES, top_of
 from femic.cache.digests import results_digest
 from femic.shifts.rolling.numbers import OF_PATCH, OF_WHEEL, OF_WHEELSET
@@ -39,7 +39,7 @@ def rolling_wheelsets(
         ]
         if not sides:
             continue
-        if may_mirror and -shift in solved and shift != 0:
+        if may_mirror and -shift in solved and shift != 0 and is_mirrored(positions, shift):
             solved[shift] = mirrored(solved[-shift])
         else:
             label = f"shift {shift:g} mm ({count} of {len(positions)}), rolling"
@@ -74,7 +74,7 @@ def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label
         results_digest("femic.shifts.rolling.position"),
         [study.facts(side) for side in SIDES],
         [(side.place.side, side.grids, side.approach, side.with_c) for side in sides],
-        sides[0].place.position.given_shift,
+        (sides[0].place.position.given_shift, sides[0].place.position.roll),
         rolling.model_dump(),
     )
     if (entry := options.store.get(key)) is not None:

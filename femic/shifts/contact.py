@@ -11,6 +11,8 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
+from femic.contact.exact.hertz import combined_modulus
+from femic.contact.normal import NormalContact
 from femic.contact.pairs.area_grids import (
     ACCURACY,
     Sought,
@@ -27,6 +29,7 @@ from femic.contact.pairs.planar import PLANAR, PlanarContact, solve_planar
 from femic.contact.pairs.quantities import ALL, kinds, measured, numbers
 from femic.contact.pairs.reference_ics import normal_reference_ics
 from femic.contact.pairs.supports import other_supports
+from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.patches import PatchNumbers, patches_on_grid, planar_patches
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
@@ -35,6 +38,8 @@ from geometries.bodies import Body
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.profiles.placement import STEEPEST
+from geometries.profiles.rounding import peak_slope
+from geometries.track.wheelset import side_of
 
 SIZING = "Bhat"  # the ICs that size grids
 C_FLANK = float(np.radians(60.0))  # steeper ones are pillars that bend under lateral forces
@@ -188,6 +193,8 @@ def _numbers(
     p_max = [float(np.max(pressed.p)) for pressed in contact.contacts]
     lacking = [unresolved(contact, k) for k in range(len(contact.contacts))]
     lacking = [value if value > ACCURACY * max(p_max) else 0.0 for value in lacking]
+    rounded = [_by_rounding(place, on_grid, pressed) for on_grid, pressed in contact.parts]
+    lacking = [value + more for value, more in zip(lacking, rounded, strict=True)]
     uppermost = max(p + each["p_max"] + lack for p, each, lack in zip(p_max, known, lacking, strict=True))
     highest = int(np.argmax(p_max))
     return ICsNumbers(
@@ -204,6 +211,29 @@ def _numbers(
         np.nan,
         tuple(sorted(patches, key=lambda patch: patch.centre)),
     )
+
+
+def _by_rounding(place: Place, on_grid: PairOnGrid, pressed: NormalContact) -> float:
+    """Return what the last decimals of the profiles' files may change p_max of an area by [MPa].
+
+    Source: `geometries.profiles.rounding`; 0 of the curves of standards.
+    """
+    if not pressed.in_contact.any():
+        return 0.0
+    grid, side = on_grid.grid, side_of(place.layout, place.side)
+    strip = int(np.argmax(np.max(pressed.p, axis=0)))
+    half_width = max(float(np.count_nonzero(pressed.in_contact.any(axis=0))) * grid.ds / 2, grid.ds)
+    at = float(grid.strips[strip])
+    on_wheel = on_grid.undeformed.opposite(at) if isinstance(on_grid.undeformed, Undeformed) else at
+    slopes = [
+        peak_slope(curve.curve, float(np.clip(s, 0.0, curve.curve.length)), half_width, grid.ds)
+        for curve, s in (
+            (side.rail, place.touch.s_rail + at),
+            (side.wheel, place.touch.s_wheel + float(on_wheel)),
+        )
+    ]
+    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
+    return modulus / 2 * float(np.linalg.norm(slopes))
 
 
 def _largest_share(contact: AreasContact, number: int) -> float:

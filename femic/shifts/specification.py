@@ -13,6 +13,7 @@ from pydantic import (
     Field,
     Strict,
     ValidationError,
+    model_validator,
 )
 
 from approx.variants import VARIANTS, forms_of
@@ -202,6 +203,14 @@ class ShiftsFile(SceneTable):
         EachDistinct,
         AfterValidator(_sorted),
     ] = tuple(float(shift) for shift in range(-8, 9))
+    rolls: Annotated[
+        Several[Annotated[float, Field(ge=-100, le=100)]],
+        Field(
+            description="roll of the wheelset at each shift [mrad], positive where the left wheel is higher, "
+            "as measured on a vehicle: shifts are then those of the middle of the axle, and each wheel "
+            "stands at a height of its own under its load; default: both wheels touch"
+        ),
+    ] = ()
     conicity_amplitude: Length = Field(
         3.0, description="half of the lateral motion for the equivalent conicity [mm]"
     )
@@ -215,6 +224,19 @@ class ShiftsFile(SceneTable):
     rolling: RollingTable | None = Field(
         None, description="steady rolling with friction; without this table there are no creep forces"
     )
+
+    @model_validator(mode="after")
+    def _rolled_at_each_shift(self) -> "ShiftsFile":
+        if self.rolls and len(self.rolls) != len(self.shifts):
+            raise ValueError(
+                f"rolls: {len(self.rolls)} of them, and {len(self.shifts)} shifts: give one for each shift, "
+                "or none"
+            )
+        return self
+
+    def roll_at(self, shift: float) -> float | None:
+        """Return the given roll [rad] at a shift; None where it follows."""
+        return self.rolls[self.shifts.index(shift)] / 1000 if self.rolls else None
 
     @property
     def rails(self) -> tuple[ProfileTable, ProfileTable]:

@@ -5,13 +5,13 @@ import pytest
 
 from femic.shifts.contact import contact_at
 from femic.shifts.placement import layout_of, sections_of
-from femic.shifts.sides import Place, Wanted
+from femic.shifts.sides import ContactRequest, Place
 from femic.shifts.specification import specification_of
 from geometries.profiles.rounding import peak_slope
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import settle
 
-WANTED = Wanted(80e3, ("A",), elements=12)
+WANTED = ContactRequest(80e3, ("A",), elements=12)
 HALF_STIFFNESS = 210e3 / (2 * (1 - 0.28**2)) / 2  # E*/2 of two steel bodies [MPa]
 
 
