@@ -159,7 +159,10 @@ def test_readings_from_gaps_alone_are_less_accurate_than_two_that_agree():
 
 def test_an_edge_beside_another_patch_is_known_to_an_element():
     """Between two patches gaps grow and fall again: one end of each has another beside it."""
-    contact, gap = separate((4.3, 20.2), (26.4, 44.3))
-    for extent in extents(contact.astype(float), gap):
+    ranges = (4.3, 20.2), (26.4, 44.3)
+    contact, gap = separate(*ranges)
+    at = np.arange(contact.shape[1])
+    hertz = sum(np.sqrt(np.maximum((at - low) * (high - at), 0.0)) for low, high in ranges)
+    for extent in extents(contact * hertz, gap):
         assert extent.accuracy_s > BESIDE / 2  # the mean of both ends
         assert extent.accuracy_x == ALONE

@@ -80,7 +80,7 @@ def test_related_numbers_count_by_half_and_others_not_at_all():
 
 def test_a_change_counts_by_half_beside_a_floor_of_the_number():
     of = estimates(measured_numbers({"longitudinal": 0.01}), KINDS, moved(F_x=30.0), moved(F_x=60.0))
-    expected = BESIDE_FLOOR * from_grids(0.0, 30.0, 60.0) + 0.01 * FORCE
+    expected = 0.5 * from_grids(0.0, 30.0, 60.0) + 0.01 * FORCE
     assert of["F_x"] == pytest.approx(expected, rel=1e-3)
     assert of["F_y"] < 1e-2  # other forces have errors of their own
 
