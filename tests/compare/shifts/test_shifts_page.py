@@ -70,8 +70,9 @@ def fake(where, *_):
 
 
 def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
-    """At 12 mm the flange of S1002 has climbed; a contact that is not found is said in its place."""
+    """A wheelset that stands nowhere at 12 mm; a contact that is not found is said in its place."""
     said = []
+    monkeypatch.setattr(compute, "settle", standing_below(10.0))
 
     def contact_at(*_):
         raise Failure("no grid")
@@ -330,7 +331,20 @@ def test_alike_sides_are_solved_once(monkeypatch):
     np.testing.assert_allclose(one, other, rtol=0, atol=2e-2)
 
 
-def test_shifts_at_which_nothing_stands_are_refused():
+def standing_below(limit):
+    """The positions of wheelsets, of which there are none at larger shifts."""
+    settle_all = compute.settle
+
+    def settled(layout, shift, **keys):
+        if abs(shift) > limit:
+            raise Failure("the wheel stands on the tip of its flange")
+        return settle_all(layout, shift, **keys)
+
+    return settled
+
+
+def test_shifts_at_which_nothing_stands_are_refused(monkeypatch):
+    monkeypatch.setattr(compute, "settle", standing_below(10.0))
     with pytest.raises(Failure, match="none is possible"):
         compute.compute_shifts(replace_shifts(FILE, (40.0,)))
 

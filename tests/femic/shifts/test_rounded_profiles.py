@@ -16,7 +16,7 @@ HALF_STIFFNESS = 210e3 / (2 * (1 - 0.28**2)) / 2  # E*/2 of two steel bodies [MP
 
 
 def solved(wheel, folder):
-    """p_max, its estimate, and E*/2 times the slope that rounding adds, of a wheel on 60E1 in the middle."""
+    """p_max, its estimate, and the part of this by E*/2 times the slope that rounding adds, in the middle."""
     table = {"shifts": [0.0], "rail": {"profile": "60E1"}, "wheel": wheel}
     specification = specification_of(table, folder / "s.toml")
     sections = sections_of(specification)
@@ -24,7 +24,7 @@ def solved(wheel, folder):
     place = Place(layout, settle(layout, 0.0), "left")
     contact = contact_at(place, specification.rail, specification.wheel, WANTED)
     (numbers,) = contact.numbers
-    added = peak_slope(sections[2].curve, place.touch.s_wheel, numbers.b, contact.grid.ds)
+    added = peak_slope(sections[2].curve, place.touch.s_wheel, numbers.b, contact.grids[0].ds)
     return numbers.p_max, numbers.estimate_p_max, HALF_STIFFNESS * added
 
 
@@ -38,7 +38,8 @@ def test_a_rounded_cone_has_a_p_max_within_what_is_stated_and_the_right_one_when
     raw, raw_own, raw_added = solved(file, tmp_path)
     smooth, smooth_own, smooth_added = solved(file | {"tolerance": 0.003}, tmp_path)
     assert raw > 1.2 * exact
-    assert raw - exact < raw_added + raw_own + own < 5 * (raw - exact)
+    assert raw - exact < raw_own + own < 5 * (raw - exact)  # the estimate knows it
+    assert raw_own > 0.9 * raw_added > 0.5 * raw_own
     assert smooth == pytest.approx(exact, rel=0.05)  # some percent are left: waves of 5 mm
-    assert abs(smooth - exact) < smooth_added + smooth_own + own
+    assert abs(smooth - exact) < smooth_own + own
     assert smooth_added < 0.2 * raw_added
