@@ -14,7 +14,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from femic.contact.edges import ACCURACY
-from femic.contact.estimates import LENGTH, RELATED, Measured, Numbers, changes, errors, from_grids
+from femic.contact.estimates import (
+    LENGTH,
+    OF_DIFFERENCE,
+    RELATED,
+    Measured,
+    Numbers,
+    changes,
+    errors,
+    from_grids,
+)
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.operators.protocols import Operator
@@ -187,7 +196,7 @@ class PairDeviations:
     def error(self, number: str, name: str, load: float) -> tuple[float, float]:
         """Return the error of a number with the ICs of a name over that with C, and its estimated error.
 
-        As of single contacts, the largest change of related numbers counts by half.
+        The largest change of related numbers counts by half, and elements may miss a part of each difference.
         """
         ours, theirs = self.levels(load, name), self.levels(load, C)
         group = QUANTITIES[number].kind.group
@@ -198,6 +207,8 @@ class PairDeviations:
         }
         share = _share(number, ours[0], theirs[0])
         estimate = max(of_elements[number], RELATED * max(of_elements.values()))
+        if group != LENGTH.group:  # readings of edges have an accuracy of their own
+            estimate += OF_DIFFERENCE * abs(share)
         if self.perturbed is not None:
             estimate += abs(_share(number, ours[0], self.levels(load, PERTURBED)[0]) - share)
         return share, estimate

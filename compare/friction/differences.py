@@ -18,9 +18,8 @@ import xarray as xr
 
 from compare.contact.dataset import ics_of
 from compare.friction.dataset import CHANGE, FLOOR, LARGER
-from femic.contact.estimates import SAFETY
+from femic.contact.estimates import OF_DIFFERENCE, SAFETY
 
-OF_ITSELF = 0.1  # part of a difference that elements may miss
 Difference = Callable[[xr.Dataset], xr.DataArray]
 Norm = Callable[[xr.DataArray], xr.DataArray]
 
@@ -58,7 +57,7 @@ def estimate_of_difference(dataset: xr.Dataset, difference: Difference, norm: No
     differences: by the triangle inequality the sizes are as far apart as the size of what changes, at most.
     """
     given = difference(dataset)
-    estimate = SAFETY * norm(difference(on_larger_elements(dataset)) - given) + OF_ITSELF * norm(given)
+    estimate = SAFETY * norm(difference(on_larger_elements(dataset)) - given) + OF_DIFFERENCE * norm(given)
     if _varied(dataset, FLOOR):
         for ics in ics_of(dataset):
             estimate = estimate + norm(difference(with_floors(dataset, ics)) - given)

@@ -35,6 +35,8 @@ RELATED = 0.5  # by which the largest change of related numbers counts
 ROUNDING = 1e-6  # of scales, as of tractions over the largest pressure
 BESIDE_FLOOR = 0.5  # by which a change counts of a number with a floor of its own
 
+OF_DIFFERENCE = 0.1  # part of a difference between contacts with different ICs that elements may miss
+
 OWN, SHARE = "own", "share"  # scales: the number itself, and 1
 Numbers = Mapping[str, float]
 
@@ -44,7 +46,8 @@ class Kind:
     """How the error of a number is estimated: its scale, by how much changes count, its floors.
 
     `own`: by which share its own change counts. `related` are groups and by which share of it their largest
-    change counts, if that is more.
+    change counts, if that is more. `follows` is a group whose largest change by other ICs counts as well, ""
+    for none: readings of edges may lie on the same elements while pressures change.
     """
 
     group: str
@@ -52,14 +55,15 @@ class Kind:
     related: tuple[tuple[str, float], ...] = ()
     floors: tuple[str, ...] = ()
     own: float = 1.0
+    follows: str = ""
 
 
 PRESSURE = Kind("pressure", floors=("peak",), own=BESIDE_FLOOR)
 GIVEN = Kind("approach", floors=("approach",), own=BESIDE_FLOOR)  # load and approach: one is prescribed
 # coarse grids have too few elements for readings of edges; these have an accuracy of their own
-LENGTH = Kind("extent", floors=("length",), own=0.0)
-WIDTH = Kind("extent", floors=("width",), own=0.0)
-ASPECT = Kind("extent", floors=("length", "width"), own=0.0)
+LENGTH = Kind("extent", floors=("length",), own=0.0, follows="pressure")
+WIDTH = Kind("extent", floors=("width",), own=0.0, follows="pressure")
+ASPECT = Kind("extent", floors=("length", "width"), own=0.0, follows="pressure")
 AREA = Kind("area", floors=("area",), own=BESIDE_FLOOR)
 STIFFNESS = Kind("stiffness", floors=("stiffness",), own=BESIDE_FLOOR)
 LONGITUDINAL, LATERAL, ABOUT_X, ABOUT_Z, CENTRE = (
@@ -140,8 +144,10 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
     pooled = _pooled(away, kinds, scales)
+    largest = _largest({name: _share(away[name], scales[name].changes) for name in kinds}, kinds)
+    shares = {name: max(pooled[name], largest.get(kind.follows, 0.0)) for name, kind in kinds.items()}
     return {
-        name: away[name] if name in measured.exact else max(away[name], scales[name].changes * pooled[name])
+        name: away[name] if name in measured.exact else max(away[name], scales[name].changes * shares[name])
         for name in kinds
     }
 
@@ -171,10 +177,7 @@ def errors(
 def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]) -> dict[str, float]:
     """Errors as shares of their scales, or the part of the largest of related numbers that counts."""
     shares = {name: _share(error, scales[name].changes) for name, error in errors.items()}
-    largest = {
-        group: np.max([shares[name] for name, kind in kinds.items() if kind.group == group])
-        for group in {kind.group for kind in kinds.values()}
-    }
+    largest = _largest(shares, kinds)
     return {
         name: float(
             np.max(
@@ -182,6 +185,14 @@ def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Sca
             )
         )
         for name, kind in kinds.items()
+    }
+
+
+def _largest(shares: Numbers, kinds: Mapping[str, Kind]) -> dict[str, float]:
+    """Return the largest share of each group."""
+    return {
+        group: float(np.max([shares[name] for name, kind in kinds.items() if kind.group == group]))
+        for group in {kind.group for kind in kinds.values()}
     }
 
 
