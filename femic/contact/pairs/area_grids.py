@@ -29,7 +29,6 @@ SAMPLES = 6001  # arc lengths among which overlaps are sought
 COARSE_X, COARSE_S = 24, 40  # elements over an overlap, while patches are sought
 BESIDE = 0.15  # room beside an overlap, as a share of its length: its distance is linearised there
 MOST_TRIES = 60  # approaches with which overlaps are sought, and lengths of grids
-NARROW = 0.02  # of an approach: a bracket that is narrow enough
 GROWTH = 1.1  # of an approach at which overlaps cannot bear the load, at least
 SMALL_GAP = 0.05  # between overlaps, as a share of the longer one
 LITTLE_MORE = 1.01  # of the approach at which overlaps were sought, at most
@@ -63,18 +62,12 @@ class Box:
 def overlaps(surfaces: Undeformed | TangentPlane, approach: float, roll: float) -> list[tuple[float, float]]:
     """Return the ranges of arc length [mm] in which bodies displaced by an approach [mm] overlap at x = 0.
 
-    The upper body comes down along the direction at an angle `roll` [rad] to the z axis. Raises Failure where
-    an overlap reaches the end of a contour.
+    The upper body comes down along the direction at an angle `roll` [rad] to the z axis. Ranges end where the
+    contours do.
     """
     s = np.linspace(*surfaces.s_range, SAMPLES)
     distance = surfaces.distance(0.0, s, approach * np.cos(roll), -approach * np.sin(roll))
-    closed = distance < 0
-    if closed[0] or closed[-1]:
-        end = s[0] if closed[0] else s[-1]
-        raise Failure(
-            f"at an approach of {approach:.4g} mm the bodies overlap at the end of a contour, "
-            f"s = {end:.2f} mm from the touching point; give longer profiles or a smaller load"
-        )
+    closed = np.concatenate([[False], distance[1:-1] < 0, [False]])
     edges = np.flatnonzero(closed[1:] != closed[:-1])
     return [
         (float(s[first]), float(s[last + 1])) for first, last in zip(edges[::2], edges[1::2], strict=True)
@@ -94,25 +87,20 @@ class Sought:
 def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> tuple[list[Box], Sought]:
     """Return the patches of a contact on coarse grids, by growing s, and the contact with its approach.
 
-    Raises Failure where no approach is found, and as `overlaps`.
+    Raises Failure where no approach is found, and where a patch comes near the end of a contour.
     """
     approach, low, high = max(hertz(bodies, Loading(load)).approach, 1e-9), 0.0, np.inf
     for _ in range(MOST_TRIES):
-        try:
-            ranges = _merged(overlaps(bodies.undeformed, approach, roll))
-        except Failure:
-            if approach - low < NARROW * approach:
-                raise
-            approach, high = (low + approach) / 2, approach
-            continue
+        ranges = _merged(overlaps(bodies.undeformed, approach, roll))
         grids = [_coarse_grid(bodies, each, approach, roll) for each in ranges]
         try:
             contact = Areas.by(variant, bodies, _apart(grids), roll).solve(load, approach)
             found = contact.approach
-        except AreaTooSmall as short:  # the overlaps at this approach cannot bear the load
+        except AreaTooSmall as short:
             found = short.short.loading.approach or 0.0
-            found = max(found, GROWTH * approach) if found > TOO_MUCH * approach else found
-        if found > LITTLE_MORE * approach:
+            if TOO_MUCH * approach <= found <= LITTLE_MORE * approach:  # only the contour ends there
+                raise Failure(_at_the_end(bodies, found)) from short
+        if found > LITTLE_MORE * approach:  # these overlaps cannot bear the load
             low = max(low, approach)
             higher = float(np.clip(1.05 * found, GROWTH * approach, 2 * approach))
             approach = higher if higher < high else (low + high) / 2
@@ -121,6 +109,15 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
         else:
             return list(_boxes(contact)), Sought(variant, load, roll, found)
     raise Failure(f"contact at {load:g} N: no approach found at which the overlaps of the bodies bear it")
+
+
+def _at_the_end(bodies: PairOnGrid, approach: float) -> str:
+    """Return why a patch that comes near the end of a contour has no solution."""
+    low, high = bodies.undeformed.s_range
+    return (
+        f"at an approach of {approach:.4g} mm a patch comes near the end of a contour, which reaches from "
+        f"{low:.2f} to {high:.2f} mm about the touching point; give longer profiles or a smaller load"
+    )
 
 
 def fitting_grids(bodies: PairOnGrid, boxes: Sequence[Box], elements: int, most_strips: int) -> list[Grid]:

@@ -88,7 +88,7 @@ def solve_planar(
     """Return the planar contact under a load [N] along the direction at an angle `roll` [rad] to the z axis.
 
     There are `elements` across the main patch, and half as many across others; `about` [mm] is a guess of the
-    approach. Raises Failure where no approach has the load, and as `overlaps`.
+    approach. Raises Failure where no approach has the load.
     """
     return _Planar(bodies, load, elements, roll).solved(about)
 

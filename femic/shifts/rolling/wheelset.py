@@ -21,7 +21,7 @@ VERTICAL = 1e-5  # of the load: the largest error of the vertical forces
 LEVELS = 3  # of grids
 FIRST_SLOPE = 500.0  # of the torque over friction, load and radius by the creepage: less than that at rest
 WIDEST_STEP = 0.01  # of the creepage outside of a bracket
-MOST_STEPS = 40
+MOST_STEPS = 80
 
 
 class BeyondGrid(Failure):
@@ -137,11 +137,11 @@ class RollingWheelset:
         low, high = -np.inf, np.inf
         for _ in range(MOST_STEPS):
             free = self.longitudinal is None and abs(rolled.torque) > TORQUE
-            if not free and self.balanced(rolled):
-                return rolled
-            if not free:
+            if not self.balanced(rolled):  # only then the sign of the torque tells on which side its zero is
                 rolled = self.step(rolled, rolled.xi_0)
                 continue
+            if not free:
+                return rolled
             low, high = (low, rolled.xi_0) if rolled.torque > 0 else (rolled.xi_0, high)
             rolled = self.step(rolled, _next(rolled, low, high))
         raise Failure(

@@ -228,7 +228,11 @@ def test_the_contact_of_hertz_is_resolved():
     assert unresolved(contact, 0) < 1e-3 * exact.p_max
 
 
-def test_an_overlap_at_the_end_of_a_contour_is_refused():
+def test_overlaps_end_where_contours_do_and_patches_there_are_refused():
+    """What bodies do not reach is no contact; a patch that would go on beyond has no solution."""
     bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
-    with pytest.raises(Failure, match="overlap at the end of a contour"):
-        overlaps(bodies.undeformed, 30.0, 0.0)
+    low, high = bodies.undeformed.s_range
+    ((start, end),) = overlaps(bodies.undeformed, 30.0, 0.0)
+    assert (start, end) == pytest.approx((low, high), abs=0.1)
+    with pytest.raises(Failure, match="a patch comes near the end of a contour, which reaches from"):
+        find_patches(bodies, "A", 1e9, 0.0)
