@@ -76,7 +76,7 @@ def compression(case: RandomContact) -> GridComparison:
     fine, *larger = (steps(case, problem, halves)[1::2] for problem in grids(case))
     once = steps(case, case.problem, loads)
     finer = steps(case.finer, case.finer.problem, quarters)[-1].numbers
-    estimates = without_exact(estimates_of_steps(fine, larger, once, None)[-1], fine[-1])
+    estimates = without_exact(estimates_of_steps(fine, larger, once)[-1], fine[-1])
     return GridComparison(fine[-1].numbers, finer, larger[0][-1].numbers, estimates, regimes[0])
 
 

@@ -14,19 +14,17 @@ from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.area_grids import (
-    ACCURACY,
     Sought,
     find_patches,
     fitting_grid,
     longer,
     refine,
     refined_grids,
-    unresolved,
 )
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.planar import PLANAR, PlanarContact, solve_planar
-from femic.contact.pairs.quantities import ALL, kinds, measured, numbers
+from femic.contact.pairs.quantities import ALL, kinds, lacking, measured, numbers
 from femic.contact.pairs.reference_ics import normal_reference_ics
 from femic.contact.pairs.supports import other_supports
 from femic.contact.undeformed import Undeformed
@@ -157,11 +155,11 @@ def _timed(areas: Areas, load: float, about: float) -> tuple[AreasContact, float
 def _fineness_notes(contacts: Sequence[AreasContact]) -> tuple[str, ...]:
     """Return a sentence where the finest grid does not resolve the distance of the profiles."""
     shares = [
-        unresolved(contact, number) / max(float(np.max(each.p)) for each in contact.contacts)
+        lacking(on_grid, pressed) / _p_max(contact)
         for contact in contacts
-        for number in range(len(contact.contacts))
+        for on_grid, pressed in contact.parts
     ]
-    if max(shares) <= ACCURACY:
+    if max(shares) == 0:
         return ()
     return (
         "the curvature of the profiles changes within less than a strip of the finest grid: the estimated "
@@ -191,16 +189,13 @@ def _numbers(
     own = numbers(contact.areas.on_grids[main], contact.contacts[main], ESTIMATED)
     known = [_errors(contact, k, others) for k in range(len(contact.contacts))]
     p_max = [float(np.max(pressed.p)) for pressed in contact.contacts]
-    lacking = [unresolved(contact, k) for k in range(len(contact.contacts))]
-    lacking = [value if value > ACCURACY * max(p_max) else 0.0 for value in lacking]
     rounded = [_by_rounding(place, on_grid, pressed) for on_grid, pressed in contact.parts]
-    lacking = [value + more for value, more in zip(lacking, rounded, strict=True)]
-    uppermost = max(p + each["p_max"] + lack for p, each, lack in zip(p_max, known, lacking, strict=True))
+    uppermost = max(p + each["p_max"] + more for p, each, more in zip(p_max, known, rounded, strict=True))
     highest = int(np.argmax(p_max))
     return ICsNumbers(
         name,
         max(p_max),
-        max(known[highest]["p_max"] + lacking[highest], uppermost - max(p_max)) + further,
+        max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max)) + further,
         contact.approach,
         vertical,
         -lateral,

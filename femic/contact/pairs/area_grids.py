@@ -3,7 +3,7 @@
 Pressures only push surfaces apart, so that patches lie within the overlaps of the undeformed bodies at the
 approach of the contact. The contact is solved on a coarse grid over each overlap, which tells the patches.
 Patches far apart have a grid each. Strips are so narrow that the grid resolves the undeformed distance: where
-its curvature changes by dk from one strip to the next, pressures lack about `OF_CHANGE` E* ds dk.
+its curvature changes, pressures lack something otherwise (`PairOnGrid.unresolved`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,12 +14,11 @@ import numpy as np
 import scipy
 
 from femic.contact.edges import MARGIN
-from femic.contact.exact.hertz import combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.first_touch import hertz
-from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.tangent_plane import TangentPlane
 from femic.contact.undeformed import Undeformed
 from geometries.errors import Failure
@@ -38,8 +37,6 @@ STEP = 8  # numbers of elements are multiples of it, for the sake of coarser gri
 COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
 COUNTS = 0.01  # share of the pressures from which on a patch counts
 ACROSS = 8  # elements across patches beside the main one, at least
-OF_CHANGE = 0.07  # of E* ds dk: what pressures lack where the curvature of the distance changes by dk
-ACCURACY = 0.02  # error of p_max, as a share of it, above which strips are made narrower
 OF_COARSER = 0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
 MOST_ALONG_X, MOST_STRIPS = 160, 1024  # elements of a grid
 MOST_ELEMENTS = 60_000  # of all grids of a contact
@@ -176,22 +173,12 @@ def longer(areas: Areas, short: AreaTooSmall) -> list[Grid]:
 
 
 def unresolved(contact: AreasContact, number: int) -> float:
-    """Return what pressures lack in an area [MPa], because the distance changes between neighbouring strips.
-
-    As a constant of order 1 in it was measured, it is an estimate (docs/theory/errors.md).
-    """
-    on_grid, pressed = contact.areas.on_grids[number], contact.contacts[number]
-    grid, near = on_grid.grid, np.asarray(pressed.in_contact.any(axis=0))
+    """Return what pressures lack in an area [MPa], because the distance changes between its strips."""
+    on_grid, near = contact.areas.on_grids[number], contact.contacts[number].in_contact.any(axis=0)
     if np.count_nonzero(near) < 2:
         return 0.0
     down, aside = contact.approach * np.cos(contact.areas.roll), contact.approach * np.sin(contact.areas.roll)
-    distance = on_grid.undeformed.distance(0.0, grid.strips, down, -aside)
-    with np.errstate(invalid="ignore"):
-        change = np.abs(np.diff(distance, 3)) / grid.ds**2
-    beside = near[1:-2] | near[2:-1]
-    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
-    largest = float(np.max(change[beside & np.isfinite(change)], initial=0.0))
-    return OF_CHANGE * modulus * grid.ds * largest
+    return float(np.max(on_grid.unresolved(down, -aside)[near]))
 
 
 def refined_grids(
@@ -242,7 +229,7 @@ def finer_grid(
     counting = [patch for patch in contact.patches if np.sum(contact.p[patch.elements]) >= COUNTS * total]
     few_x = any(patch.x[1] - patch.x[0] < ACROSS for patch in counting)
     few_s = any(patch.s[1] - patch.s[0] < ACROSS for patch in counting)
-    allowed = ACCURACY * (float(np.max(contact.p)) if largest is None else largest)
+    allowed = RESOLVED * (float(np.max(contact.p)) if largest is None else largest)
     rough = lacking > allowed or OF_COARSER * _change(contact) > allowed
     along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
     finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)

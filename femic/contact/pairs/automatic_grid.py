@@ -1,6 +1,6 @@
 """Automatic grids of a problem, made longer where contacts need it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from femic.contact.edges import MARGIN
@@ -14,6 +14,7 @@ from femic.contact.specification import ContactProblem
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
+WITH_C, WITH_FRICTION, WITHOUT_C = 160, 256, 1024  # strips of grids that are made finer, at most
 COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
 
 Outcome = TypeVar("Outcome")
@@ -43,10 +44,19 @@ def grids_of(
     if specification.friction:
         largest = loadings[-1:]
         grid = sizing.grid([contact_size(sizing.bodies, largest[0])])
-        return [(sizing.large_enough(grid, largest, variants), loadings)]
+        return [(_fitting(sizing, grid, largest, variants, WITH_FRICTION), loadings)]
+    most_strips = WITH_C if C in specification.ics else WITHOUT_C
     return [
-        (sizing.large_enough(grid, on_grid, variants), on_grid) for grid, on_grid in sizing.grids(loadings)
+        (_fitting(sizing, grid, on_grid, variants, most_strips), on_grid)
+        for grid, on_grid in sizing.grids(loadings)
     ]
+
+
+def _fitting(
+    sizing: Sizing, grid: Grid, loadings: Sequence[Loading], variants: Sequence[str], most_strips: int
+) -> Grid:
+    """Return the grid, made longer where patches need it, and finer where distances do."""
+    return sizing.resolved(sizing.large_enough(grid, loadings, variants), loadings, most_strips)
 
 
 def on_fitting_grid(

@@ -11,7 +11,7 @@ from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
 from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
-from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of, reference_name
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
 from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator, normal_reference_ics
@@ -26,14 +26,16 @@ class SolvedContact:
     """A contact with some ICs, by name.
 
     `perturbed` is the same with C, or ICs that are given, plus their estimated error; None of others.
-    `displaced` is the contact with the distance of the displaced body, with the reference's ICs and where it
-    is found on the grid.
+    `linearised`: with a distance that is linearised in the approach. What that does is part of the estimates
+    then, and `displaced` is the contact with the distance of the displaced body, None where it is not found
+    on the grid.
     """
 
     loading: Loading
     ics: str
     contact: PairContact
     perturbed: PairContact | None = None
+    linearised: bool = False
     displaced: PairContact | None = None
     seconds: float = 0.0
 
@@ -48,7 +50,10 @@ class SolvedContact:
         return self.contact.normal
 
     def estimated_errors(self) -> dict[str, float]:
-        """Estimated errors of `OF_FRICTIONLESS`; NaN where the grid is too small for larger elements."""
+        """Estimated errors of `OF_FRICTIONLESS`; NaN where they are not known.
+
+        That is where the grid is too small for larger elements, and where `displaced` is missing.
+        """
         of_all, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
         given = "approach" if self.loading.load is None else "load"
         fine = measured(self.on_grid, self.normal, prescribed=(given, "position"))
@@ -56,8 +61,11 @@ class SolvedContact:
         while coarser is not None and len(larger) < 2:
             larger.append(measured(self.on_grid, coarser))
             coarser = coarser.coarser
-        if self.perturbed is not None:
-            parts.append(changes(fine, of_all, numbers(self.perturbed.on_grid, self.perturbed.normal)))
+        for other in (self.perturbed, self.displaced):
+            if other is not None:
+                parts.append(changes(fine, of_all, numbers(other.on_grid, other.normal)))
+        if self.linearised and self.displaced is None:
+            parts.append(dict.fromkeys(of_all, np.nan))
         known = errors(of_all, fine, larger, parts)
         if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
             known["position"] += known["F_y"] / self.contact.lateral_stiffness
@@ -143,15 +151,13 @@ class _Solver:
     def solved(
         self, on_grid: PairOnGrid, loading: Loading, name: str, operator: Operator, perturbed: Operator | None
     ) -> SolvedContact:
-        """Solve a contact, also with perturbed ICs, and, with the reference's, of the displaced bodies."""
+        """Solve a contact, also with perturbed ICs, and of the displaced bodies where that is another one."""
         start, exact = perf_counter(), self.problem.specification.exact
         contact = on_grid.solve(operator, loading, exact=exact)
         seconds = perf_counter() - start
         with_errors = on_grid.solve(perturbed, loading, exact=exact) if perturbed else None
-        displaced = None
-        if not exact and name == reference_name(self.problem.specification.ics, [*self.given]):
-            displaced = _displaced(on_grid, operator, loading)
-        return SolvedContact(loading, name, contact, with_errors, displaced, seconds)
+        displaced = None if exact else _displaced(on_grid, operator, loading)
+        return SolvedContact(loading, name, contact, with_errors, not exact, displaced, seconds)
 
 
 def _displaced(on_grid: PairOnGrid, operator: Operator, loading: Loading) -> PairContact | None:

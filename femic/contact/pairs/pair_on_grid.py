@@ -6,6 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from approx.pair import Pair
+from femic.contact.exact.hertz import combined_modulus
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral_force import contact_at_lateral_force
 from femic.contact.loading import Loading
@@ -24,6 +25,8 @@ from geometries.grids import Grid
 from geometries.patches import N
 from geometries.surfaces import Surface
 
+RESOLVED = 0.02  # of p_max: what it lacks on strips that are narrow enough
+OF_CHANGE = 0.07  # of E* ds dk: what pressures lack where the curvature of the distance changes by dk
 EXACT_TOLERANCE = 1e-6  # of the approach where the distance is that of the displaced body, as a share of it
 EXACT_STEPS = 30  # largest number
 SYMMETRY = 1e-6  # relative difference of mirrored distances that are the same
@@ -98,6 +101,21 @@ class PairOnGrid:
         if variant == "A":
             return self.flat
         return approximate_operator(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
+
+    def unresolved(self, approach: float, lateral: float = 0.0) -> Array:
+        """Return what pressures lack at strips because the distance changes between these [MPa], (n_s,).
+
+        That is `OF_CHANGE` E* ds dk where the curvature of the distance of the bodies, displaced by an
+        approach and a lateral movement [mm], changes by dk from one strip to the next. As this constant of
+        order 1 was measured, it is an estimate (docs/theory/errors.md). Without the gap that is added.
+        """
+        distance = self.undeformed.distance(0.0, self.grid.strips, approach, lateral)
+        with np.errstate(invalid="ignore"):
+            change = np.abs(np.diff(distance, 3)) / self.grid.ds**2
+        change = np.where(np.isfinite(change), change, 0.0)
+        modulus = combined_modulus(self.pair.upper.material, self.pair.lower.material)
+        beside = np.pad(change, 2)  # strips k and k + 1 are the inner ones of a third difference
+        return np.asarray(OF_CHANGE * modulus * self.grid.ds * np.maximum(beside[:-1], beside[1:]))
 
     @property
     def offset(self) -> float:

@@ -18,7 +18,7 @@ from femic.contact.error_floors import (
 )
 from femic.contact.estimates import Kind, Measured, Scale
 from femic.contact.normal import NormalContact
-from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.resultants import centre_of_pressure
 
 if TYPE_CHECKING:  # results without friction do not depend on the code of friction
@@ -197,6 +197,8 @@ def measured(
     own, state, work = _on_grid_of(contact, on_grid), contact.slip_state, contact.largest_work
     at = _places(own)
     of_all = scales(contact.pressures, state.friction, at) | {"work": Scale(work, work)}
+    of_state, largest = floors(state), max(float(np.max(contact.pressures)), LEAST)
+    of_state["peak"] += lacking(own, contact) / largest
     of_forces = {
         name: floor / max(of_all[name].changes, LEAST) for name, floor in floors_of_forces(state, at).items()
     }
@@ -205,9 +207,20 @@ def measured(
     return Measured(
         numbers(own, contact, quantities),
         of_all,
-        floors(state) | of_forces | readings(main_patch(contact)),
+        of_state | of_forces | readings(main_patch(contact)),
         vanishing.union(prescribed),
     )
+
+
+def lacking(on_grid: PairOnGrid, contact: Contact) -> float:
+    """Return what p_max lacks [MPa] because the distance changes between neighbouring strips of a contact.
+
+    Where they lack something, pressures may be as much larger; 0 for less than `RESOLVED` of it.
+    """
+    own, p = _on_grid_of(contact, on_grid), np.max(contact.pressures, axis=0)
+    largest = float(np.max(p))
+    lacking = float(np.max(np.where(p > 0, p + own.unresolved(contact.approach), 0.0))) - largest
+    return lacking if lacking > RESOLVED * largest else 0.0
 
 
 def _on_grid_of(contact: Contact, on_grid: PairOnGrid) -> PairOnGrid:

@@ -13,6 +13,7 @@ from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import (
     MOST_STRIPS,
     MOST_TRIES,
+    SIZING,
     Range,
     Size,
     contact_size,
@@ -20,10 +21,12 @@ from femic.contact.pairs.contact_size import (
     require_room,
 )
 from femic.contact.pairs.pair_on_grid import NEARLY, PairOnGrid
+from femic.contact.pairs.quantities import lacking
 from geometries.grids import Grid
 
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
+MOST_ELEMENTS = 60_000  # of a grid that is made finer
 MOST_ALONG_X = 256  # elements of a grid; loads that need more have grids of their own
 
 Outcome = TypeVar("Outcome")
@@ -78,6 +81,19 @@ class Sizing:
                 return on_grid.grid
 
             grid = self.on_long_enough_grid(grid, grid_of)
+        return grid
+
+    def resolved(self, grid: Grid, loadings: Sequence[Loading], most_strips: int) -> Grid:
+        """Return the grid with strips halved until they resolve the distance, or are more than `most_strips`.
+
+        What p_max lacks otherwise is part of its estimate (`quantities.lacking`).
+        """
+        while 2 * grid.n_s <= most_strips and 2 * grid.n_x * grid.n_s <= MOST_ELEMENTS:
+            on_grid = replace(self.bodies, grid=grid)
+            operator = on_grid.operator(SIZING)
+            if not any(lacking(on_grid, on_grid.solve(operator, loading).normal) for loading in loadings):
+                break
+            grid = replace(grid, n_s=2 * grid.n_s, ds=grid.ds / 2)
         return grid
 
     def on_long_enough_grid(self, grid: Grid, solve: Callable[[PairOnGrid], Outcome]) -> Outcome:

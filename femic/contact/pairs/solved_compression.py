@@ -15,6 +15,7 @@ from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.displaced import Linearisation
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
 from femic.contact.pairs.variations import (
@@ -58,6 +59,7 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
         on_larger_elements(pair, problem, label, _numbers),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
         None if perturbed is None else perturbed[0],
+        [Linearisation.of(pair.on_grid, operator, load) for load in pair.loads],
     )
     larger = _with_larger_elements_and_steps(pair, problem, label)
     return SolvedCompression(steps, estimated, last, larger, _change(steps, last, perturbed), seconds)
@@ -119,9 +121,13 @@ def _numbers(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> 
 
 
 def estimates_of(
-    steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
+    steps: Steps,
+    on_larger: Sequence[Steps | None],
+    larger_steps: Steps,
+    perturbed: Steps | None = None,
+    linearised: Sequence[Linearisation] = (),
 ) -> list[dict[str, float]]:
-    """Return sums of what larger elements, larger steps of load, and C plus its estimate change.
+    """Return sums of what larger elements, steps of load, C plus its estimate, and other distances change.
 
     Steps twice as large have twice the error, with the safety factor of elements.
     """
@@ -131,6 +137,7 @@ def estimates_of(
         others = [{name: SAFETY * value for name, value in by_steps.items()}]
         if perturbed is not None:
             others.append(changes(fine, of_all, perturbed[number].numbers))
+        others += [each.part(fine, of_all) for each in linearised[number : number + 1]]
         larger = [coarse[number] if coarse else None for coarse in on_larger]
         estimated.append(errors(of_all, fine, larger, others))
     return estimated

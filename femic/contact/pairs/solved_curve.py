@@ -10,7 +10,7 @@ from femic.contact.estimates import Numbers, changes, errors
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
-from femic.contact.pairs.displaced import displaced_numbers
+from femic.contact.pairs.displaced import Linearisation, displaced_numbers
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING, kinds
 from femic.contact.pairs.variations import (
@@ -57,10 +57,21 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     perturbed = pair.perturbed(name)
     changed = None if perturbed is None else _with_ics(along, curve, perturbed)
     larger = on_larger_elements(pair, problem, along.label, _curve)
+    displaced = displaced_numbers(along, curve)
+    linearised = Linearisation.of(pair.on_grid, operator, pair.loads[0])
+    of_points = [
+        [linearised.part(curve.points[xi], kinds(OF_ROLLING))] if xi in curve.points else []
+        for xi in along.xi
+    ]
+    of_free = [linearised.part_of_curve(curve.free, displaced["zero_creepage"])]
+    if changed is not None:
+        points, free = _sizes_of_change(along.xi, curve, changed)
+        of_points = [[*parts, more] for parts, more in zip(of_points, points, strict=True)]
+        of_free.append(free)
     return SolvedCurve(
         curve,
-        *_errors(along.xi, curve, larger, changed),
-        displaced_numbers(along, curve),
+        *_errors(along.xi, curve, larger, of_points, of_free),
+        displaced,
         larger[0] if larger else None,
         *_change(along.xi, curve, changed),
         seconds,
@@ -145,18 +156,21 @@ def _errors(
     xis: Sequence[float],
     curve: CreepForceCurve,
     larger: Sequence[CreepForceCurve | None],
-    changed: ChangedCurve | None,
+    of_points: Sequence[Sequence[Numbers]],
+    of_free: Sequence[Numbers],
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
-    """Return estimated errors of the points at all creepages, and of the curve as a whole."""
-    of_points, of_free = _sizes_of_change(xis, curve, changed) if changed else (None, None)
+    """Return estimated errors of the points at all creepages, and of the curve as a whole.
+
+    `of_points` and `of_free` are further parts of these.
+    """
     points = [
         errors(
             kinds(OF_ROLLING),
             curve.points.get(xi),
             [coarse.points.get(xi) if coarse else None for coarse in larger],
-            [of_points[number]] if of_points else [],
+            parts,
         )
-        for number, xi in enumerate(xis)
+        for xi, parts in zip(xis, of_points, strict=True)
     ]
     of_larger = [coarse.free if coarse else None for coarse in larger]
-    return points, errors(kinds(OF_CURVE), curve.free, of_larger, [of_free] if of_free else [])
+    return points, errors(kinds(OF_CURVE), curve.free, of_larger, of_free)

@@ -19,6 +19,7 @@ from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import SIZING
+from femic.contact.pairs.displaced import Linearisation
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
 from femic.contact.pairs.rolling_numbers import measured_rolling
@@ -67,7 +68,8 @@ def solve_transient(pair: PairWithFriction, friction: float, name: str) -> Solve
     pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
     larger = on_larger_elements(pair, problem, label, path_of)
     perturbed = with_perturbed_ics(pair, friction, name, label, path_of)
-    return SolvedTransient(path, *_errors(path, larger, perturbed), seconds)
+    linearised = Linearisation.of(pair.on_grid, operator, pair.loads[0])
+    return SolvedTransient(path, *_errors(path, larger, perturbed, linearised), seconds)
 
 
 def last_distance(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
@@ -123,26 +125,37 @@ def _steady(pair: PairWithFriction, rolling: RollingProblem, last: RollingContac
 
 
 def _errors(
-    path: TransientPath, larger: Sequence[TransientPath | None], perturbed: TransientPath | None
+    path: TransientPath,
+    larger: Sequence[TransientPath | None],
+    perturbed: TransientPath | None,
+    linearised: Linearisation,
 ) -> tuple[list[dict[str, float]], dict[str, float]]:
     """Return the estimated errors by distance, and of the steady numbers."""
     coarse = [interpolated(other, path.distances) if other else None for other in larger]
     by_distance = [
         _errors_of(
-            fine, [steps[n] if steps else None for steps in coarse], perturbed.steps[n] if perturbed else None
+            fine,
+            [steps[n] if steps else None for steps in coarse],
+            perturbed.steps[n] if perturbed else None,
+            linearised,
         )
         for n, fine in enumerate(path.steps)
     ]
     steady = [other.steady if other else None for other in larger]
-    return by_distance, _errors_of(path.steady, steady, perturbed.steady if perturbed else None)
+    return by_distance, _errors_of(path.steady, steady, perturbed.steady if perturbed else None, linearised)
 
 
 def _errors_of(
-    fine: Measured | None, larger: Sequence[Measured | None], perturbed: Measured | None
+    fine: Measured | None,
+    larger: Sequence[Measured | None],
+    perturbed: Measured | None,
+    linearised: Linearisation,
 ) -> dict[str, float]:
-    """Return the estimated errors of a contact, with the change by the estimate of C if given."""
+    """Return the estimated errors of a contact, with changes by the estimate of C and by the distance."""
     of_all = kinds(OF_ROLLING)
     others = [changes(fine, of_all, perturbed.numbers)] if fine is not None and perturbed is not None else []
+    if fine is not None:
+        others.append(linearised.part(fine, of_all))
     return errors(of_all, fine, larger, others)
 
 

@@ -8,10 +8,12 @@ import pytest
 from compare.friction.compute import compute_with_friction
 from femic.contact.estimates import Measured
 from femic.contact.loading import Loading
+from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
-from femic.contact.pairs.displaced import displaced, displaced_numbers
+from femic.contact.pairs.displaced import Linearisation, displaced, displaced_numbers
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_ROLLING, kinds
 from femic.contact.pairs.reference_ics import approximation
 from femic.scenes.load import load_scene
 from geometries.grids import Grid
@@ -49,6 +51,31 @@ def test_distance_is_evaluated_at_the_contacts_own_approach():
     again = problem.contact(result.creepages, Loading(LOAD))
     assert again.contact.approach == pytest.approx(approach, rel=1e-4)
     assert again.contact.force == pytest.approx(result.contact.force, abs=1e-4 * 0.3 * LOAD)
+
+
+@pytest.mark.parametrize(("shift", "xi"), [(0.03, 0.0), (0.03, 1e-3), (0.2, 0.0)])
+def test_what_linearisation_does_without_friction_tells_what_it_does_with_it(shift, xi):
+    """Forces, work and patch of a wheel beside the crown, rolling with the exact distance."""
+    of = scene(
+        10.4,
+        500.0,
+        motion="rolling",
+        loads=[5e4],
+        longitudinal=[-1e-3, 0.0, 1e-3],
+        friction=[0.3],
+        ics=["Bhat"],
+        shift=shift,
+        elements=16,
+    )
+    along = path_of(0.3, of, grids_of(of.contact_problem)[0][0])
+    linear = along.at(xi, None)
+    fine, exact = along.measured(linear), along.measured(displaced(along, linear))
+    operator = approximation(along.pair.on_grid, "Bhat")
+    part = Linearisation.of(along.pair.on_grid, operator, 5e4).part(fine, kinds(OF_ROLLING))
+    for name in ("F_x", "F_y", "M_x", "M_z", "dissipation", "p_max", "b", "angle"):
+        away = abs(exact.numbers[name] - fine.numbers[name])
+        assert away <= 1.1 * part[name], name
+        assert part[name] <= 8 * away, name
 
 
 def test_displacement_on_a_plane_changes_nothing():

@@ -85,6 +85,24 @@ def test_problems_with_the_exact_distance_are_solved_with_it():
     assert exact.displaced is None
 
 
+def test_estimates_contain_what_the_linearised_distance_does():
+    """p_max and the width of a conforming contact by the exact distance, on elements too small to matter."""
+    linear, exact = (
+        contacts_of(problem(10.2, loads=(2e4,), elements=40, gap=gap))["Bhat"] for gap in ("linear", "exact")
+    )
+    known, of_elements = linear.estimated_errors(), exact.estimated_errors()
+    (by_linear, by_exact) = (numbers(each.on_grid, each.normal) for each in (linear, exact))
+    for name in ("p_max", "b", "angle"):
+        away = abs(by_linear[name] - by_exact[name])
+        assert of_elements[name] < away <= known[name] < 3 * away, name
+
+
+def test_without_the_exact_distance_errors_are_not_known():
+    linear = contacts_of(problem(10.2, loads=(2e3,)))["Bhat"]
+    assert np.isnan(replace(linear, displaced=None).estimated_errors()["p_max"])
+    assert np.isfinite(linear.estimated_errors()["p_max"])
+
+
 def test_given_ics_are_solved_on_their_grid_with_their_errors():
     """The matrix of B-hat, and twice that: softer by what the estimate says."""
     grid = Grid(32, 40, 0.5, 0.3)
@@ -95,7 +113,6 @@ def test_given_ics_are_solved_on_their_grid_with_their_errors():
     assert {contact.on_grid.grid for contact in result.values()} == {grid}
     np.testing.assert_allclose(result["own"].normal.p, result["Bhat"].normal.p, atol=1e-3 * 3e3)
     np.testing.assert_array_equal(result["own"].perturbed.normal.p, result["softer"].normal.p)
-    assert result["own"].displaced is not None  # it is the reference
     other = {"own": given["own"], "softer": GivenICs(replace(grid, s=0.1), nn)}
     with pytest.raises(WrongInput, match=r"own, softer have different grids: name one"):
         solve_frictionless(of, given=other)
