@@ -31,6 +31,7 @@ from femic.validation.statements import (
     sn,
     softer_bodies,
     tangential,
+    wheels,
     xn,
 )
 from femic.validation.statements.criteria import Statement
@@ -41,6 +42,7 @@ ON_FRICTION = (creep_forces, compressions, exchanged_components, softer_bodies)
 ON_PROGRAM = (
     *(program, fe_contacts, elements, random_contacts),
     *(fast_operators, fe_angles, closed_forms, rigid_motions),
+    wheels,
 )
 GROUPS = (*ON_ICS, *ON_NORMAL_CONTACT, *ON_FRICTION, *ON_PROGRAM)
 

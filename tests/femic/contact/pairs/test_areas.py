@@ -5,24 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.pair import Pair, Solid
 from femic.contact.edges import MARGIN
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.pairs import area_grids
 from femic.contact.pairs.area_grids import find_patches, overlaps, refined_grids, unresolved
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
-from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import measured
 from femic.contact.pairs.sizing import Sizing
-from femic.contact.undeformed import Undeformed
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from femic.validation.statements.wheels import kinked
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.profiles.pieces import ArcPiece, Outline
-from geometries.profiles.placement import contour_at
-from geometries.surfaces import LOWER, UPPER, Surface
 from geometries.track.wheelset import settle
 from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
 from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy
@@ -181,23 +177,6 @@ def test_patches_are_found_and_their_grids_fit_them(load):
     low, high = patch.s
     assert low > MARGIN
     assert high < grid.n_s - 1 - MARGIN
-
-
-def kinked():
-    """A rail whose curvature jumps from 1/12 to 1/200 beside its top, under a hollow tread."""
-    rail = Outline(
-        (
-            ArcPiece((-12.0 * np.sin(1.0), 12 * np.cos(1.0) - 12), -1.0, 1 / 12, 12.0),
-            ArcPiece((0.0, 0.0), 0.0, 1 / 200, 25.0),
-        )
-    )
-    tread = Outline((ArcPiece((-210 * np.sin(0.12), 210 - 210 * np.cos(0.12)), 0.12, -1 / 210, 420 * 0.12),))
-    lower = contour_at(rail, 12.0)
-    upper = contour_at(tread, 210 * 0.12)
-    steel = Material(RAIL.E, RAIL.nu)
-    above, below = Surface(UPPER, upper, 460.0), Surface(LOWER, lower)
-    undeformed = Undeformed(above, below, (-8.0, 20.0))
-    return PairOnGrid(Pair(Solid(steel, above), Solid(steel, below)), undeformed, Grid(8, 8, 1.0, 1.0))
 
 
 def test_strips_resolve_a_narrow_change_of_the_distance():

@@ -17,6 +17,7 @@ from femic.contact.pairs.quantities import numbers
 from femic.contact.pairs.reference_ics import approximation
 from femic.contact.tangent_plane import Line
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from femic.validation.statements.wheels import kinked
 from geometries.bodies import Body
 from geometries.contours import Contour, arc
 from geometries.errors import WrongInput
@@ -26,7 +27,6 @@ from geometries.patches import N
 from geometries.surfaces import LOWER, UPPER
 from geometries.track.wheelset import settle
 from tests.femic.contact.pairs.problems import DOMAIN, problem
-from tests.femic.contact.pairs.test_areas import kinked
 from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy
 
 R_RAIL, R_ROLL = 60.0, 400.0  # mm

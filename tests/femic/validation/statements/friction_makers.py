@@ -232,3 +232,8 @@ BY_CLOSED_FORMS = {  # tests/femic/validation/statements/test_closed_forms.py
         *("circles", "spin of cones"),
     )
 }
+BY_WHEELS = {  # tests/femic/validation/statements/test_wheels.py
+    *((46, name) for name in ("CONTACT", "Hertz", "order")),
+    *((47, name) for name in ("within", "unrefined")),
+    *((48, name) for name in ("one grid", "Hertz", "load", "second patch")),
+}

@@ -18,7 +18,7 @@ from femic.validation.statements.elements import NUMBERS as ELEMENT_NUMBERS
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES
 from tests.femic.validation.statements import normal_makers
-from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS, MADE
+from tests.femic.validation.statements.friction_makers import BY_CLOSED_FORMS, BY_WHEELS, MADE
 from tests.femic.validation.statements.handmade import (
     SOFT,
     STIFF,
@@ -311,6 +311,7 @@ ELSEWHERE = {
     (15, "point loads"),
     (15, "cylinder"),
     *BY_CLOSED_FORMS,
+    *BY_WHEELS,
 }  # no C in them: tests/femic/validation/statements/test_program.py
 SOME = {(15, "variants")}  # missed in some case only: variants are alike in others
 A, B = times("A", None, 1), times("B", None, 1)
