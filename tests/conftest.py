@@ -1,10 +1,14 @@
 """Settings of the whole run: one BLAS thread per process, repeatable examples, dear files first."""
 
 import os
+import sys
 
 # Before NumPy is imported. Tests run on all cores: more threads wait for each other most of the time.
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+# Many tests start processes. Without compiled modules each would spend as long on compiling as on its work.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402

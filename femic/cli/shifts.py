@@ -26,7 +26,7 @@ def shifts(
     *,
     show: Annotated[
         bool,
-        Parameter(negative="", help="print the built-in specification with every key"),
+        Parameter(negative="", help="print a built-in specification with every key, default: s1002-on-60e1"),
     ] = False,
     work: Work = DEFAULT_WORK,
 ) -> None:
@@ -36,7 +36,7 @@ def shifts(
     """
     console = terminal(highlight=False, markup=False)
     if show:
-        console.print(specifications.example(), soft_wrap=True, end="")
+        console.print(_with_every_key(specification), soft_wrap=True, end="")
         return
     if specification is None:
         raise WrongInput("SPECIFICATION: name a TOML file; `femic shifts --show` prints an example")
@@ -48,3 +48,13 @@ def shifts(
         report = page.write_shifts(dataset, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)
+
+
+def _with_every_key(name: str | None) -> str:
+    """Return a built-in specification with every key; raise WrongInput for any other name."""
+    if name is None:
+        return specifications.example()
+    if name not in specifications.builtin_names():
+        known = ", ".join(specifications.builtin_names())
+        raise WrongInput(f"SPECIFICATION {name!r} with --show: one of {known}")
+    return specifications.example(name)

@@ -116,3 +116,12 @@ def test_scenes_are_listed_and_shown(capsys):
     assert "geometry1" in capsys.readouterr().out
     assert exit_code(["scenes", "--show", "flat"]) == DONE
     assert 'kind = "plane"' in capsys.readouterr().out
+
+
+def test_specifications_of_wheelsets_are_shown_by_name(capsys):
+    assert exit_code(["shifts", "--show", "s1002-on-60e1-worn"]) == DONE
+    assert 'profile = "60E1-worn"' in capsys.readouterr().out
+    assert exit_code(["shifts", "--show"]) == DONE
+    assert 'profile = "60E1"' in capsys.readouterr().out
+    assert exit_code(["shifts", "mine.toml", "--show"]) == WRONG_INPUT
+    assert "s1002-on-60e1-worn" in capsys.readouterr().err
