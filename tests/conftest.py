@@ -44,6 +44,16 @@ DEAR = (
     "tests/test_attack.py",
     "tests/test_docs.py",
     "tests/test_examples.py",
+    "tests/femic/reference/harmonic/test_section_work.py",
+    "tests/femic/shifts/test_rolling_wheelset.py",
+    "tests/femic/reference/harmonic/test_outlines.py",
+    "tests/femic/validation/statements/test_friction_details.py",
+    "tests/femic/contact/pairs/test_solved_transient.py",
+    "tests/femic/reference/matrix/test_components.py",
+    "tests/femic/reference/test_discount_rules.py",
+    "tests/compare/friction/test_transient.py",
+    "tests/compare/friction/test_rolling.py",
+    "tests/compare/friction/test_supports.py",
 )
 
 

@@ -25,8 +25,8 @@ from geometries.errors import Failure
 from geometries.grids import Grid
 
 SAMPLES = 6001  # arc lengths among which overlaps are sought
-COARSE_X, COARSE_S = 24, 40  # elements over an overlap, while patches are sought
-BESIDE = 0.15  # room beside an overlap, as a share of its length: its distance is linearised there
+COARSE_X, COARSE_S, MOST_COARSE = 24, 40, 240  # elements over an overlap, while patches are sought
+BESIDE = 0.3  # room beside an overlap, as a share of its length: its distance is linearised there
 MOST_TRIES = 60  # approaches with which overlaps are sought, and lengths of grids
 GROWTH = 1.1  # of an approach at which overlaps cannot bear the load, at least
 SMALL_GAP = 0.05  # between overlaps, as a share of the longer one
@@ -89,9 +89,9 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
     approach, low, high = max(hertz(bodies, Loading(load)).approach, 1e-9), 0.0, np.inf
     for _ in range(MOST_TRIES):
         ranges = _merged(overlaps(bodies.undeformed, approach, roll))
-        grids = [_coarse_grid(bodies, each, approach, roll) for each in ranges]
+        grids = [*_coarse_grids(bodies, ranges, approach, roll)]
         try:
-            contact = Areas.by(variant, bodies, _apart(grids), roll).solve(load, approach)
+            contact = Areas.by(variant, bodies, grids, roll).solve(load, approach)
             found = contact.approach
         except AreaTooSmall as short:
             found = short.short.loading.approach or 0.0
@@ -122,7 +122,8 @@ def fitting_grids(bodies: PairOnGrid, boxes: Sequence[Box], elements: int, most_
     main = max(boxes, key=lambda box: box.share)
     groups = [(group, elements if main in group else elements // 2) for group in _groups(boxes)]
     grids = [fitting_grid(group, across, most_strips) for group, across in groups]
-    return [_within(bodies, grid) for grid in _apart(grids)]
+    ranges = [(min(box.s[0] for box in group), max(box.s[1] for box in group)) for group, _ in groups]
+    return [_within(bodies, grid) for grid in _apart(grids, ranges)]
 
 
 def fitting_grid(group: Sequence[Box], elements: int, most_strips: int = MOST_STRIPS) -> Grid:
@@ -262,12 +263,24 @@ def boxes_on_grid(grid: Grid, pressed: NormalContact) -> list[Box]:
     return boxes
 
 
-def _coarse_grid(bodies: PairOnGrid, s: tuple[float, float], approach: float, roll: float) -> Grid:
-    """Return a coarse grid over an overlap, with a margin."""
-    half_x = (1 + BESIDE) * _half_length(bodies.undeformed, s, approach, roll)
-    length = (1 + 2 * BESIDE) * (s[1] - s[0])
-    dx, ds = 2 * half_x / (COARSE_X - 2 * MARGIN - 2), length / (COARSE_S - 2 * MARGIN - 2)
-    return _within(bodies, Grid(COARSE_X, COARSE_S, dx, ds, (s[0] + s[1]) / 2))
+def _coarse_grids(
+    bodies: PairOnGrid, ranges: Sequence[tuple[float, float]], approach: float, roll: float
+) -> Iterator[Grid]:
+    """Yield a coarse grid over each overlap with room beside it, as far as the middle of the gap to the next.
+
+    Where there is little room, strips are so narrow that patches do not come near the ends of their grid.
+    """
+    start, end = bodies.undeformed.s_range
+    middles = [(one[1] + other[0]) / 2 for one, other in pairwise(ranges)]
+    for (low, high), before, after in zip(ranges, [start, *middles], [*middles, end], strict=True):
+        beside = BESIDE * (high - low)
+        first, last = max(before, low - beside), min(after, high + beside)
+        room = min(low - first, last - high) / (MARGIN + 2)
+        ds = max(min((last - first) / COARSE_S, room), (last - first) / MOST_COARSE)
+        half_x = (1 + BESIDE / 2) * _half_length(bodies.undeformed, (low, high), approach, roll)
+        n_s = _rounded((last - first) / ds)
+        dx = 2 * half_x / (COARSE_X - 2 * MARGIN - 2)
+        yield Grid(COARSE_X, n_s, dx, (last - first) / n_s, (first + last) / 2)
 
 
 def _half_length(
@@ -316,14 +329,18 @@ def _groups(boxes: Sequence[Box]) -> list[list[Box]]:
     return groups
 
 
-def _apart(grids: Sequence[Grid]) -> list[Grid]:
-    """Return grids by growing s of which none reaches into the next one: both end in the middle."""
+def _apart(grids: Sequence[Grid], ranges: Sequence[tuple[float, float]]) -> list[Grid]:
+    """Return grids by growing s of which none reaches into the next one.
+
+    `ranges` [mm] are what each grid is about: two that would meet end in the middle of the gap between these.
+    """
     grids = list(grids)
     for k, (one, other) in enumerate(pairwise(grids)):
-        excess = one.extent[1] - other.extent[0]
-        if excess > 0:
-            grids[k] = _shortened(one, after=int(np.ceil(excess / 2 / one.ds)))
-            grids[k + 1] = _shortened(other, before=int(np.ceil(excess / 2 / other.ds)))
+        middle = (ranges[k][1] + ranges[k + 1][0]) / 2
+        if one.extent[1] > other.extent[0]:
+            grids[k] = _shortened(one, after=max(0, int(np.ceil((one.extent[1] - middle) / one.ds))))
+            before = max(0, int(np.ceil((middle - other.extent[0]) / other.ds)))
+            grids[k + 1] = _shortened(other, before=before)
     return grids
 
 

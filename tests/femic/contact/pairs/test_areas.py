@@ -1,9 +1,12 @@
 """Several areas under one approach: one is one grid, two are one grid cut in two, distances are exact."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from femic.contact.edges import MARGIN
 from femic.contact.error_floors import floors
@@ -15,7 +18,9 @@ from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import measured
 from femic.contact.pairs.sizing import Sizing
+from femic.shifts.placement import layout_of
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from femic.shifts.specification import load_shifts
 from femic.validation.statements.wheels import kinked
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -250,3 +255,33 @@ def test_areas_come_together_along_the_direction_of_their_load():
     np.testing.assert_allclose(
         (before - after) / zeta, np.broadcast_to(problem.cosine, before.shape), atol=5e-5
     )
+
+
+@settings(max_examples=200)
+@given(st.floats(0.01, 1.0), st.floats(0.05, 20.0), st.floats(0.03, 5.0), st.booleans())
+def test_coarse_grids_over_neighbouring_overlaps_have_room_beside_both(ratio, gap, room, is_first):
+    """A short overlap beside a long one, which lies near the end of the contour."""
+    long, short = (0.0, 10.0), (10.0 + 10 * gap, 10.0 + 10 * gap + 10 * ratio)
+    ranges = [long, short] if is_first else [(-short[1], -short[0]), (-long[1], -long[0])]
+    ends = (-10 * room, short[1] + 30.0) if is_first else (-short[1] - 30.0, 10 * room)
+    bodies = SimpleNamespace(undeformed=SimpleNamespace(s_range=ends))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(area_grids, "_half_length", lambda *_: 5.0)
+        one, other = area_grids._coarse_grids(bodies, ranges, 0.1, 0.0)
+    assert one.extent[1] <= other.extent[0] + 1e-9
+    assert one.extent[0] >= ends[0] - 1e-9
+    assert other.extent[1] <= ends[1] + 1e-9
+    for grid, (low, high) in zip((one, other), ranges, strict=True):
+        assert (low - grid.extent[0]) / grid.ds > MARGIN
+        assert (grid.extent[1] - high) / grid.ds > MARGIN
+        assert grid.n_s <= area_grids.MOST_COARSE
+
+
+def test_a_worn_wheel_has_one_patch_where_its_coarse_grids_would_meet():
+    """At an approach that is sought, a second overlap lies close beside the first one."""
+    file = load_shifts("s1002-on-60e1-worn")[2]
+    layout = layout_of(file)
+    where = Place(layout, settle(layout, 6.43, roll="about rails"), "left")
+    problem = problem_of(bodies_at(where, file.rail, file.wheel), ContactRequest(LOAD, ("A",)), LOAD)
+    boxes, _ = find_patches(pair_on_grid(problem, problem.grid), "A", LOAD, where.roll)
+    assert sum(box.share for box in boxes) == pytest.approx(1)

@@ -91,7 +91,7 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
         lambda self, *place: 1.001 * DISTANCE(self, *place),
         {(46, "order")},
     ),
-    "no refinement": (area_grids, "finer_grid", lambda *_: None, {(47, "within")}),
+    "no refinement": (area_grids, "finer_grid", lambda *_: None, {(47, "unrefined")}),
     "no jump of the curvature": (wheels, "SHARP", 199.0, {(47, "unrefined")}),
     "no coupling": (
         Coupling,
