@@ -211,9 +211,14 @@ def contact(dataset: xr.Dataset) -> str:
 
 
 def centre_line(dataset: xr.Dataset) -> Chart:
-    """Return pressures and longitudinal tractions along s = 0 at equal force by all ICs."""
-    middle = dataset.sizes["s"] // 2
-    along, factor = dataset.p.isel(s=middle), float(dataset.friction_factor[middle])
+    """Return pressures and longitudinal tractions along x through the largest pressure, at equal force."""
+    of_reference = dataset.p.sel(direction="n", ics=reference_of(dataset))
+    strip = int(of_reference.max(["friction", "x"]).argmax("s"))
+    along, factor, place = (
+        dataset.p.isel(s=strip),
+        float(dataset.friction_factor[strip]),
+        float(dataset.s[strip]),
+    )
     pressed = dataset.p.sel(direction="n").max("friction") > 0
     along = along.isel(x=covered(pressed)["x"])
 
@@ -224,8 +229,13 @@ def centre_line(dataset: xr.Dataset) -> Chart:
         limits = [Curve("friction times pressure", along.x, sign * bound, LIMIT) for sign in (1, -1)]
         across = "x [mm]"
         cells = [
-            Panel("pressure at s = 0", across, "p_n [MPa]", curves_by_ics(along.x, pressure)),
-            Panel("traction at s = 0", across, "p_x [MPa]", [*limits, *curves_by_ics(along.x, traction)]),
+            Panel(f"pressure at s = {place:.3g} mm", across, "p_n [MPa]", curves_by_ics(along.x, pressure)),
+            Panel(
+                f"traction at s = {place:.3g} mm",
+                across,
+                "p_x [MPa]",
+                [*limits, *curves_by_ics(along.x, traction)],
+            ),
         ]
         if others_of(dataset):
             away = curves_by_ics(along.x, traction - traction.sel(ics=reference))

@@ -161,7 +161,7 @@ def solve(
     on these.
 
     Raises WrongInput for bad input, and Failure as `bound_constrained.pressures` and `coulomb.tractions` do,
-    where both do not agree after `MOST_ALTERNATIONS`, and where the contact comes too near to an end of the
+    where both do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the
     grid.
     """
     contact = _Solution(problem, motion, loading, tolerance).from_start(start)
