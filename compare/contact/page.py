@@ -105,7 +105,7 @@ def _explanation(dataset: xr.Dataset, further: FurtherSolution | None) -> str:
         "large; of C also from C plus its own estimate. Small, below each number: its difference to the "
         f"number with {symbol_of(reference_of(dataset))}, in its unit where it may vanish by symmetry. "
         "“p_max, displaced”: with the distance of the displaced body instead of the linearised one; a dash "
-        "where that contact exceeds the grid, or has no solution.",
+        "where that contact exceeds the grid, or has no solution: then errors are not known (± ?).",
         *_displaced_sentence(dataset),
     ]
     return " ".join([*sentences, further.note] if further else sentences)

@@ -135,7 +135,7 @@ def _cells(contacts: xr.Dataset, name: str, factor: float) -> list[Cell]:
     """Return a number with its estimate, of each ICs."""
     cells = []
     for value, estimate in zip(contacts[name].values, contacts[f"estimate_{name}"].values, strict=True):
-        known = float(estimate) if estimate > EXACT * abs(value) else np.nan
+        known = 0.0 if estimate <= EXACT * abs(value) else float(estimate)
         text, _, error = with_estimate(factor * float(value), factor * known).partition(" ± ")
         cells.append(Cell(text, below=f"± {error}" if error else ""))
     return cells

@@ -105,12 +105,15 @@ def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, d
 def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
 
-    Without an estimate, or with one of rounding, a number has six digits; NaN is a dash.
+    With an estimate of rounding a number has six digits, with one that is not known, NaN, four and "± ?". A
+    number that is NaN is a dash.
     """
     value, estimate = float(value), float(estimate)
     if np.isnan(value):
         return "–"
-    if not estimate > ROUNDING * abs(value):
+    if np.isnan(estimate):
+        return f"{value:.4g} ± ?"
+    if estimate <= ROUNDING * abs(value):
         return f"{value:.6g}"
     last = _power(estimate, 1) - 1  # power of ten of the last digit
     power, decimals = _power(max(abs(value), estimate)), max(-last, 0)

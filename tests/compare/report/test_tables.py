@@ -26,9 +26,10 @@ def test_numbers_have_the_digits_that_their_estimate_allows(value, estimate, tex
     assert with_estimate(xr.DataArray(value), xr.DataArray(estimate)) == text
 
 
-@pytest.mark.parametrize("estimate", [np.nan, 0.0])
-def test_numbers_without_an_estimate_stand_alone(estimate):
-    assert "±" not in with_estimate(684.25, estimate)
+def test_numbers_of_rounding_stand_alone_and_unknown_errors_are_shown():
+    """A number whose error is not known must not look like one that is exact."""
+    assert with_estimate(684.25, 0.0) == "684.25"
+    assert with_estimate(684.25, np.nan) == "684.2 ± ?"
 
 
 def test_small_numbers_have_a_common_power_of_ten():
