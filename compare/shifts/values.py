@@ -38,7 +38,7 @@ ABSENT = {  # what holds where there is no value
 
 
 def require_track(specification: ShiftsFile) -> None:
-    """Raise WrongInput where a profile is a file and the specification leaves out what decides its contact."""
+    """Raise WrongInput where a profile is a file and the specification leaves out where it stands."""
     of_files = [name for name, table in _profiles(specification) if not table.is_standard]
     missing = [
         f"{table}.{key} = {_text(getattr(getattr(specification, table), key))}"
