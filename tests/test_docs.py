@@ -258,7 +258,7 @@ def test_distances_for_contact_are_those_of_the_surfaces_less_the_approach(tmp_p
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("docs/how-to/contact-file.md")
     assert blocks == 1
-    distances = np.loadtxt("distances.txt").reshape(32, 64)  # s, x
+    distances = np.loadtxt("contact_distances.txt").reshape(32, 64)  # s, x
     assert distances.min() == pytest.approx(-0.015, abs=1e-4)
     np.testing.assert_allclose(distances, distances[:, ::-1], atol=1e-12)  # symmetric in x and in s
     np.testing.assert_allclose(distances, distances[::-1], atol=1e-9)

@@ -7,9 +7,18 @@ import numpy as np
 import xarray as xr
 
 from approx.matrix import column, matrix
-from approx.variants import VARIANTS, needs_effective
+from approx.variants import VARIANTS, needed, needs_effective
 from compare.export import contact_file
 from compare.export.contact_file import ContactFile
+from compare.export.grid import (
+    FILE,
+    Distances,
+    distances,
+    grid_is_given,
+    missed_contact,
+    on_contact_grid,
+    write_distances,
+)
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
@@ -51,12 +60,13 @@ class ExportSpecification:
 
 @dataclass(frozen=True)
 class Export:
-    """A written file with its content, its scene and its specification."""
+    """A written file with its content, its scene on the grid of the file, its specification, distances."""
 
     path: Path
     file: ContactFile
     scene: Scene
     specification: ExportSpecification
+    distances: Distances
 
 
 def require_exportable(scene: Scene, specification: ExportSpecification) -> None:
@@ -74,7 +84,16 @@ def require_exportable(scene: Scene, specification: ExportSpecification) -> None
             f"ics = {specification.ics}: the scene has no effective properties; see femic calibrate"
         )
     engine_misfits = () if is_variant else matrix_engine_misfits(scene)
-    require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
+    own_grid = grid_misfits(scene) if grid_is_given(scene) else ()
+    require_none(scene.name, [*own_grid, *engine_misfits])
+
+
+def without_fit(scene: Scene, ics: str) -> str:
+    """Return a sentence where components of ICs have effective properties and a scene has none of both."""
+    has = scene.pair.has_effective("combined")
+    if has or ics not in VARIANTS or not any(form.effective for form in needed([ics])):
+        return ""
+    return f"{ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits them"
 
 
 def export(
@@ -82,29 +101,38 @@ def export(
 ) -> Export:
     """Write `contact_ICS.txt` with the ICs of both bodies: C, which is computed, or an approximation.
 
-    C after the source's discount is written to `contact_C_source.txt`, without discount to
-    `contact_C_raw.txt`. Raises as `require_exportable` does.
+    The grid is that of the scene's contact, or its [grid] where it is given; the distances on it are written
+    to `contact_distances.txt`. What is missing is said before any ICs are computed. C after the source's
+    discount is written to `contact_C_source.txt`, without discount to `contact_C_raw.txt`. Raises as
+    `require_exportable` does, and Failure where no grid fits.
     """
     require_exportable(scene, specification)
     specification = specification.resolved(scene)
     folders.make(out)
-    file = _file_content(scene, specification, out, options)
+    placed = on_contact_grid(scene)
+    require_none(scene.name, grid_misfits(placed))
+    for note in filter(None, [missed_contact(placed), without_fit(placed, specification.ics)]):
+        options.watch.on_stage(f"note: {note}")
+    found = distances(placed)
+    file = _file_content(placed, specification, out, options, own_grid=placed is scene)
     path = out / specification.name
     options.watch.on_stage("  writing")
     contact_file.write(file, path)
-    return Export(path, file, scene, specification)
+    write_distances(found, out)
+    return Export(path, file, placed, specification, found)
 
 
 def _file_content(
-    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions, *, own_grid: bool
 ) -> ContactFile:
+    """Return the content of a file; the matrix of `femic matrix` is used where it is on the `own_grid`."""
     on_grid = pair_on_grid(scene.contact_problem, scene.grid)
     if specification.discount is None and on_grid.offset:
         ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
         return to_contact(scene, ics)
     if specification.discount is None:
         return approximated(scene, specification.ics)
-    if specification.discount != scene.discount or on_grid.offset:
+    if specification.discount != scene.discount or on_grid.offset or not own_grid:
         return to_contact(scene, discounted_matrix(scene, specification.discount, options))
     write_matrix(scene, out, options=options)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
@@ -125,8 +153,11 @@ def contact_settings(exported: Export) -> str:
         f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
         f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
+        f"distances: {exported.path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x fastest, for "
+        f"IBASE = 9 with N = 0, PEN = 0; zeta = {exported.distances.approach:.6g} mm, "
+        f"{exported.distances.meaning}\n"
         "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
-        "stay clear of the grid's edges: docs/how-to/contact-file.md"
+        "stay clear of the grid's edges, by three elements"
     )
 
 

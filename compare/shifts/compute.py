@@ -12,6 +12,7 @@ from compare.shifts import geometry
 from compare.shifts.contacts import Study, contacts, labelled
 from compare.shifts.geometry import ABOUT
 from compare.shifts.rolling import labelled_rolling, rolling_wheelsets
+from compare.shifts.values import assumed_text, canted_rails, require_track, values_used
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.placement import doubts, layout_of, sections_of, understood
@@ -27,18 +28,23 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     """Return positions and contacts at all shifts of a specification; raises WrongInput before any contact.
 
     Shifts at which the wheelset cannot stand, and contacts that are not found, are NaN, with the reasons in
-    the attribute `refused`.
+    the attribute `refused`; `values` has all values that were used, given or assumed.
     """
     start = perf_counter()
+    require_track(specification)
     sections = sections_of(specification)
     layout = layout_of(specification, sections)
-    for doubt in doubts(sections):
+    used = values_used(specification, layout)
+    doubtful = [*filter(None, [assumed_text(used)]), *canted_rails(specification), *doubts(sections)]
+    for doubt in doubtful:
         options.watch.on_stage(doubt)
     study = Study(specification, layout, options)
     positions, refused = _positions(layout, specification)
     for shift, reason in refused.items():
         options.watch.on_stage(f"shift {shift} mm is left out: {reason}")
     solved = dict(contacts(study, positions, refused))
+    if not solved:
+        raise Failure(f"shifts: no contact was found: {next(iter(refused.values()))}")
     parts = [
         geometry.wheelset(specification, positions),
         geometry.touching(layout, specification, positions),
@@ -60,7 +66,8 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
         alike=int(study.alike),
         refused=json.dumps(refused),
         notes=json.dumps(understood(sections, layout)),
-        doubts=json.dumps(doubts(sections)),
+        doubts=json.dumps(doubtful),
+        values=json.dumps(used),
         unusual=json.dumps(unusual),
         E=min(table.E for table in (*specification.rails, *specification.wheels)),
         specification=text,

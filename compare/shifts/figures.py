@@ -25,6 +25,7 @@ SIDE_LOOKS = {"left": Look("#0072b2", "solid", "circle"), "right": Look("#d55e00
 CONE = Look("#808080", "dot", width=1.2)
 NEAR = Look(INK, "solid", width=1.0)
 ACROSS, ABOVE, BELOW = 62.0, 22.0, 46.0  # mm of the drawn sections beside the rail's top, above and below it
+BESIDE = 2.0  # mm of the drawn rail beside patches
 HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
 
 
@@ -162,26 +163,30 @@ def _worst_shift(dataset: xr.Dataset) -> float:
 
 def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
     """Return the section of a side seen along the track: the left wheel is at the left."""
-    sign = -1 if side == "left" else 1
     rail, wheel = dataset[f"rail_{side}"].values, wheel_in_place(dataset, at, side)
     low = wheel[:, wheel[1] < HIGH]
     top = float(rail[0, np.argmax(rail[1])])
     curves = [
-        Curve("rail", sign * rail[0], rail[1], STEEL),
-        Curve("wheel", sign * low[0], low[1], TYRE),
-        *(replace(curve, x=sign * np.asarray(curve.x)) for curve in _on_rail(dataset, at, side)),
-        Curve("touching point", [sign * float(at.y.sel(side=side))], [float(at.z.sel(side=side))], POINT),
+        Curve("rail", rail[0], rail[1], STEEL),
+        Curve("wheel", low[0], low[1], TYRE),
+        *_on_rail(dataset, at, side),
+        Curve("touching point", [float(at.y.sel(side=side))], [float(at.z.sel(side=side))], POINT),
     ]
     angle, radius = (float(at[name].sel(side=side)) for name in ("contact_angle", "radius"))
     return Panel(
         f"{side} wheel: {angle:.1f}°, r = {radius:.2f} mm",
-        "lateral position [mm]",
+        "distance from the middle of the track [mm]",
         "height [mm]",
         curves,
         to_scale=True,
-        limits_x=(sign * top - ACROSS, sign * top + ACROSS),
+        limits_x=_from_left(side, top - ACROSS, top + ACROSS),
         limits_y=(-BELOW, ABOVE),
     )
+
+
+def _from_left(side: str, inner: float, outer: float) -> tuple[float, float]:
+    """Return the limits of an axis that grows to the field side, which is at the left of a left rail."""
+    return (outer, inner) if side == "left" else (inner, outer)
 
 
 def wheel_in_place(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Array:
@@ -217,7 +222,7 @@ def patch_ranges(at: xr.Dataset, side: str) -> list[tuple[float, float]]:
 
 def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
     """Return the outlines of the patches of a side with all ICs; a left rail's field side is at the left."""
-    sign, looks = -1 if side == "left" else 1, looks_of(dataset.ics.values)
+    looks = looks_of(dataset.ics.values)
     own = at.sel(side=side)
     curves = []
     for name in drawing_order(dataset.ics.values):
@@ -225,11 +230,17 @@ def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
         last = np.flatnonzero(np.isfinite(s))
         if len(last):
             until = last[-1] + 1
-            curves.append(
-                Curve(symbol_of(name), sign * s[:until], x[:until], replace(looks[name], marker=""))
-            )
-    across = "arc length on the rail from its top [mm]"
+            curves.append(Curve(symbol_of(name), s[:until], x[:until], replace(looks[name], marker="")))
     span = float(np.nanmax(np.abs(dataset.outline_x.values), initial=10.0))
+    known = own.outline_s.values[np.isfinite(own.outline_s.values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (-span, span)
+    middle, half = (low + high) / 2, max(span, (high - low) / 2 + BESIDE)
     return Panel(
-        f"{side} patch", across, "along the track [mm]", curves, to_scale=True, limits_y=(-span, span)
+        f"{side} patch",
+        "arc length on the rail from its top [mm]",
+        "along the track [mm]",
+        curves,
+        to_scale=True,
+        limits_x=_from_left(side, middle - half, middle + half),
+        limits_y=(-span, span),
     )

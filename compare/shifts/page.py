@@ -21,6 +21,7 @@ from compare.shifts.tables import (
     rolling_patch_table,
     wheelset_table,
 )
+from compare.shifts.values import values_table
 from femic.contact.finite_strain import finite_strain_share
 from femic.contact.pairs.planar import PLANAR
 
@@ -84,6 +85,7 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Folded("All shifts: axle", [wheelset_table(dataset)])
     yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
     yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
+    yield Folded("All values, given and assumed", [values_table(dataset)])
     yield Folded("Grids", [grid_table(dataset), Note(_time(dataset))])
     yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
 
@@ -131,7 +133,8 @@ def _finite_strain(dataset: xr.Dataset) -> float:
 def _places_note() -> str:
     return (
         "Sections seen along the track, the left rail at the left; orange: patches with the best ICs, and "
-        "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled rail."
+        "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled "
+        "rail; arc lengths are positive to the field side, which is at the left of the left rail."
     )
 
 

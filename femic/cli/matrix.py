@@ -56,7 +56,7 @@ def export(
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads."""
+    """Write ICs of both bodies and their distances, on the grid of their contact, for a contact program."""
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = terminal()
     folder, ics_name = work.folder(loaded), loaded.ics

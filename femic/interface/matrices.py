@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 from approx.matrix import matrix
 from compare.export import contact_file
 from compare.export.export import to_contact
+from compare.export.grid import distances_after, write_distances
 from compare.matrix.file import DIMENSIONS
 from compare.matrix.jobs import matrix_jobs
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
@@ -97,14 +99,21 @@ def grid_of(labelled: xr.Dataset) -> Grid:
     return Grid(labelled.sizes["lag"], len(strips), labelled.attrs["dx"], labelled.attrs["ds"], middle)
 
 
-def write_for_contact(pair: Pair, ics: xr.Dataset, path: str | Path) -> None:
+def write_for_contact(
+    pair: Pair, ics: xr.Dataset, path: str | Path, *, approach: float | None = None
+) -> None:
     """Write an IC matrix, labelled as by `compute_matrix`, to a file for the program CONTACT.
 
-    docs/how-to/contact-file.md says what has to be set there.
+    With a vertical `approach` [mm] the distances of the bodies on the grid after it, along n, are written to
+    `contact_distances.txt` beside the file, x fastest, as CONTACT takes them with N = 0. `femic export`
+    prints what else has to be set there.
     """
     name_of(ics)
     scene = _scene(pair, grid_of(ics), DEFAULT)
     contact_file.write(to_contact(scene, ics.ic.values), Path(path))
+    if approach is not None:
+        on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+        write_distances(distances_after(on_grid, approach), Path(path).parent)
 
 
 def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:

@@ -17,6 +17,7 @@ from compare.export.export import (
     depends_on_offset_only,
     to_contact,
 )
+from compare.export.grid import distances
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.operators.dense import PARITY
 from femic.scenes.load import load_scene, scene_from_table
@@ -247,7 +248,8 @@ def test_settings_for_contact_are_printed(tmp_path, capsys):
     assert "CHI = 0, DQ = 0.4 if it rolls" in output
     assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in output
     assert "MAXOUT > 1" in output
-    assert "docs/how-to/contact-file.md" in output
+    assert "contact_distances.txt: h(x, s) - zeta cos(delta(s)) [mm]" in output
+    assert "docs/" not in output  # pages that are not installed
 
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
@@ -299,10 +301,8 @@ def test_example_in_documentation_agrees_with_printed_settings():
     n_x, n_s = scene.grid.n_x, scene.grid.n_s
     file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
     text = DOCS.read_text(encoding="utf-8")
-    assert (
-        contact_settings(Export(Path("out/geometry2/contact_C.txt"), file, scene, ExportSpecification("C")))
-        in text
-    )
+    path, which = Path("out/geometry2/contact_C.txt"), ExportSpecification("C")
+    assert contact_settings(Export(path, file, scene, which, distances(scene))) in text
 
     def numbers(names):
         (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]

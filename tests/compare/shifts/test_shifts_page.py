@@ -1,7 +1,6 @@
 """The page of `femic shifts`: its sentences, tables and charts against the dataset; stored contacts."""
 
 import json
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -9,16 +8,25 @@ import pytest
 import xarray as xr
 
 from compare.report.interactive import as_json
-from compare.shifts import answers, compute, contacts, figures, geometry, page, tables
+from compare.shifts import answers, compute, contacts, figures, geometry, page, tables, values
 from compare.shifts.differences import compared, difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
 from femic.shifts.contact import ICsNumbers, SideContact
 from femic.shifts.patches import PatchNumbers
 from femic.shifts.placement import layout_of
-from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelsetTable, WheelTable
-from geometries.errors import Failure
+from femic.shifts.specification import (
+    ContactTable,
+    ProfileTable,
+    ShiftsFile,
+    TrackTable,
+    WheelsetTable,
+    WheelTable,
+    specification_of,
+)
+from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
+from geometries.profiles.standards import standard
 from geometries.track.wheelset import curves_in_place, settle
 
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
@@ -81,11 +89,12 @@ def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
     monkeypatch.setattr(geometry, "conicity", lambda *_, **__: xr.Dataset())
     file = FILE.model_copy(update={"shifts": (0.0, 12.0), "wheel": WheelTable(profile="S1002")})
     file = file.model_copy(update={"right_wheel": None})
-    with suppress(ValueError):  # a run without any contact has no dataset
+    with pytest.raises(Failure, match="shifts: no contact was found: "):
         compute.compute_shifts(file, options=RunOptions(watch=Watch(on_stage=said.append)))
-    assert said[0].startswith("shift 12 mm is left out: ")
-    assert said[1] == "shift 0 mm (1 of 1), left is left out: no grid"
-    assert len(said[0]) > len("shift 12 mm is left out: ")
+    assert said[0].startswith("Assumed, because the specification does not say: ")
+    assert said[1].startswith("shift 12 mm is left out: ")
+    assert said[2] == "shift 0 mm (1 of 1), left is left out: no grid"
+    assert len(said[1]) > len("shift 12 mm is left out: ")
 
 
 @pytest.mark.parametrize(
@@ -268,10 +277,21 @@ def test_a_rolled_wheel_is_drawn_as_it_stands(side):
     np.testing.assert_allclose(points, wheel.position(t), rtol=0, atol=1e-9)
 
 
-def test_the_left_wheel_is_drawn_at_the_left(dataset):
-    left, right, *_ = figures.places(dataset).steps["1 mm"]
-    assert max(np.max(curve.points[0]) for curve in left.curves) < 0
-    assert min(np.min(curve.points[0]) for curve in right.curves) > 0
+def test_charts_have_the_signs_of_the_dataset_and_the_left_wheel_at_the_left(dataset):
+    """Arc lengths and distances from the middle grow to the field side: to the left, of a left rail."""
+    sections, patches = np.split(np.array(figures.places(dataset).steps["1 mm"], dtype=object), 2)
+    own = dataset.sel(shift=1.0)
+    for side, section, patch in zip(("left", "right"), sections, patches, strict=True):
+        for curve in section.curves:
+            assert np.min(curve.points[0]) > 0
+        outline = next(curve for curve in patch.curves if curve.label == "A")
+        expected = own.outline_s.sel(side=side, ics="A").values
+        np.testing.assert_array_equal(outline.points[0], expected[: len(outline.points[0])])
+        for panel in (section, patch):
+            inner, outer = panel.limits_x if side == "right" else panel.limits_x[::-1]
+            assert inner < outer
+            drawn = np.concatenate([curve.points[0] for curve in patch.curves])
+        assert inner < np.nanmin(drawn) < np.nanmax(drawn) < outer
 
 
 def test_the_page_is_written_with_everything_left_out(dataset, tmp_path):
@@ -284,6 +304,70 @@ def test_the_page_is_written_with_everything_left_out(dataset, tmp_path):
     assert "a remark" in text
     assert "at 8 mm the wheelset cannot stand" in text
     assert (tmp_path / "shifts.nc").is_file()
+
+
+def test_page_dataset_and_progress_say_which_values_were_assumed(dataset, tmp_path):
+    """The right wheel has nu of its own; of the track nothing is given."""
+    used = json.loads(dataset.attrs["values"])
+    assert used["right_wheel.nu"]["value"] == 0.3
+    assert used["right_wheel.nu"]["origin"] == "given"
+    assert (used["track.gauge"]["value"], used["track.gauge"]["origin"]) == (1435.0, "assumed")
+    assert (used["wheel.flange_back"]["value"], used["wheel.flange_back"]["origin"]) == (
+        pytest.approx(-70.0),
+        "from the profile",
+    )
+    assert used["rolling"]["value"] == "none: contacts without friction"
+    assert "rail.tolerance" not in used  # a profile of the package has none
+    (said,) = json.loads(dataset.attrs["doubts"])
+    assert "track.gauge = 1435 mm, " in said
+    assert "wheelset.nominal_radius = 460 mm, " in said
+    assert "right_wheel.nu" not in said
+    text = page.write_shifts(dataset, tmp_path).read_text()
+    assert said in text
+    rows = {row.name: [cell.text for cell in row.filled] for row in values.values_table(dataset).rows}
+    assert rows["track.rail_inclination"][:2] == ["0.025", "assumed"]
+    assert rows["contact.ics"][:2] == ["A, Bhat", "given"]
+    assert "contact.c_above_deg" in text
+
+
+def test_all_that_is_given_is_not_said_to_be_assumed():
+    file = FILE.model_copy(update={"track": TrackTable(gauge=1435.0)})
+    text = values.assumed_text(values.values_used(file, layout_of(file)))
+    assert "track.gauge =" not in text
+    assert "track.gauge_depth = 14 mm" in text
+
+
+def measured(folder, comment="", **tables):
+    """A specification of a rail from a file, on a wheel of the package."""
+    outline = standard("60E1").outline
+    points = outline.position(np.linspace(0, outline.length, 200)).T
+    lines = "".join(f"{y:.6f} {z:.6f}\n" for y, z in points)
+    (folder / "rail.txt").write_text(f"# {comment}\n{lines}")
+    rail = {"profile": "rail.txt", "axes": "field up"}
+    table = {"shifts": [0.0], "rail": rail, "wheel": {"profile": "S1002"}, **tables}
+    return specification_of(table, folder / "mine.toml")
+
+
+TRACK = {"gauge": 1435.0, "rail_inclination": 0.05}
+WHEELSET = {"flange_back_distance": 1360.0, "nominal_radius": 460.0}
+
+
+def test_the_track_of_a_measured_profile_is_asked_for_before_any_work(tmp_path):
+    file = measured(tmp_path, track={"rail_inclination": 0.0}, wheelset=WHEELSET)
+    with pytest.raises(WrongInput, match=r"^rail\.profile is a file, .*give track\.gauge = 1435, or what"):
+        compute.compute_shifts(file)
+    values.require_track(measured(tmp_path, track=TRACK, wheelset=WHEELSET))
+    values.require_track(FILE)
+
+
+def test_a_rail_that_its_file_calls_canted_is_not_turned_once_more_without_a_word(tmp_path):
+    file = measured(tmp_path, "points - already canted", track=TRACK, wheelset=WHEELSET)
+    (said,) = values.canted_rails(file)
+    assert said.startswith('rail, rail.txt: its file says "# points - already canted", and ')
+    assert "track.rail_inclination = 0.05 turns it once more" in said
+    assert values.canted_rails(measured(tmp_path, track=TRACK)) == ()
+    inclined = measured(tmp_path, "already canted", track={"rail_inclination": 0.0})
+    assert values.canted_rails(inclined) == ()
 
 
 def test_finished_contacts_are_kept_and_failures_are_told(tmp_path, monkeypatch):

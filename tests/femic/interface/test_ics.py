@@ -293,3 +293,15 @@ def explored(figure):
     """What a notebook gives to Plotly."""
     page = html.unescape(re.search(r'srcdoc="([^"]*)"', figure._repr_html_())[1])
     return json.loads(re.search(r'<script type="application/json">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def test_distances_are_written_beside_the_ics_for_contact(tmp_path):
+    """A wheel of R = 100 mm on a plane, 0.01 mm down: x^2 / (2 R) + s^2 / (2 r) - 0.01."""
+    steel, r = femic.Material(E=210e3, nu=0.3), 40.0
+    wheel = femic.Body(femic.arc(-r, 50.0), steel, rolling_radius=100.0)
+    pair = femic.Pair(wheel, femic.Body(femic.plane(), steel), reference_length=10.0)
+    grid = femic.Grid(6, 4, dx=0.2, ds=0.3)
+    femic.write_for_contact(pair, femic.compute_matrix(pair, grid, "A"), tmp_path / "a.txt", approach=0.01)
+    listed = np.loadtxt(tmp_path / "contact_distances.txt").reshape(4, 6)
+    x, s = 0.2 * (np.arange(6) - 2.5), 0.3 * (np.arange(4) - 1.5)[:, None]
+    np.testing.assert_allclose(listed, x**2 / 200 + s**2 / (2 * r) - 0.01, rtol=0, atol=1e-6)
