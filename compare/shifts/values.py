@@ -15,7 +15,7 @@ from geometries.profiles.text import read_source
 from geometries.track.layout import Layout
 
 GIVEN, ASSUMED, OF_PROFILE = "given", "assumed", "from the profile"  # origins of a value
-NEEDED = (  # of profiles that are files: what decides where a wheel stands on its rail
+NEEDED = (  # of rails that are files: what decides where a wheel stands on its rail
     ("track", "gauge"),
     ("track", "rail_inclination"),
     ("wheelset", "flange_back_distance"),
@@ -37,8 +37,12 @@ ABSENT = {  # what holds where there is no value
 
 
 def require_track(specification: ShiftsFile) -> None:
-    """Raise WrongInput where a profile is a file and the specification leaves out where it stands."""
-    of_files = [name for name, table in _profiles(specification) if not table.is_standard]
+    """Raise WrongInput where a rail is a file and the specification leaves out where it lies.
+
+    Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
+    """
+    rails = [(name, table) for name, table in _profiles(specification) if "rail" in name]
+    of_files = [name for name, table in rails if not table.is_standard]
     missing = [
         f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
