@@ -19,9 +19,9 @@ from compare.shifts.tables import (
     patch_table,
     pressure_table,
     rolling_patch_table,
+    values_table,
     wheelset_table,
 )
-from compare.shifts.values import values_table
 from femic.contact.finite_strain import finite_strain_share
 from femic.contact.pairs.planar import PLANAR
 

@@ -55,8 +55,8 @@ def write_scene(
     ]
     if specification.rolling is not None:
         remarks.append(
-            'The specification rolls: for creep forces and wear give motion = "rolling", friction = '
-            f'[{specification.rolling.friction:g}] and gap = "linear" in [contact]'
+            'The specification rolls: for creep forces and wear give motion = "rolling" and friction = '
+            f"[{specification.rolling.friction:g}] in [contact], and leave gap out"
         )
     comments = "".join(f"# {remark}\n" for remark in remarks)
     return write_text(

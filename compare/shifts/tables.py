@@ -1,5 +1,6 @@
 """The tables of all contacts and all shifts."""
 
+import json
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,6 +10,7 @@ from compare.report.looks import symbol_of
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts
 from compare.shifts.answers import best_of
 from compare.shifts.differences import compared, difference, reference_names
+from compare.shifts.values import value_text
 
 FORCES = (  # name, unit, format, and how many units there are in one of the dataset
     ("xi", "1e-3", ".2f", 1e3),
@@ -251,3 +253,12 @@ def wheelset_table(dataset: xr.Dataset) -> Table:
                 rows.append(Row(f"{shift:g} mm" if k == 0 else "", [symbol_of(str(name)), *cells]))
     columns = [Column(TITLES[key], unit) for key, unit, _, _ in AXLE]
     return Table("shift", [*texts("ICs"), *columns], rows)
+
+
+def values_table(dataset: xr.Dataset) -> Table:
+    """Return all values of the computation with their origins."""
+    rows = [
+        Row(key, [value_text(entry["value"]), entry["origin"], entry["meaning"]])
+        for key, entry in json.loads(dataset.attrs["values"]).items()
+    ]
+    return Table("key", texts("value", "origin", "meaning"), rows)

@@ -1,14 +1,10 @@
 """All values of a wheelset's computation: given by its specification, assumed, or taken from a profile."""
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
-from compare.report.tables import Row, Table, texts
 from femic.scenes.scene_table import SceneTable
 from femic.shifts.specification import ProfileTable, ShiftsFile
 from geometries.errors import WrongInput
@@ -41,7 +37,7 @@ def require_track(specification: ShiftsFile) -> None:
     """Raise WrongInput where a profile is a file and the specification leaves out where it stands."""
     of_files = [name for name, table in _profiles(specification) if not table.is_standard]
     missing = [
-        f"{table}.{key} = {_text(getattr(getattr(specification, table), key))}"
+        f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
         if key not in getattr(specification, table).model_fields_set
     ]
@@ -106,12 +102,12 @@ def _profiles(specification: ShiftsFile) -> Iterator[tuple[str, ProfileTable]]:
             yield name, table
 
 
-def _text(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value as text; equal ones of both sides once."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
-        return ", ".join(dict.fromkeys(_text(each) for each in value)) or "none"
+        return ", ".join(dict.fromkeys(value_text(each) for each in value)) or "none"
     return f"{value:.10g}" if isinstance(value, int | float) else str(value)
 
 
@@ -122,20 +118,5 @@ def assumed_text(used: dict[str, dict[str, Any]]) -> str:
         unit = UNIT.search(entry["meaning"])
         is_number = isinstance(entry["value"], float | tuple) and "." in key
         if entry["origin"] == ASSUMED and is_number and key != "contact.ics":
-            parts.append(f"{key} = {_text(entry['value'])}{f' {unit[1]}' if unit else ''}")
+            parts.append(f"{key} = {value_text(entry['value'])}{f' {unit[1]}' if unit else ''}")
     return f"Assumed, because the specification does not say: {', '.join(parts)}." if parts else ""
-
-
-def values_of(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Return value, origin and meaning of each key with which a dataset was computed."""
-    used: dict[str, dict[str, Any]] = json.loads(dataset.attrs["values"])
-    return used
-
-
-def values_table(dataset: xr.Dataset) -> Table:
-    """Return all values of a computation with their origins."""
-    rows = [
-        Row(key, [_text(entry["value"]), entry["origin"], entry["meaning"]])
-        for key, entry in values_of(dataset).items()
-    ]
-    return Table("key", texts("value", "origin", "meaning"), rows)

@@ -107,7 +107,10 @@ def test_scenes_of_shifts_are_written_by_the_command(tmp_path, capsys):
     assert "Scene: " in capsys.readouterr().out
     text = (tmp_path / "out" / "s1002-on-60e1_left_6.toml").read_text()
     assert "# Assumed, because the specification does not say: rail.E = 210000 MPa, " in text
-    assert 'give motion = "rolling", friction = [0.3]' in text
+    assert 'give motion = "rolling" and friction = [0.3] in [contact], and leave gap out' in text
+    path = tmp_path / "rolls.toml"
+    path.write_text(text.replace('gap = "exact"', 'motion = "rolling"\nfriction = [0.3]'))
+    assert load_scene(str(path)).contact.motion == "rolling"
     assert exit_code(["shifts", "s1002-on-60e1", "--wheel", "right", "--out", out]) == WRONG_INPUT
     assert "--wheel right: is of --write SHIFT" in capsys.readouterr().err
     assert not (tmp_path / "out" / "shifts.nc").exists()

@@ -324,7 +324,7 @@ def test_page_dataset_and_progress_say_which_values_were_assumed(dataset, tmp_pa
     assert "right_wheel.nu" not in said
     text = page.write_shifts(dataset, tmp_path).read_text()
     assert said in text
-    rows = {row.name: [cell.text for cell in row.filled] for row in values.values_table(dataset).rows}
+    rows = {row.name: [cell.text for cell in row.filled] for row in tables.values_table(dataset).rows}
     assert rows["track.rail_inclination"][:2] == ["0.025", "assumed"]
     assert rows["contact.ics"][:2] == ["A, Bhat", "given"]
     assert "contact.c_above_deg" in text
