@@ -1,6 +1,5 @@
 """The tables of all contacts and all shifts."""
 
-import json
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,7 +9,7 @@ from compare.report.looks import symbol_of
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts
 from compare.shifts.answers import best_of
 from compare.shifts.differences import compared, difference, reference_names
-from compare.shifts.values import value_text
+from compare.shifts.values import value_text, values_of
 
 FORCES = (  # name, unit, format, and how many units there are in one of the dataset
     ("xi", "1e-3", ".2f", 1e3),
@@ -256,9 +255,9 @@ def wheelset_table(dataset: xr.Dataset) -> Table:
 
 
 def values_table(dataset: xr.Dataset) -> Table:
-    """Return all values of the computation with their origins."""
+    """Return all values of a computation with their origins."""
     rows = [
         Row(key, [value_text(entry["value"]), entry["origin"], entry["meaning"]])
-        for key, entry in json.loads(dataset.attrs["values"]).items()
+        for key, entry in values_of(dataset).items()
     ]
     return Table("key", texts("value", "origin", "meaning"), rows)

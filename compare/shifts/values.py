@@ -1,9 +1,12 @@
 """All values of a wheelset's computation: given by its specification, assumed, or taken from a profile."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import xarray as xr
 
 from femic.scenes.scene_table import SceneTable
 from femic.shifts.specification import ProfileTable, ShiftsFile
@@ -12,7 +15,7 @@ from geometries.profiles.text import read_source
 from geometries.track.layout import Layout
 
 GIVEN, ASSUMED, OF_PROFILE = "given", "assumed", "from the profile"  # origins of a value
-NEEDED = (  # of profiles that are files: what decides where a wheel stands on its rail
+NEEDED = (  # of rails that are files: what decides where a wheel stands on its rail
     ("track", "gauge"),
     ("track", "rail_inclination"),
     ("wheelset", "flange_back_distance"),
@@ -34,8 +37,12 @@ ABSENT = {  # what holds where there is no value
 
 
 def require_track(specification: ShiftsFile) -> None:
-    """Raise WrongInput where a profile is a file and the specification leaves out where it stands."""
-    of_files = [name for name, table in _profiles(specification) if not table.is_standard]
+    """Raise WrongInput where a rail is a file and the specification leaves out where it lies.
+
+    Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
+    """
+    rails = [(name, table) for name, table in _profiles(specification) if "rail" in name]
+    of_files = [name for name, table in rails if not table.is_standard]
     missing = [
         f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
@@ -120,3 +127,9 @@ def assumed_text(used: dict[str, dict[str, Any]]) -> str:
         if entry["origin"] == ASSUMED and is_number and key != "contact.ics":
             parts.append(f"{key} = {value_text(entry['value'])}{f' {unit[1]}' if unit else ''}")
     return f"Assumed, because the specification does not say: {', '.join(parts)}." if parts else ""
+
+
+def values_of(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return value, origin and meaning of each key with which a dataset was computed."""
+    used: dict[str, dict[str, Any]] = json.loads(dataset.attrs["values"])
+    return used

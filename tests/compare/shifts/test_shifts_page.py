@@ -358,6 +358,8 @@ def test_the_track_of_a_measured_profile_is_asked_for_before_any_work(tmp_path):
         compute.compute_shifts(file)
     values.require_track(measured(tmp_path, track=TRACK, wheelset=WHEELSET))
     values.require_track(FILE)
+    wheel = {"rail": FILE.rail, "wheel": FILE.wheel.model_copy(update={"profile": "wheel.txt"})}
+    values.require_track(FILE.model_copy(update=wheel))  # its rail lies as in its standard
 
 
 def test_a_rail_that_its_file_calls_canted_is_not_turned_once_more_without_a_word(tmp_path):
