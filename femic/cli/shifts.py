@@ -1,10 +1,11 @@
 """The command `shifts`: a wheelset on its track at many lateral shifts."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from femic.cache import folders
 from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
 from femic.late import lazy_imports
@@ -12,6 +13,7 @@ from geometries.errors import WrongInput
 
 with lazy_imports():
     from compare.shifts import answers, compute, page
+    from compare.shifts import scene as scenes
     from femic.shifts import specification as specifications
 
 
@@ -28,12 +30,25 @@ def shifts(
         bool,
         Parameter(negative="", help="print a built-in specification with every key, default: s1002-on-60e1"),
     ] = False,
+    write: Annotated[
+        float | None,
+        Parameter(
+            help="lateral shift [mm]: solve nothing, and write the scene of a wheel there, for `femic "
+            "contact`, `stresses` and `export`"
+        ),
+    ] = None,
+    wheel: Annotated[
+        Literal["left", "right"] | None,
+        Parameter(help="the wheel of --write; default: the one that is moved towards its rail"),
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Solve the contacts of a wheelset at many lateral shifts; write shifts.nc and a report.
 
     Both wheels stand on their rails; each contact is solved with several ICs, on a grid for all patches.
     """
+    if wheel is not None and write is None:
+        raise WrongInput(f"--wheel {wheel}: is of --write SHIFT; give both, or neither")
     console = terminal(highlight=False, markup=False)
     if show:
         console.print(_with_every_key(specification), soft_wrap=True, end="")
@@ -42,6 +57,11 @@ def shifts(
         raise WrongInput("SPECIFICATION: name a TOML file; `femic shifts --show` prints an example")
     name, text, file = specifications.load_shifts(specification)
     folder: Path = work.out or OUT / name
+    if write is not None:
+        with folders.locked(folder):
+            path = scenes.write_scene(file, write, folder, name, wheel)
+        console.print(f"Scene: {path}", soft_wrap=True)
+        return
     with work.options(folder, console) as options:
         dataset = compute.compute_shifts(file, text, options)
         options.watch.on_stage("charts of the report")
