@@ -13,6 +13,7 @@ from femic.contact.error_floors import floors
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.pairs import area_grids
+from femic.contact.pairs import pair_on_grid as pair_on_grid_module
 from femic.contact.pairs.area_grids import find_patches, overlaps, refined_grids, unresolved
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -201,6 +202,20 @@ def test_strips_resolve_a_narrow_change_of_the_distance():
     assert rows[0][1] > rows[1][1] > rows[2][1]
     for p_max, error in coarser:
         assert abs(p_max - best) <= error + 0.01 * best  # and what any grid of 12 elements has
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, 0.8])
+def test_what_is_not_resolved_is_at_the_jump_of_the_curvature(offset):
+    """Third differences of a jump by dk are half to three quarters of dk, at the strips beside it alone."""
+    bodies = kinked()
+    on_grid = replace(bodies, grid=Grid(8, 80, 1.0, 0.1, 1.0 + offset * 0.1))
+    strips, lacking = on_grid.grid.strips, on_grid.unresolved(0.0)
+    modulus = combined_modulus(bodies.pair.upper.material, bodies.pair.lower.material)
+    jump = pair_on_grid_module.OF_CHANGE * modulus * 0.1 * (1 / 12 - 1 / 200)
+    assert 0.45 * jump < np.max(lacking) < 0.8 * jump
+    assert abs(strips[np.argmax(lacking)]) <= 0.1
+    inner = (np.abs(strips) > 0.25) & (np.abs(strips) < 2.5)
+    assert np.max(lacking[inner]) < 0.02 * jump
 
 
 def test_automatic_grids_of_one_contact_resolve_a_narrow_change_as_far_as_they_may():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from compare.friction.compute import compute_with_friction
+from femic.contact.compression import compressed
 from femic.contact.estimates import Measured
 from femic.contact.loading import Loading
 from femic.contact.pairs.automatic_grid import grids_of
@@ -13,7 +14,7 @@ from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
 from femic.contact.pairs.displaced import Linearisation, displaced, displaced_numbers
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_ROLLING, kinds
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING, kinds, measured
 from femic.contact.pairs.reference_ics import approximation
 from femic.scenes.load import load_scene
 from geometries.grids import Grid
@@ -76,6 +77,50 @@ def test_what_linearisation_does_without_friction_tells_what_it_does_with_it(shi
         away = abs(exact.numbers[name] - fine.numbers[name])
         assert away <= 1.1 * part[name], name
         assert part[name] <= 8 * away, name
+
+
+@pytest.mark.parametrize("shift", [0.03, 0.2])
+def test_what_linearisation_does_without_friction_tells_what_it_does_in_compression(shift):
+    """Pressed on beside the crown, with the distance at the last approach."""
+    of = scene(10.4, 500.0, motion="compression", loads=[5e4], friction=[0.3], shift=shift, elements=16)
+    pair = PairWithFriction(
+        of.contact_problem, pair_on_grid(of.contact_problem, grids_of(of.contact_problem)[0][0])
+    )
+    operator = approximation(pair.on_grid, "Bhat")
+    problem, loads = pair.frictional(operator, 0.3), [Loading(2.5e4), Loading(5e4)]
+    *_, linear = compressed(problem, loads)
+    exact = linear
+    for _ in range(2):
+        distance = pair.on_grid.distance_at(exact.approach) + exact.approach * pair.on_grid.cosine
+        *_, exact = compressed(replace(problem, distance=distance), loads)
+    fine, other = (measured(pair.on_grid, each, OF_COMPRESSION) for each in (linear, exact))
+    part = Linearisation.of(pair.on_grid, operator, 5e4).part(fine, kinds(OF_COMPRESSION))
+    for name in ("F_y", "M_x", "p_max", "b", "angle"):
+        away = abs(other.numbers[name] - fine.numbers[name])
+        assert away <= 1.1 * part[name], name
+        assert part[name] <= 8 * away, name
+
+
+@pytest.mark.parametrize(
+    ("motion", "keys"),
+    [
+        ("rolling", {"longitudinal": [-1e-3, 0.0, 1e-3]}),
+        ("transient", {"creepage": 1e-3, "distance": 2.0}),
+        ("compression", {}),
+    ],
+)
+def test_estimates_of_all_motions_have_the_part_of_the_linearised_distance(motion, keys, monkeypatch):
+    """A part that is larger than all others is seen in each of them."""
+    large = 1e9
+    monkeypatch.setattr(Linearisation, "part", lambda _, __, of_all: dict.fromkeys(of_all, large))
+    monkeypatch.setattr(Linearisation, "part_of_curve", lambda *_: dict.fromkeys(OF_CURVE, large))
+    of = scene(14.0, 500.0, motion=motion, loads=[2e3], friction=[0.3], ics=["A"], **keys)
+    dataset = compute_with_friction(of)
+    names = [name for name in OF_COMPRESSION if f"estimate_{name}" in dataset]
+    names += [name for name in OF_CURVE if motion == "rolling"]
+    assert len(names) >= 9
+    for name in names:
+        assert np.all(dataset[f"estimate_{name}"] >= large), name
 
 
 def test_displacement_on_a_plane_changes_nothing():
