@@ -14,16 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from femic.contact.edges import ACCURACY
-from femic.contact.estimates import (
-    LENGTH,
-    OF_DIFFERENCE,
-    RELATED,
-    Measured,
-    Numbers,
-    changes,
-    errors,
-    from_grids,
-)
+from femic.contact.estimates import LENGTH, RELATED, Measured, Numbers, changes, errors, from_grids
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.operators.protocols import Operator
@@ -45,6 +36,8 @@ LEAST, MOST = 1.0, 1e9  # loads [N] between which the one with an angle is sough
 BEYOND = 180.0  # degrees, of patches that reach the end of a contour: more than any other
 LOAD_ACCURACY = 0.01  # of a load, relative: the angle goes like its third root or slower
 ANGLE_ACCURACY = 0.05  # of the load that has an angle on the grid, relative
+MISSED, MISSED_OF_LENGTHS = 0.02, 0.1  # shares of an error that elements may miss
+APART = 0.02  # share of the accuracy of a reading of an edge that two ICs do not have in common
 
 
 @dataclass(frozen=True)
@@ -207,8 +200,7 @@ class PairDeviations:
         }
         share = _share(number, ours[0], theirs[0])
         estimate = max(of_elements[number], RELATED * max(of_elements.values()))
-        if group != LENGTH.group:  # readings of edges have an accuracy of their own
-            estimate += OF_DIFFERENCE * abs(share)
+        estimate += (MISSED_OF_LENGTHS if group == LENGTH.group else MISSED) * abs(share)
         if self.perturbed is not None:
             estimate += abs(_share(number, ours[0], self.levels(load, PERTURBED)[0]) - share)
         return share, estimate
@@ -216,8 +208,7 @@ class PairDeviations:
     def _of_elements(self, number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
         """Return the error of an error that is due to the elements.
 
-        Readings of edges err alike on the same elements, but for their accuracy; on elements four times as
-        large they are too crude.
+        Readings of edges err nearly alike on the same elements; on those four times as large they are crude.
         """
         read = QUANTITIES[number].kind.group == LENGTH.group
         shares = [_share(number, *pair) for pair in zip(ours, theirs, strict=False)][: 2 if read else 3]
@@ -225,9 +216,9 @@ class PairDeviations:
         return estimate + sum(self._reading(number, solved[0]) for solved in (ours, theirs) if read)
 
     def _reading(self, number: str, solved: Measured) -> float:
-        """Return the least accuracy of the half-length or half-width of a patch, as a share of it."""
+        """Return what readings of a half-length or half-width do not have in common, as a share of it."""
         step = self.on_grid.grid.dx if number == "a" else self.on_grid.grid.ds
-        return ACCURACY * step / solved.numbers[number]
+        return APART * ACCURACY * step / solved.numbers[number]
 
 
 def _share(number: str, ours: Measured, theirs: Measured) -> float:

@@ -23,20 +23,23 @@ from geometries.patches import DIRECTIONS
 
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
 FLOOR = "floor_"  # before the names of numbers
-APART, COUNTED_APART = 0.025, 0.2  # share of a floor that two ICs do not have in common; of counted elements
-COUNTED = ("area", "sliding_share")
+APART = 0.025  # share of a floor that two ICs do not have in common; of some numbers it is another one
+APART_OF = (
+    dict.fromkeys(("F_x", "dissipation", "b", "angle"), 0.035)
+    | dict.fromkeys(("F_y", "M_z", "approach", "a"), 0.0125)
+    | dict.fromkeys(("area", "sliding_share"), 0.2)
+)
 
 
 def floors(contact: Measured | None, quantities: Mapping[str, Quantity]) -> dict[str, float]:
     """Return the parts of the floors of numbers that two ICs do not have in common; NaN for no contact.
 
     Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
-    or as sliding, is no continuous error, and less common to both.
+    or as sliding, is no continuous error, and less common to both. Shares were found as those of
+    `femic.contact.error_floors`.
     """
     return {
-        name: np.nan
-        if contact is None
-        else contact.floor(name, quantity.kind) * (COUNTED_APART if name in COUNTED else APART)
+        name: np.nan if contact is None else contact.floor(name, quantity.kind) * APART_OF.get(name, APART)
         for name, quantity in quantities.items()
     }
 

@@ -4,7 +4,7 @@ Without friction it is that of the largest load, in rolling that at the prescrib
 of friction, in compression that after the last load.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,6 +13,7 @@ import numpy as np
 from compare.contact.compute import map_names, reference_name, require_solvable
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.displaced import displaced
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -38,8 +39,8 @@ STEP = 0.02  # of friction times load, over which the slope of a creep-force cur
 class EstimatedRolling:
     """A contact in steady rolling, and others of the same for its estimates; None: there is no such contact.
 
-    `larger` are those on elements twice and four times as large; `changed` that with ICs plus their estimated
-    errors, none where no errors of ICs are known.
+    `larger` are those on elements twice and four times as large; `changed` that with the distance of the
+    displaced bodies, and that with ICs plus their estimated errors where errors of ICs are known.
     """
 
     own: RollingSolution
@@ -172,10 +173,11 @@ def _rolls(pair: PairWithFriction, name: str) -> EstimatedRolling:
     own = _with_force(pair, problem, label)
     pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
     larger = on_larger_elements(pair, problem, label, _with_force)
-    solve_changed = partial(with_perturbed_ics, pair, friction, name, label, _with_force)
-    known = pair.perturbed(name) is not None
-    changed = (if_possible(pair, "not in estimates", solve_changed),) if known else ()
-    return EstimatedRolling(own, tuple(larger), changed)
+    changed: list[Callable[[], RollingSolution | None]] = [partial(_displaced, pair, own, label)]
+    if pair.perturbed(name) is not None:
+        changed += [partial(with_perturbed_ics, pair, friction, name, label, _with_force)]
+    in_estimates = partial(if_possible, pair, "not in estimates")
+    return EstimatedRolling(own, tuple(larger), tuple(map(in_estimates, changed)))
 
 
 def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> RollingSolution:
@@ -184,6 +186,13 @@ def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) 
     share = pair.specification.equal_force
     rolling = along.with_force(share * along.largest, [along.first()])
     return RollingSolution(along.problem, rolling, pair.loads[0], _slope(along, share, rolling))
+
+
+def _displaced(pair: PairWithFriction, own: RollingSolution, label: str) -> RollingSolution:
+    """Return a contact with the distance of the displaced bodies, under the same longitudinal force."""
+    along = Continuation(pair, own.problem, f"{label}, exact distance")
+    force = pair.specification.equal_force * along.largest
+    return replace(own, rolling=displaced(along, own.rolling, force))
 
 
 def _slope(along: Continuation, share: float, rolling: RollingContact) -> float:

@@ -35,8 +35,6 @@ RELATED = 0.5  # by which the largest change of related numbers counts
 ROUNDING = 1e-6  # of scales, as of tractions over the largest pressure
 BESIDE_FLOOR = 0.5  # by which a change counts of a number with a floor of its own
 
-OF_DIFFERENCE = 0.1  # part of a difference between contacts with different ICs that elements may miss
-
 OWN, SHARE = "own", "share"  # scales: the number itself, and 1
 Numbers = Mapping[str, float]
 

@@ -111,9 +111,12 @@ def displaced_numbers(continuation: Continuation, curve: CreepForceCurve) -> Map
     return {**numbers, "zero_creepage": moved, "xi": exact.creepages.longitudinal}
 
 
-def displaced(continuation: Continuation, contact: RollingContact) -> RollingContact:
-    """Return the contact at the same creepages with the distance at its own approach: a fixed point.
+def displaced(
+    continuation: Continuation, contact: RollingContact, force: float | None = None
+) -> RollingContact:
+    """Return the contact with the distance at its own approach: a fixed point.
 
+    It is at the same creepages, or under the same longitudinal `force` [N].
     Heights of rolling circles stay those of the linearised contact: the displacements of the same size that
     they lack along s are not known from the approach, and would make slip depend on the rigid-body discount.
     """
@@ -122,7 +125,7 @@ def displaced(continuation: Continuation, contact: RollingContact) -> RollingCon
         approach = contact.contact.approach
         distance = on_grid.distance_at(approach) + approach * on_grid.cosine
         problem = replace(rolling, problem=replace(rolling.problem, distance=distance))
-        contact = replace(continuation, problem=problem).solve(contact.creepages.longitudinal, contact)
+        contact = replace(continuation, problem=problem).solve(contact.creepages.longitudinal, contact, force)
         if abs(contact.contact.approach - approach) <= TOLERANCE * abs(approach):
             return contact
     raise Failure(f"{continuation.label}: the approach with the exact distance does not converge")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from compare.contact.crossings import NUMBERS, PairDeviations
 from compare.contact.dataset import variables
 from compare.friction.dataset import FLOOR, LARGER, floors
 from compare.friction.differences import Difference, estimate_of_difference, on_larger_elements
@@ -15,6 +16,7 @@ from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, numbers
 from femic.contact.pairs.rolling_numbers import measured_rolling
@@ -104,6 +106,28 @@ def differences(case: RandomContact) -> GridComparison:
     )
 
 
+def frictionless_differences(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction, and compare errors of its numbers with A over those with B-hat."""
+
+    def solved(case: RandomContact) -> PairDeviations:
+        on_grid = case.on_grid
+        return PairDeviations(on_grid, {"A": on_grid.operator("A"), C: on_grid.operator("Bhat")})
+
+    def error(ours: Measured, theirs: Measured, number: str) -> float:
+        return ours.numbers[number] / theirs.numbers[number] - 1
+
+    contact, finer, load = solved(case), solved(case.finer), case.load
+    found = {number: contact.error(number, "A", load) for number in NUMBERS}
+    _, larger, *_ = zip(contact.levels(load, "A"), contact.levels(load, C), strict=True)
+    return GridComparison(
+        {number: value for number, (value, _) in found.items()},
+        {number: finer.error(number, "A", load)[0] for number in NUMBERS},
+        {number: error(*larger, number) for number in NUMBERS},
+        {number: estimate for number, (_, estimate) in found.items()},
+        "frictionless",
+    )
+
+
 def _difference(name: str) -> Difference:
     """Return the difference of a number with A to that with B-hat."""
     return lambda dataset: dataset[name].sel(ics="A") - dataset[name].sel(ics="Bhat")
@@ -133,4 +157,5 @@ STUDIES: Mapping[str, Study] = {
     "frictionless": frictionless,
     "rolling": rolling,
     "differences": differences,
+    "frictionless differences": frictionless_differences,
 }

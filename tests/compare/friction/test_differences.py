@@ -5,11 +5,12 @@ import pytest
 import xarray as xr
 
 from compare.friction.differences import (
+    MISSED,
     estimate_of_difference,
     on_larger_elements,
     with_changed_ics,
 )
-from femic.contact.estimates import OF_DIFFERENCE, SAFETY
+from femic.contact.estimates import SAFETY
 
 VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
 
@@ -33,7 +34,7 @@ def contacts(values=VARIED, larger=VARIED, change=(0.0, 0.0, 0.0)):
 def beside_itself(dataset, difference, *norm):
     """The estimate without the share of the difference itself."""
     size = (norm or (abs,))[0](difference(dataset))
-    return estimate_of_difference(dataset, difference, *norm) - OF_DIFFERENCE * size
+    return estimate_of_difference(dataset, difference, *norm) - MISSED * size
 
 
 def apart(dataset, ics="a"):
@@ -65,7 +66,7 @@ def test_an_error_in_common_is_no_error_of_a_difference():
 def test_grids_that_agree_by_luck_leave_floors_of_both_and_a_share_of_the_difference():
     """Floors add up, whatever the signs of errors; those of other ICs do not count."""
     given = contacts().assign(floor_q=("ics", [0.3, 100.0, 0.5]))
-    assert estimate_of_difference(given, apart) == pytest.approx(OF_DIFFERENCE * 30.0 + 0.3 + 0.5)
+    assert estimate_of_difference(given, apart) == pytest.approx(MISSED * 30.0 + 0.3 + 0.5)
 
 
 @pytest.mark.parametrize("error", [3.0, -3.0, 40.0])

@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 from compare.friction.compute import compute_with_friction
+from compare.friction.differences import MISSED
 from compare.friction.rolling import _distances
-from femic.contact.estimates import OF_DIFFERENCE, SAFETY, Measured
+from femic.contact.estimates import SAFETY, Measured
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
 from femic.contact.pairs.solved_curve import between, deciding
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
@@ -144,7 +145,7 @@ def curves(force, larger=None, change=None, ics=("A", "C")):
 
 def beside_itself(of, name):
     """The estimate of a distance without the share of itself that elements may miss."""
-    return of[f"estimate_{name}"] - OF_DIFFERENCE * of[name]
+    return of[f"estimate_{name}"] - MISSED * of[name]
 
 
 def sizes(away):

@@ -17,6 +17,7 @@ from compare.stresses.damage import damage_of
 from compare.stresses.dataset import Peak, to_dataset
 from compare.stresses.page import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
+from femic.contact.loading import Loading
 from femic.damage.dang_van import DangVan
 from femic.damage.equivalent_stress import equivalent_stress
 from femic.damage.laws import EnergyLaw
@@ -134,6 +135,22 @@ def test_without_a_contact_beside_it_the_slope_is_not_known():
     along = SimpleNamespace(largest=1.0, with_force=fails, pair=pair)
     assert np.isnan(module._slope(along, 0.5, None))
     assert said == ["  no slope of the creep-force curve: no contact"]
+
+
+def test_estimates_contain_what_the_linearised_distance_does(rolling):
+    """To the pressure as without friction: tangential tractions move it little."""
+    results, _, _ = rolling
+    contacts, solved = results.contacts, results.contacts.rolling["Bhat"]
+    linear, exact = (
+        contacts.on_grid.solve(contacts.on_grid.operator("Bhat"), Loading(solved.own.load), exact=exact)
+        for exact in (False, True)
+    )
+    moved = abs(exact.normal.p.max() - linear.normal.p.max())
+    known, without = (
+        damage_of(one, results.scene.damage).errors for one in (solved, replace(solved, changed=()))
+    )
+    assert known["p_max"] - without["p_max"] == pytest.approx(moved, rel=0.1)
+    assert all(known[name] > without[name] for name in known)
 
 
 def numbers_with(rolling, **damage):

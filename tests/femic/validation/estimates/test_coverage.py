@@ -14,7 +14,7 @@ from femic.validation.estimates.coverage import by_regime, comparisons, coverage
 from femic.validation.estimates.studies import STUDIES, GridComparison
 from geometries.errors import Failure
 
-MORE = (("frictionless", 40), ("rolling", 16), ("differences", 8))
+MORE = (("frictionless", 40), ("rolling", 16), ("differences", 8), ("frictionless differences", 16))
 USEFUL = 15.0  # most median of estimate over error of so few contacts; 10 of many (statement 25)
 FLAT = ("A",)  # whose products are fast
 

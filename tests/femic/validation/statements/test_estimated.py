@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.estimates import OF_DIFFERENCE
+from compare.friction.differences import MISSED
 from femic.validation.statements.content import entry
 from femic.validation.statements.criteria import Criterion, Statement
 from femic.validation.statements.estimated import Estimated, estimate_of, ratio
@@ -70,7 +70,7 @@ def measured(number, name, made):
 
 def of_ratio(one, other, estimate):
     """What a ratio of two differences is known to: elements may miss a part of each difference, too."""
-    return (one * (1 + OF_DIFFERENCE) + estimate) / (other * (1 - OF_DIFFERENCE) - estimate) - one / other
+    return (one * (1 + MISSED) + estimate) / (other * (1 - MISSED) - estimate) - one / other
 
 
 KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
@@ -79,9 +79,9 @@ KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
     (28, "B, B̂"): (0.08, KNOWN),
     (29, "better"): (0.9, (0.09 + KNOWN) / (0.1 - KNOWN) - 0.9),
     (30, "angles"): (0.05, KNOWN * 1.05),
-    (34, "shift"): (0.2, CURVE + OF_DIFFERENCE * 0.2),
+    (34, "shift"): (0.2, CURVE + MISSED * 0.2),
     (34, "close"): (0.07, CURVE),
-    (35, "off"): (0.2, 1.1 * TRACTION + OF_DIFFERENCE * 0.2),
+    (35, "off"): (0.2, 1.1 * TRACTION + MISSED * 0.2),
     (37, "B"): (0.8, of_ratio(0.08, 0.1, TRACTION)),
     (37, "sliding"): (0.8, (0.08 + 2 * SLIDING) / (0.1 - 2 * SLIDING) - 0.8),  # the sum of both
     (39, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
