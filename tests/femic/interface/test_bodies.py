@@ -55,6 +55,13 @@ def test_a_plane_is_flat():
     assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
 
 
+def test_a_modulus_in_pascal_is_said_and_a_rigid_body_is_solved():
+    with pytest.warns(UserWarning, match=r"E = 2\.1e\+11: .* E is in MPa: 210e3 for steel") as told:
+        femic.Body(femic.plane(), femic.Material(210e9, 0.3))
+    assert [each.filename for each in told] == [__file__]
+    femic.Body(femic.plane(), femic.Material(1.2e6, 0.1))  # diamond, without a word
+
+
 def test_numpy_numbers_are_accepted():
     steel = femic.Material(np.float64(210e3), np.float64(0.3))
     flanks = np.array([20.0, 30.0])

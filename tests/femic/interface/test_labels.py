@@ -48,7 +48,7 @@ def pressed(matrix):
 
 
 def compressed(matrix):
-    return femic.solve_contact(PAIR, femic.Compression([4e3], 0.3), [matrix], SETUP)
+    return femic.solve_contact(PAIR, femic.Compression([1.5e3], 0.3), [matrix], SETUP)
 
 
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
