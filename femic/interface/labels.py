@@ -39,9 +39,9 @@ def by_label(
     for dim in ("i", "j"):
         labels = [str(label) for label in labelled[dim].values]
         if sorted(labels) != sorted(set(labels)) or not set(directions) <= set(labels) <= set(DIRECTIONS):
-            needed = ", ".join(directions or DIRECTIONS)
+            wanted = ", ".join(directions or DIRECTIONS)
             raise WrongInput(
-                f"{name}: {dim} = {', '.join(labels)}: {needed} are needed, each once, in any order"
+                f"{name}: {dim} = {', '.join(labels)}: {wanted} are needed, each once, in any order"
             )
         labelled = labelled.sel({dim: [known for known in DIRECTIONS if known in labels]})
     return labelled

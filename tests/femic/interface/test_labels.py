@@ -104,11 +104,11 @@ NO_GRIDS = {
 
 
 @pytest.mark.parametrize(("change", "message"), NO_GRIDS.values(), ids=NO_GRIDS)
-def test_matrices_without_the_labels_of_a_grid_are_refused(change, message, matrix):
+def test_matrices_without_the_labels_of_a_grid_are_refused(change, message, matrix, tmp_path):
     with pytest.raises(femic.WrongInput, match=message):
         compressed(change(matrix))
     with pytest.raises(femic.WrongInput, match=message):
-        femic.write_for_contact(PAIR, change(matrix), "nowhere.txt")
+        femic.write_for_contact(PAIR, change(matrix), tmp_path / "contact.txt")
 
 
 def test_a_labelled_array_of_another_grid_is_refused(matrix):
