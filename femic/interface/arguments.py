@@ -129,7 +129,10 @@ def array(name: str, value: Any) -> np.ndarray:
             for at, entry in np.ndenumerate(values)
             if not _is_number(entry)
         )
-    values = values.astype(float)
+    try:
+        values = values.astype(float)
+    except OverflowError as error:
+        raise WrongInput(f"{name}: {error}: give finite numbers") from error
     for at in np.argwhere(~np.isfinite(values)):
         raise WrongInput(f"{name}{_index(at)} = {values[tuple(at)]}: give finite numbers")
     return values

@@ -150,14 +150,22 @@ def write_for_contact(
 
     With a vertical `approach` [mm] the distances of the bodies on the grid after it, along n, are written to
     `contact_distances.txt` beside the file, x fastest, as CONTACT takes them with N = 0. `femic export`
-    prints what else has to be set there.
+    prints what else has to be set there. Raises WrongInput.
     """
-    ics = ordered("ics", ics)
+    ics, path = ordered("ics", ics), Path(path)
+    if path.is_dir() or not path.parent.is_dir():
+        fault = (
+            "is a folder: give the name of a file" if path.is_dir() else f"no folder {path.parent}: make it"
+        )
+        raise WrongInput(f"path = {str(path)!r}: {fault}")
     scene = _scene(pair, grid_of(ics), DEFAULT)
-    contact_file.write(to_contact(scene, ics.ic.values), Path(path))
-    if approach is not None:
-        on_grid = pair_on_grid(scene.contact_problem, scene.grid)
-        write_distances(distances_after(on_grid, approach), Path(path).parent)
+    try:
+        contact_file.write(to_contact(scene, ics.ic.values), path)
+        if approach is not None:
+            on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+            write_distances(distances_after(on_grid, approach), path.parent)
+    except OSError as error:
+        raise WrongInput(f"path = {str(path)!r}: {error.strerror or error}") from error
 
 
 def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:

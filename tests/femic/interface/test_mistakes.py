@@ -1,5 +1,10 @@
 """Realistic mistakes with public names: refused with the field and a remedy, and nothing is computed."""
 
+from contextlib import suppress
+from itertools import product
+from pathlib import Path
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -255,6 +260,14 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         r"estimate of shape \(\)",
     ),
     "file of an array": (lambda: femic.write_for_contact(PAIR, MATRIX.ic.values, "x.txt"), "ics = array of"),
+    "file without a folder": (
+        lambda: femic.write_for_contact(PAIR, MATRIX, "none/x.txt"),
+        "path = 'none/x.txt': no folder none: make it",
+    ),
+    "file that is a folder": (
+        lambda: femic.write_for_contact(PAIR, MATRIX, "."),
+        r"path = '\.': is a folder",
+    ),
     "file without a path": (lambda: femic.write_for_contact(PAIR, MATRIX, None), "path = None: give text"),
     # fits
     "fit without bodies": (lambda: femic.fit_bhat_prime(PAIR, PATCH, bodies=[]), r"bodies = \[\]"),
@@ -322,12 +335,97 @@ COMPUTE = {  # what computes, by the module that calls it
 }
 
 
-@pytest.mark.parametrize(("call", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_refused_with_its_field_before_any_work(call, message, monkeypatch, tmp_path):
+@pytest.fixture
+def in_folder(monkeypatch, tmp_path):
+    """Work in an empty folder."""
     monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """What computes raises this instead."""
     for module, names in COMPUTE.items():
         for name in names:
-            monkeypatch.setattr(f"femic.interface.{module}.{name}", lambda *_, name=name: pytest.fail(name))
+            monkeypatch.setattr(f"femic.interface.{module}.{name}", Mock(side_effect=Computed))
+
+
+class Computed(BaseException):
+    """Something was computed."""
+
+
+@pytest.mark.usefixtures("computed")
+@pytest.mark.parametrize(("call", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_refused_with_its_field_before_any_work(call, message, in_folder):
     with pytest.raises(femic.WrongInput, match=message):
         call()
-    assert not list(tmp_path.iterdir())
+    assert not list(in_folder.iterdir())
+
+
+MINE = femic.label_matrix(MATRIX.ic, GRID, "mine")
+TAKEN = {  # arguments of public names that are taken
+    femic.arc: {"radius": 10.0, "flank_inclination_deg": 60.0},
+    femic.ellipse: {"b_el": 10.0, "d_el": 9.0, "flank_inclination_deg": (60.0, 50.0)},
+    femic.through_points: {"y": [0.0, 1.0, 2.0, 3.0], "z": [0.0] * 4, "y_centre": 1.0},
+    femic.Body: {"contour": femic.plane(), "material": STEEL, "rolling_radius": 460.0, "hub_radius": None}
+    | {"outline": None},
+    femic.Pair: {"upper": WHEEL, "lower": RAIL, "effective": {}, "curvature_apart": False}
+    | {"reference_length": None},
+    femic.load_pair: {"name_or_path": "flat"},
+    femic.line_along_x: {"s": 0.0, "reach": 5.0, "points": 9},
+    femic.line_along_s: {"x": 0.0, "reach": 5.0, "points": 9},
+    femic.points: {"x": [0.0, 1.0], "s": 0.0, "name": "mine"},
+    femic.compute_ics: {"pair": PAIR, "patch": PATCH, "lines": [LINE], "ics": ["A"], "bodies": ["lower"]}
+    | {"components": ["nn"], "options": femic.Options()},
+    femic.compare_ics: {"ics": ICS},
+    femic.Options: {"tolerance": 0.01, "engine": "harmonic", "far_radius": None, "most_unknowns": 10_000}
+    | {"workers": 1, "store": None, "report": None},
+    femic.Frictionless: {"loads": [1e3], "approaches": (), "lateral_force": None},
+    femic.Rolling: {"load": 1e3, "friction": 0.3, "longitudinal": [0.0], "lateral": 0.0, "spin": 0.0}
+    | {"equal_force": 0.5, "friction_by_angle": ()},
+    femic.TransientRolling: {"load": 1e3, "friction": 0.3, "creepage": 0.1, "lateral": 0.0, "spin": 0.0}
+    | {"distance": None, "friction_by_angle": ()},
+    femic.Compression: {"loads": [1e3], "friction": 0.3, "friction_by_angle": ()},
+    femic.ContactSetup: {"elements": 8, "grid": None, "shift": 0.0, "flanks": True, "gap": "linear"}
+    | {"extra_gap": GAP},
+    femic.solve_contact: {"pair": PAIR, "motion": PRESSED, "ics": ["A"], "setup": femic.ContactSetup()}
+    | {"options": femic.Options()},
+    femic.compute_matrix: {"pair": PAIR, "grid": GRID, "ics": "A", "discount": "none"}
+    | {"options": femic.Options()},
+    femic.label_matrix: {"ics": MATRIX.ic, "grid": GRID, "name": "mine", "estimate": None},
+    femic.write_for_contact: {"pair": PAIR, "ics": MINE, "path": "mine.txt", "approach": None},
+    femic.fit_bhat_prime: {"pair": PAIR, "patch": PATCH, "bodies": ["combined"], "properties": ["mismatch_k"]}
+    | {"components": ["xn"], "curvature_apart": False, "options": femic.Options()},
+    femic.plot_ics: {"ics": ICS, "component": "nn"},
+    femic.plot_contact: {"contact": ICS},
+    femic.plot_profile: {"profile": RING},
+    femic.Profile: {"file": None, "standard": "60E1", "kind": None, "axes": None, "unit": None}
+    | {"surface": None, "section": None, "section_at": None, "tolerance": 0.0},
+    femic.write_profile: {"profile": RING, "path": "mine.prr"},
+    femic.compute_shifts: {"rail": RING, "wheel": CONE, "shifts": [0.0], "tables": None}
+    | {"options": femic.Options()},
+    femic.run_scene: {"scene": femic.load_scene("flat"), "out": "out", "options": femic.Options()},
+}
+WRONG_VALUES = (
+    *(None, "", "text", "1", b"1", True, 0, -1, 1.5, 10**400, np.nan, np.inf, 1j, object(), print, iter([1])),
+    *([], [None], ["x"], [[1, 2], [3]], [np.nan], [10**400], (1, 2, 3), {}, {"a": 1}, {1: 2}, range(3)),
+    *(np.array(1.0), np.ones(3), np.ones((2, 2)), np.array(["a"]), np.array([]), xr.DataArray([1.0])),
+    *(xr.Dataset(), MATRIX, ICS, PATCH, GRID, STEEL, PAIR, RAIL, LINE, RING, femic.Options(), femic.Options),
+    *(Path("nowhere"), Path("/"), "/nonexistent/x.txt", "s3://b/x"),
+)
+OTHERS = {  # names of which no argument is tried
+    *("plane", "FittedPair", "Failure", "WrongInput"),
+    *("Material", "Patch", "Grid", "load_scene"),  # refuse other types by Python's TypeError
+}
+
+
+def test_all_public_names_are_tried():
+    assert {public.__name__ for public in TAKEN} == set(femic.__all__) - OTHERS
+
+
+@pytest.mark.usefixtures("computed", "in_folder")
+@pytest.mark.parametrize("public", TAKEN, ids=lambda public: public.__name__)
+def test_any_value_of_any_argument_is_taken_or_refused_as_documented(public):
+    for name, value in product(TAKEN[public], WRONG_VALUES):
+        with suppress(femic.WrongInput, Computed):
+            public(**TAKEN[public] | {name: value})
