@@ -1,7 +1,9 @@
 """Bodies and pairs: contours with their materials, as the tables of scene files have them."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -9,11 +11,13 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties
+from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.scenes import contours
 from femic.scenes.bodies import BodyTable
 from femic.scenes.effective import effective_properties
 from femic.scenes.load import parse, read_scene, scene_path
 from femic.scenes.messages import messages
+from femic.scenes.plausibility import modulus_warnings
 from femic.scenes.scene_table import SceneTable
 from geometries import bodies
 from geometries.errors import WrongInput
@@ -36,12 +40,20 @@ def plain(value: Any) -> Any:
     return value
 
 
-def checked(table: type[Table], keys: Mapping[str, Any]) -> Table:
-    """Return a table of a scene file; raise WrongInput for keys that it does not take."""
+def checked(table: type[Table], keys: Mapping[str, Any], names: Mapping[Any, str] | None = None) -> Table:
+    """Return a table of a scene file; raise WrongInput for keys that it does not take.
+
+    `names` are arguments by the places of their values in the table, where these have other names.
+    """
     try:
         return table.model_validate(plain(keys))
     except ValidationError as error:
-        raise WrongInput("; ".join(messages(error.errors()))) from error
+        details = error.errors()
+        for detail in details:
+            for place, name in (names or {}).items():
+                if detail["loc"][: len(place)] == place:
+                    detail["loc"] = (name, *detail["loc"][len(place) :])
+        raise WrongInput("; ".join(messages(details))) from error
 
 
 def given(keys: Mapping[str, Any]) -> dict[str, Any]:
@@ -54,6 +66,7 @@ def plane() -> contours.PlaneTable:
     return checked(contours.PlaneTable, {"kind": "plane"})
 
 
+@with_checked_arguments
 def arc(radius: float, flank_inclination_deg: Flanks) -> contours.ArcTable:
     """Return a circular arc with straight flanks beyond it.
 
@@ -64,6 +77,7 @@ def arc(radius: float, flank_inclination_deg: Flanks) -> contours.ArcTable:
     return checked(contours.ArcTable, {"kind": "arc"} | keys)
 
 
+@with_checked_arguments
 def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> contours.EllipseTable:
     """Return an ellipse with straight flanks beyond it.
 
@@ -74,12 +88,16 @@ def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> c
     return checked(contours.EllipseTable, {"kind": "ellipse"} | keys)
 
 
+@with_checked_arguments
 def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contours.PointsTable:
     """Return a smooth curve through points (y, z) [mm], (n,) each, y growing; s = 0 lies at `y_centre` [mm].
 
     Raises WrongInput.
     """
-    points = np.column_stack([y, z]).astype(float).tolist()
+    y, z = array("y", y), array("z", z)
+    if y.ndim != 1 or y.shape != z.shape:
+        raise WrongInput(f"y and z of shapes {y.shape} and {z.shape}: give two lists of equal length")
+    points = np.column_stack([y, z]).tolist()
     curve = checked(contours.PointsTable, {"kind": "points", "points": points, "y_centre": y_centre})
     curve.contour()  # raises for points that have no curve through them
     return curve
@@ -91,7 +109,8 @@ class Body:
 
     It is extruded along x, or revolved with a `rolling_radius` [mm], that of its circle through the contact
     centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. `outline` has the keys of the
-    table of that name in a scene file, such as {"standard": "60E1"}. Raises WrongInput.
+    table of that name in a scene file, such as {"standard": "60E1"}. Raises WrongInput; warns where no
+    material has its E.
     """
 
     contour: SceneTable
@@ -101,15 +120,14 @@ class Body:
     outline: Mapping[str, Any] | None = field(default=None, hash=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.contour, SceneTable):
-            raise WrongInput(
-                f"contour = {self.contour!r}: make it with arc, ellipse, plane, through_points or Profile.at"
-            )
+        check_fields(self)
         table = checked(BodyTable, self.table)
         contour = table.contour.contour()
         bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
         if table.outline is not None:
             table.outline.outline(table.contour)
+        for text in modulus_warnings(self.material.E):
+            warnings.warn(text, stacklevel=3)
 
     @property
     def table(self) -> dict[str, Any]:
@@ -144,6 +162,7 @@ class Pair:
     reference_length: float | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.curvature_apart and "combined" not in self.effective:
             raise WrongInput("curvature_apart: only where effective properties of 'combined' are given")
 
@@ -157,9 +176,10 @@ class Pair:
         return given({"reference_length": self.reference_length, **bodies, "effective": effective})
 
 
-def load_pair(name_or_path: str) -> Pair:
+@with_checked_arguments
+def load_pair(name_or_path: str | Path) -> Pair:
     """Return the bodies of a built-in scene, such as "geometry1", or of a scene file; raise WrongInput."""
-    path = scene_path(name_or_path)
+    path = scene_path(str(name_or_path))
     file = parse(read_scene(path)[1], path)
     effective = effective_properties(file.effective)
     return Pair(

@@ -6,9 +6,11 @@ from dataclasses import asdict, dataclass, replace
 import xarray as xr
 
 from compare.calibration.compute import calibrate, to_dataset
+from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import scene_of
+from femic.interface.threads import in_turn
 from geometries.patches import Patch
 
 
@@ -25,6 +27,8 @@ class FittedPair:
     fit: xr.Dataset
 
 
+@with_checked_arguments
+@in_turn
 def fit_bhat_prime(
     pair: Pair,
     patch: Patch,

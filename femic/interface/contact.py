@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
-from femic.contact.extra_gap import extra_gap
+from femic.contact.extra_gap import ExtraGap, extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.specification import FrictionSpecification
+from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, name_of
+from femic.interface.matrices import grid_of, name_of, ordered
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
+from femic.interface.threads import in_turn
 from femic.scenes.build import misfits
 from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
@@ -35,7 +37,11 @@ class _MotionKeys:
     kind: ClassVar[str]
 
     def __post_init__(self) -> None:
-        checked(ContactTable, self.table)
+        check_fields(self)
+        names = {("loads", 0): "load"} if hasattr(self, "load") else {}
+        if np.ndim(getattr(self, "friction", ())) == 0:
+            names[("friction", 0)] = "friction"
+        checked(ContactTable, self.table, names)
 
     @property
     def table(self) -> dict[str, Any]:
@@ -133,6 +139,25 @@ class ContactSetup:
     gap: Literal["linear", "exact"] = "linear"
     extra_gap: ArrayLike | None = None
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _ = self.added_gap  # raises for points that have no gap between them
+
+    @property
+    def added_gap(self) -> ExtraGap | None:
+        """The gap that is added. Raises WrongInput."""
+        if self.extra_gap is None:
+            return None
+        columns = array("extra_gap", self.extra_gap)
+        if columns.ndim != 2 or columns.shape[1] not in (2, 3):
+            raise WrongInput(
+                f"extra_gap of shape {columns.shape}: (n, 2) or (n, 3) is needed: s, gap or x, s, gap"
+            )
+        try:
+            return extra_gap(columns)
+        except WrongInput as error:
+            raise WrongInput(f"extra_gap: {error}") from error
+
     @property
     def tables(self) -> dict[str, Any]:
         """The tables [contact] and [grid] of a scene file."""
@@ -148,6 +173,8 @@ AUTOMATIC = ContactSetup()
 Motion = Frictionless | Rolling | TransientRolling | Compression
 
 
+@with_checked_arguments
+@in_turn
 def solve_contact(
     pair: Pair,
     motion: Motion,
@@ -158,7 +185,7 @@ def solve_contact(
     """Solve the contact of a pair with each of several ICs.
 
     `ics` are names of approximations, "C", which is computed on the contact's grid, and matrices as of
-    `compute_matrix` or `label_matrix`, on whose grid all is solved then.
+    `compute_matrix` or `label_matrix`, on whose grid all is solved then: their labels decide, in any order.
 
     The dataset has numbers of contacts over ics and case (a load or an approach), or over ics, friction and
     `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others with units and
@@ -190,9 +217,8 @@ def _scene(
     tables = setup.tables
     tables["contact"] |= motion.table | {"ics": list(ics)}
     scene = scene_of(pair, options, tables)
-    if setup.extra_gap is None:
+    if (gap := setup.added_gap) is None:
         return scene
-    gap = extra_gap(np.asarray(setup.extra_gap, dtype=float))
     scene = replace(scene, contact=replace(scene.contact, extra_gap=gap), text="")  # no file has this gap
     require_none(NAME, misfits(scene))
     return scene
@@ -200,5 +226,6 @@ def _scene(
 
 def _given(matrix: xr.Dataset) -> GivenICs:
     """A labelled matrix as contact takes it."""
+    matrix = ordered("ics", matrix)
     estimate = matrix.estimate.values if "estimate" in matrix else 0.0
     return GivenICs(grid_of(matrix), matrix.ic.values, estimate)

@@ -13,11 +13,14 @@ from compare.report import static
 from compare.report.charts import Chart
 from compare.report.notebooks import in_a_frame
 from compare.shifts.figures import pressures
+from femic.interface.arguments import with_checked_arguments
+from femic.interface.labels import contacts_by_label, ics_by_label
 from femic.interface.profiles import Profile
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
 
+@with_checked_arguments
 def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
     """Draw a component of ICs, of a dataset of `compute_ics`, along its lines: a row per body.
 
@@ -26,22 +29,25 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
     """
     if component not in COMPONENTS:
         raise WrongInput(f"component = {component!r}: one of {', '.join(COMPONENTS)}")
-    return _for_notebooks(chart_in(ics, component))
+    return _for_notebooks(chart_in(ics_by_label("ics", ics, component), component))
 
 
+@with_checked_arguments
 def plot_contact(contact: xr.Dataset) -> Figure:
     """Draw contacts with all ICs, of a dataset of `solve_contact` or `compute_shifts`.
 
     Without friction: pressures [MPa] on the surface, with the edges of patches. Of steady rolling:
     creep-force curves; of transient rolling: forces over the rolled distance [mm]. Of compression: the share
     of the contact area that slides, over the load [N]. Of a wheelset at several shifts: largest pressures
-    [MPa] over the shift [mm].
+    [MPa] over the shift [mm]. Raises WrongInput for other datasets.
     """
+    contact = contacts_by_label("contact", contact)
     if "shift" in contact.dims:
         return _for_notebooks(pressures(contact))
     return _for_notebooks((main_chart if "friction" in contact.dims else surfaces)(contact))
 
 
+@with_checked_arguments
 def plot_profile(profile: Profile) -> Figure:
     """Draw how a profile was understood: section [mm], residual [µm], inclination [degrees], curvature."""
     return _for_notebooks(all_panels(profile.understood))

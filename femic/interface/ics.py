@@ -10,14 +10,16 @@ from numpy.typing import ArrayLike
 from approx.halfspace import observers
 from compare.ics.compute import compute
 from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
+from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair, checked
+from femic.interface.labels import ics_by_label
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
+from femic.interface.threads import in_turn
 from femic.scenes.build import misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.scene import Scene
-from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 
 Line = LineAlongX | LineAlongS | OffsetLine
@@ -25,11 +27,13 @@ BODIES = ("combined", "lower", "upper")
 ICS = ("A", "B", "Bbar", "Bhat", "mix", "C")
 
 
+@with_checked_arguments
 def line_along_x(s: float, reach: float = 25.0, points: int = 401) -> LineAlongX:
     """Return the points from x = -reach to +reach [mm] at arc length s [mm]. Raises WrongInput."""
     return checked(LineAlongX, {"along": "x", "s": s, "reach": reach, "points": points})
 
 
+@with_checked_arguments
 def line_along_s(x: float, reach: float = 25.0, points: int = 401) -> LineAlongS:
     """Return the points from s = -reach to +reach [mm], as far as contours go, at x [mm] from the load.
 
@@ -38,15 +42,18 @@ def line_along_s(x: float, reach: float = 25.0, points: int = 401) -> LineAlongS
     return checked(LineAlongS, {"along": "s", "x": x, "reach": reach, "points": points})
 
 
+@with_checked_arguments
 def points(x: ArrayLike, s: ArrayLike, name: str = "points") -> OffsetLine:
     """Return points of any kind: at x from the load and at arc length s [mm], of shapes that broadcast.
 
     Raises WrongInput for points that are not finite numbers.
     """
-    x, s = (values.ravel() for values in observers(x, s))
+    x, s = (values.ravel() for values in observers(array("x", x), array("s", s)))
     return OffsetLine(name, "s", x, s)
 
 
+@with_checked_arguments
+@in_turn
 def compute_ics(
     pair: Pair,
     patch: Patch,
@@ -67,8 +74,6 @@ def compute_ics(
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
-    if not ics:
-        raise WrongInput("ics: none is named: give some of A, Bhat, C and others")
     variants = [name for name in ics if name != "C"] or ["A"]
     tables = {"variants": variants, "bodies": bodies, "components": components}
     scene = _scene(pair, patch, lines, options, tables)
@@ -78,6 +83,7 @@ def compute_ics(
     return dataset.sel(variant=list(ics))
 
 
+@with_checked_arguments
 def compare_ics(ics: xr.Dataset) -> xr.Dataset:
     """Compare approximations with C: return their errors on the lines of a dataset of `compute_ics`.
 
@@ -88,7 +94,7 @@ def compare_ics(ics: xr.Dataset) -> xr.Dataset:
 
     Raises WrongInput without C, and without nn.
     """
-    return errors_in(ics)
+    return errors_in(ics_by_label("ics", ics))
 
 
 def _scene(

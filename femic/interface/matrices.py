@@ -14,9 +14,12 @@ from compare.export.grid import distances_after, write_distances
 from compare.matrix.file import DIMENSIONS
 from compare.matrix.jobs import matrix_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair
+from femic.interface.labels import by_label
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
+from femic.interface.threads import in_turn
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
@@ -29,8 +32,11 @@ from geometries.grids import Grid
 from geometries.patches import DIRECTIONS
 
 OF_PAIR = DIMENSIONS[1:]  # lag, observed, loaded, i, j
+SAME_PLACE = 1e-6  # of an element, by which labels may be off
 
 
+@with_checked_arguments
+@in_turn
 def compute_matrix(
     pair: Pair, grid: Grid, ics: str = "C", options: Options = DEFAULT, *, discount: Discount = "approach"
 ) -> xr.Dataset:
@@ -59,16 +65,24 @@ def compute_matrix(
     return label_matrix(c, grid, ics, estimate)
 
 
-def label_matrix(ics: ArrayLike, grid: Grid, name: str, estimate: ArrayLike | None = None) -> xr.Dataset:
+@with_checked_arguments
+def label_matrix(
+    ics: ArrayLike | xr.DataArray,
+    grid: Grid,
+    name: str,
+    estimate: ArrayLike | xr.DataArray | None = None,
+) -> xr.Dataset:
     """Return ICs from elsewhere in the form of `compute_matrix`, which `solve_contact` takes.
 
     `ics` and `estimate`, their estimated error, have the shape (n_x, n_s, n_s, 3, 3) [mm/MPa]: lag, observed
-    and loaded strip, displacement i and traction j along x, s, n. `name` says what they are.
+    and loaded strip, displacement i and traction j along x, s, n. Of labelled ones, such as the variables of
+    `compute_matrix`, the labels decide, in any order. `name` says what they are.
 
-    Raises WrongInput for another shape, and for numbers that are not finite.
+    Raises WrongInput for another shape or other labels, and for numbers that are not finite.
     """
-    given = {"ic": ics} if estimate is None else {"ic": ics, "estimate": estimate}
-    arrays = {key: _checked(key, np.asarray(values, dtype=float), grid) for key, values in given.items()}
+    arrays = {"ic": _checked("ics", ics, grid)}
+    if estimate is not None:
+        arrays["estimate"] = _checked("estimate", estimate, grid)
     mm, units = {"units": "mm"}, {"units": "mm/MPa"}
     return xr.Dataset(
         {key: (OF_PAIR, values, units) for key, values in arrays.items()},
@@ -83,6 +97,33 @@ def label_matrix(ics: ArrayLike, grid: Grid, name: str, estimate: ArrayLike | No
     )
 
 
+def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
+    """Return a labelled matrix in the order of `compute_matrix`, read by its labels.
+
+    `name` is its argument. Raises WrongInput where labels are missing or are not those of a grid.
+    """
+    labelled = by_label(name, labelled, OF_PAIR, "compute_matrix or label_matrix")
+    for along in ("lag", "observed", "loaded"):
+        if labelled[along].dtype.kind not in "iuf":
+            raise WrongInput(
+                f"{name}: {along} = {labelled[along].values[0]!r}, ...: lengths in mm are needed"
+            )
+    labelled = labelled.sortby(["lag", "observed", "loaded"])
+    grid = grid_of(labelled)
+    wanted = {
+        "lag": (grid.lags, grid.dx, f"0, dx, 2 dx, ... with dx = {grid.dx:g}"),
+        "observed": (grid.strips, grid.ds, f"strips side by side, ds = {grid.ds:g}"),
+        "loaded": (grid.strips, grid.ds, "the strips of observed"),
+    }
+    for along, (places, size, words) in wanted.items():
+        own = labelled[along].values
+        if len(own) != len(places) or not np.allclose(own, places, rtol=0, atol=SAME_PLACE * size):
+            raise WrongInput(f"{name}: {along} = {_first(own)}: {words} mm are needed, in any order")
+    for variable in ("ic", *({"estimate"} & set(labelled.data_vars))):
+        _require_finite(variable, labelled[variable].values)
+    return labelled
+
+
 def name_of(labelled: xr.Dataset) -> str:
     """Return the name of a labelled matrix; raise WrongInput where it has lost its labels."""
     if missing := {"ics", "dx", "ds"} - set(labelled.attrs):
@@ -93,12 +134,15 @@ def name_of(labelled: xr.Dataset) -> str:
 
 
 def grid_of(labelled: xr.Dataset) -> Grid:
-    """Return the grid of a labelled matrix."""
+    """Return the grid of a labelled matrix. Raises WrongInput where it has lost its labels."""
+    name_of(labelled)
+    dx, ds = (float(array(key, labelled.attrs[key])) for key in ("dx", "ds"))
     strips = labelled.observed.values
-    middle = float((strips[0] + strips[-1]) / 2)
-    return Grid(labelled.sizes["lag"], len(strips), labelled.attrs["dx"], labelled.attrs["ds"], middle)
+    middle = float((strips.min() + strips.max()) / 2)
+    return Grid(labelled.sizes["lag"], len(strips), dx, ds, middle)
 
 
+@with_checked_arguments
 def write_for_contact(
     pair: Pair, ics: xr.Dataset, path: str | Path, *, approach: float | None = None
 ) -> None:
@@ -106,14 +150,22 @@ def write_for_contact(
 
     With a vertical `approach` [mm] the distances of the bodies on the grid after it, along n, are written to
     `contact_distances.txt` beside the file, x fastest, as CONTACT takes them with N = 0. `femic export`
-    prints what else has to be set there.
+    prints what else has to be set there. Raises WrongInput.
     """
-    name_of(ics)
+    ics, path = ordered("ics", ics), Path(path)
+    if path.is_dir() or not path.parent.is_dir():
+        fault = (
+            "is a folder: give the name of a file" if path.is_dir() else f"no folder {path.parent}: make it"
+        )
+        raise WrongInput(f"path = {str(path)!r}: {fault}")
     scene = _scene(pair, grid_of(ics), DEFAULT)
-    contact_file.write(to_contact(scene, ics.ic.values), Path(path))
-    if approach is not None:
-        on_grid = pair_on_grid(scene.contact_problem, scene.grid)
-        write_distances(distances_after(on_grid, approach), Path(path).parent)
+    try:
+        contact_file.write(to_contact(scene, ics.ic.values), path)
+        if approach is not None:
+            on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+            write_distances(distances_after(on_grid, approach), path.parent)
+    except OSError as error:
+        raise WrongInput(f"path = {str(path)!r}: {error.strerror or error}") from error
 
 
 def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
@@ -123,10 +175,29 @@ def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
     return scene
 
 
-def _checked(name: str, values: Array, grid: Grid) -> Array:
+def _checked(name: str, given: ArrayLike | xr.DataArray, grid: Grid) -> Array:
+    """Return numbers for a grid, labelled ones in the order of `compute_matrix`."""
+    if isinstance(given, xr.DataArray):
+        own = xr.Dataset({"ic": given.drop_attrs()}, attrs={"ics": name, "dx": grid.dx, "ds": grid.ds})
+        own = ordered(name, own)
+        if not np.allclose(own.observed.values[:1], grid.strips[:1], rtol=0, atol=SAME_PLACE * grid.ds):
+            raise WrongInput(
+                f"{name}: strips from s = {own.observed.values[0]:g}, of the grid from {grid.strips[0]:g} mm"
+            )
+        given = own.ic.values
+    values = np.asarray(given, dtype=float)
     shape = (grid.n_x, grid.n_s, grid.n_s, 3, 3)
     if values.shape != shape:
         raise WrongInput(f"{name} of shape {values.shape}: {shape} is needed: lag, observed, loaded, i, j")
+    _require_finite(name, values)
+    return values
+
+
+def _require_finite(name: str, values: Array) -> None:
     if not np.all(np.isfinite(values)):
         raise WrongInput(f"{name}: {np.sum(~np.isfinite(values))} of {values.size} numbers are not finite")
-    return values
+
+
+def _first(values: Array) -> str:
+    """Return the first values, as messages show them."""
+    return ", ".join([f"{value:g}" for value in values[:3]] + ["..."] * (len(values) > 3))

@@ -2,9 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+from fsspec.core import url_to_fs
+
 from femic.cache.store import Store
+from femic.interface.arguments import check_fields
 from femic.interface.bodies import checked, given
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.engine import EngineTable
@@ -29,13 +33,16 @@ class Options:
     far_radius: float | None = None
     most_unknowns: int = 1_000_000
     workers: int = field(default_factory=cores)
-    store: str | None = None
+    store: str | Path | None = None
     report: Callable[[str], None] | None = None
 
     def __post_init__(self) -> None:
-        checked(EngineTable, self.table)
+        check_fields(self)
+        checked(EngineTable, self.table, {("kind",): "engine"})
         if self.workers < 1:
             raise WrongInput(f"workers = {self.workers!r}: at least 1")
+        if self.store is not None:
+            _require_place(str(self.store))
 
     @property
     def table(self) -> dict[str, Any]:
@@ -48,6 +55,16 @@ class Options:
         """The workers, the store, and the reports of a run."""
         watch = Watch(on_stage=self.report) if self.report else Watch()
         return RunOptions(self.workers, Store(self.store), watch)
+
+
+def _require_place(store: str) -> None:
+    """Raise WrongInput for a store that is a file, or of a kind of places that fsspec does not know."""
+    try:
+        files, path = url_to_fs(store)
+    except (ImportError, ValueError) as error:
+        raise WrongInput(f"store = {store!r}: {error}: give a folder, or a URL that fsspec knows") from error
+    if "file" in files.protocol and files.isfile(path):
+        raise WrongInput(f"store = {store!r}: is a file: give a folder")
 
 
 DEFAULT = Options()

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import xarray as xr
 
 from compare.profiles.understood import Understood, of_file, of_package, to_dataset
+from femic.interface.arguments import check_fields, with_checked_arguments
 from femic.interface.bodies import checked, given
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
 from geometries.errors import WrongInput
@@ -40,6 +41,7 @@ class Profile:
     understood: Understood = field(init=False, repr=False, compare=False)  # not public
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if (self.file is None) == (self.standard is None):
             raise WrongInput("give either file or standard, one of them")
         if self.standard is not None and self._reading != AS_IT_IS:
@@ -59,6 +61,7 @@ class Profile:
         """
         return to_dataset(self.understood)
 
+    @with_checked_arguments
     def at(
         self,
         y_centre: float | None = None,
@@ -105,6 +108,7 @@ class Profile:
         return of_file(prepared_file(path, self._reading), path)
 
 
+@with_checked_arguments
 def write_profile(profile: Profile, path: str | Path) -> None:
     """Write a profile, smoothed if it has a tolerance, as a spline block in mm: .prr (rail), .prw (wheel).
 

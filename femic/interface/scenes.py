@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from compare.ics import run
+from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import Pair, plain
 from femic.interface.options import DEFAULT, Options
+from femic.interface.threads import in_turn
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 
@@ -18,6 +20,8 @@ def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
     return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)
 
 
+@with_checked_arguments
+@in_turn
 def run_scene(scene: Scene, out: str | Path, options: Options = DEFAULT) -> Path:
     """Compute the ICs of a scene as `femic run` does, and write them with a report; return its path.
 

@@ -8,9 +8,11 @@ import tomlkit
 import xarray as xr
 
 from compare.shifts import compute
+from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import given, plain
 from femic.interface.options import DEFAULT, Options
 from femic.interface.profiles import Profile
+from femic.interface.threads import in_turn
 from femic.scenes.load import merged
 from femic.shifts.specification import specification_of
 from geometries.errors import WrongInput
@@ -19,6 +21,8 @@ from geometries.profiles.profile import Kind
 NAME = Path("shifts")  # of specifications that Python describes, in messages
 
 
+@with_checked_arguments
+@in_turn
 def compute_shifts(
     rail: Profile,
     wheel: Profile,

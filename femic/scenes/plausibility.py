@@ -14,6 +14,7 @@ THIN_WEDGE = 40  # degrees of material between the flanks below which a body is 
 HUB_PROBLEM = 300  # mm of rolling radius below which the hub shapes the result (docs/theory/reference.md)
 LARGE_ROLLING_RADIUS = 20  # over the longest line along x, from which the surface hardly turns along it
 DOMAIN_OVER_LINE = 6  # size of the domain over reach of a line from which truncation is below about 1 %
+STIFFEST = 2e6  # MPa; diamond has 1.2e6
 NEARLY_INCOMPRESSIBLE = 0.45  # Poisson's ratio
 UNLIKE_MODULI = 1e3  # ratio of the moduli beyond which only the softer body counts
 CONFORMAL = 10  # largest angle between conformal contours at equal s [degrees]
@@ -32,10 +33,20 @@ def warnings(scene: Scene) -> list[str]:
 def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     yield from _contour_warnings(scene, name, body)
     yield from _shape_warnings(scene, name, body)
+    yield from modulus_warnings(body.material.E, f"{name}.")
     if body.material.nu > NEARLY_INCOMPRESSIBLE:
         yield (
             f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
             "smaller cells (solid engine: and two to four times the iterations) for the same accuracy"
+        )
+
+
+def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
+    """Yield what a Young's modulus [MPa] that no material has may mean; `of` goes before its key."""
+    if E > STIFFEST:
+        yield (
+            f"{of}E = {E:g}: no material is so stiff (diamond has 1.2e6 MPa), the body is rigid in effect; E "
+            "is in MPa: 210e3 for steel, not 210e9"
         )
 
 

@@ -55,6 +55,13 @@ def test_a_plane_is_flat():
     assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
 
 
+def test_a_modulus_in_pascal_is_said_and_a_rigid_body_is_solved():
+    with pytest.warns(UserWarning, match=r"E = 2\.1e\+11: .* E is in MPa: 210e3 for steel") as told:
+        femic.Body(femic.plane(), femic.Material(210e9, 0.3))
+    assert [each.filename for each in told] == [__file__]
+    femic.Body(femic.plane(), femic.Material(1.2e6, 0.1))  # diamond, without a word
+
+
 def test_numpy_numbers_are_accepted():
     steel = femic.Material(np.float64(210e3), np.float64(0.3))
     flanks = np.array([20.0, 30.0])
@@ -72,14 +79,14 @@ WRONG = {
     "rolling radius": (lambda: femic.Body(femic.plane(), STEEL, 5.0), r"rolling_radius = 5\.0.*at least 20"),
     "incompressible": (lambda: femic.Body(femic.plane(), femic.Material(1e3, 0.5)), r"nu = 0\.5"),
     "hub": (lambda: femic.Body(femic.plane(), STEEL, 500.0, 50.0), r"hub_radius = 50\.0.*at least 0\.2"),
-    "contour": (lambda: femic.Body("plane", STEEL), "contour = 'plane': make it with arc"),
+    "contour": (lambda: femic.Body("plane", STEEL), "contour = 'plane': give what is made with arc"),
     "workers": (lambda: femic.Options(workers=0), "workers = 0: at least 1"),
     "curvature": (
         lambda: femic.Pair(of_python().upper, of_python().lower, curvature_apart=True),
         "curvature_apart: only where",
     ),
     "tolerance": (lambda: femic.Options(tolerance=2.0), r"tolerance = 2\.0.*at most 1"),
-    "engine": (lambda: femic.Options(engine="magic"), "kind = 'magic'.*'harmonic' or 'solid'"),
+    "engine": (lambda: femic.Options(engine="magic"), "engine = 'magic'.*'harmonic' or 'solid'"),
     "scene": (lambda: femic.load_pair("geometry3"), "did you mean 'geometry1' or 'geometry2'"),
 }
 

@@ -186,7 +186,7 @@ WRONG = {
     "no load": (lambda: femic.solve_contact(PAIR, femic.Frictionless(), ["A"]), "give loads"),
     "load": (lambda: femic.Frictionless([-1.0]), r"loads\.0 = -1"),
     "both": (lambda: femic.Frictionless([1.0], approaches=[1e-3]), "either loads or approaches"),
-    "friction": (lambda: femic.Rolling(1e3, -0.1), r"friction\.0 = -0\.1"),
+    "friction": (lambda: femic.Rolling(1e3, -0.1), r"friction = -0\.1"),
     "angles": (
         lambda: femic.Rolling(1e3, 0.3, friction_by_angle=np.array([[20.0, 1.0], [10.0, 0.5]])),
         "friction_by_angle = .* angles must grow",

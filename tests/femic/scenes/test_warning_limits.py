@@ -133,9 +133,15 @@ LIMITS = {  # scene, changes within the limit, beyond it, the warning there
     ),
     "stiff upper body": (
         "flat",
-        {"upper": {"E": 999 * 210e3}},
-        {"upper": {"E": 1000.5 * 210e3}},
+        {"lower": {"E": 1e3}, "upper": {"E": 999e3}},
+        {"lower": {"E": 1e3}, "upper": {"E": 1000.5e3}},
         r"upper\.E / lower\.E = 1e\+03: the combined ICs are the ICs of the lower body",
+    ),
+    "modulus in pascal": (
+        "flat",
+        {"lower": {"E": 2e6}, "upper": {"E": 2e6}},
+        {"lower": {"E": 2.1e6}, "upper": {"E": 2.1e6}},
+        r"(lower|upper)\.E = 2\.1e\+06: no material is so stiff .* 210e3 for steel, not 210e9",
     ),
     "stiff lower body": (
         "flat",

@@ -1,0 +1,113 @@
+"""Labelled datasets as the functions that take them need them: labels decide, whatever their order."""
+
+import re
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from geometries.errors import WrongInput
+from geometries.patches import DIRECTIONS
+
+OF_ICS = ("variant", "body", "i", "j", "point")
+OF_CONTACTS = (("shift", "side", "ics"), ("friction", "ics"), ("case", "ics"))
+PARTS = ("p", "gap", "inclination", "x", "s")  # variables of each case, such as p_0
+LEADING = ("friction", "case", "ics", "xi", "distance", "load", "supports")  # dimensions of contacts
+
+
+def by_label(
+    name: str, labelled: xr.Dataset, order: Sequence[str], maker: str, directions: str = "xsn"
+) -> xr.Dataset:
+    """Return a dataset of ICs with its dimensions in an order, and with all `directions` along i and j.
+
+    `name` is the argument, `maker` the function that returns such datasets. Raises WrongInput for other
+    dimensions, and for directions that are missing, twice, or not labelled.
+    """
+    if "ic" not in labelled:
+        raise WrongInput(f"{name}: a dataset without the variable ic: give one of {maker}")
+    for variable in ("ic", *({"estimate"} & set(labelled.data_vars))):
+        needed = [dim for dim in order if variable == "ic" or dim != "variant"]
+        if set(labelled[variable].dims) != set(needed):
+            raise WrongInput(
+                f"{name}: {variable} has the dimensions {', '.join(map(str, labelled[variable].dims))}: "
+                f"{', '.join(needed)} are needed, in any order; .sel(i=['n']) keeps i, .sel(i='n') does not"
+            )
+    for dim in order:
+        if dim not in labelled.coords and dim != "point":
+            raise WrongInput(f"{name}: no labels along {dim}: give a dataset of {maker}, which has them")
+    labelled = labelled.transpose(*order, ...)
+    for dim in ("i", "j"):
+        labels = [str(label) for label in labelled[dim].values]
+        if sorted(labels) != sorted(set(labels)) or not set(directions) <= set(labels) <= set(DIRECTIONS):
+            wanted = ", ".join(directions or DIRECTIONS)
+            raise WrongInput(
+                f"{name}: {dim} = {', '.join(labels)}: {wanted} are needed, each once, in any order"
+            )
+        labelled = labelled.sel({dim: [known for known in DIRECTIONS if known in labels]})
+    return labelled
+
+
+def ics_by_label(name: str, ics: xr.Dataset, component: str | None = None) -> xr.Dataset:
+    """Return ICs in the order of `compute_ics`, the points of each line by x and s.
+
+    All components have to be there, or one alone. Raises WrongInput.
+    """
+    if component is None:
+        ics = by_label(name, ics, OF_ICS, "compute_ics")
+    else:
+        ics = by_label(name, ics, OF_ICS, "compute_ics", "")
+        for dim, direction in zip("ij", component, strict=True):
+            if direction not in ics[dim]:
+                raise WrongInput(f"{name}: component {component}: no {direction} along {dim} in the dataset")
+    for key in ("x", "s", "line"):
+        if key not in ics.coords or ics[key].dims != ("point",):
+            raise WrongInput(f"{name}: no coordinate {key} along point: give a dataset of compute_ics")
+    lines = ics.line.values.tolist()
+    numbers = {line: k for k, line in enumerate(dict.fromkeys(lines))}
+    return ics.isel(point=np.lexsort((ics.s, ics.x, [numbers[line] for line in lines])))
+
+
+def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
+    """Return contacts with dimensions in the order of `solve_contact`, and each case with its own pressures.
+
+    Raises WrongInput for a dataset that is not of `solve_contact` or `compute_shifts`.
+    """
+    needed = next((dims for dims in OF_CONTACTS if dims[0] in contacts.dims), OF_CONTACTS[-1])
+    if missing := [dim for dim in needed if dim not in contacts.dims or dim not in contacts.coords]:
+        raise WrongInput(
+            f"{name}: no dimension {', '.join(missing)} with labels: give a dataset of solve_contact or "
+            "compute_shifts; .sel(ics=['A']) keeps ics, .sel(ics='A') does not"
+        )
+    if "p_max" not in contacts:
+        raise WrongInput(f"{name}: no variable p_max: give a dataset of solve_contact or compute_shifts")
+    contacts = contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
+    return contacts if needed[0] != "case" else _numbered(name, contacts)
+
+
+def _rank(dim: Hashable) -> tuple[int, str]:
+    """Return where a dimension of contacts stands: numbers before fields, x before s before directions."""
+    text = str(dim)
+    if text in LEADING:
+        return LEADING.index(text), ""
+    along = text.removeprefix("larger_").partition("_")[0]
+    return len(LEADING) + {"x": 0, "s": 1}.get(along, 2), text
+
+
+def _numbered(name: str, contacts: xr.Dataset) -> xr.Dataset:
+    """Return contacts without friction in which p_0, p_1, ... are pressures of the cases in their order."""
+    largest = {
+        int(found[1]): contacts[key].max([dim for dim in contacts[key].dims if dim != "ics"])
+        for key in map(str, contacts.data_vars)
+        if (found := re.fullmatch(r"p_(\d+)", key))
+    }
+    numbers = []
+    for case in contacts.case.values:
+        p_max = contacts.p_max.sel(case=case)
+        own = [k for k, p in largest.items() if np.allclose(p, p_max, rtol=1e-9, equal_nan=True)]
+        if not own:
+            raise WrongInput(f"{name}: no pressures p_0, p_1, ... of the case {case}: give the whole dataset")
+        numbers.append(own[0])
+        del largest[own[0]]
+    contacts = contacts.drop_dims([f"{along}_{k}" for k in largest for along in "xs"])
+    new = {f"{part}_{k}": f"{part}_{case}" for case, k in enumerate(numbers) for part in PARTS}
+    return contacts.rename({old: new[old] for old in map(str, contacts.variables) if old in new})
