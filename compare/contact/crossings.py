@@ -14,7 +14,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from femic.contact.edges import ACCURACY
-from femic.contact.estimates import LENGTH, RELATED, Measured, Numbers, changes, errors, from_grids
+from femic.contact.estimates import (
+    BESIDE_FLOOR,
+    Measured,
+    Numbers,
+    changes,
+    errors,
+    from_grids,
+)
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.operators.protocols import Operator
@@ -29,7 +36,8 @@ from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure, WrongInput
 
-NUMBERS = ("p_max", "a", "b", "approach")  # whose errors are sought
+LENGTHS = ("a", "b")
+NUMBERS = ("p_max", *LENGTHS, "approach")  # whose errors are sought
 QUANTITIES: Mapping[str, Quantity] = {name: ALL[name] for name in (*NUMBERS, "angle")}
 PERTURBED = "C plus its estimated error"
 LEAST, MOST = 1.0, 1e9  # loads [N] between which the one with an angle is sought
@@ -37,7 +45,7 @@ BEYOND = 180.0  # degrees, of patches that reach the end of a contour: more than
 LOAD_ACCURACY = 0.01  # of a load, relative: the angle goes like its third root or slower
 ANGLE_ACCURACY = 0.05  # of the load that has an angle on the grid, relative
 MISSED, MISSED_OF_LENGTHS = 0.02, 0.1  # shares of an error that elements may miss
-APART = 0.02  # share of the accuracy of a reading of an edge that two ICs do not have in common
+APART = {"a": 0.01, "b": 0.02}  # shares of the accuracy of readings of edges that two ICs have not in common
 
 
 @dataclass(frozen=True)
@@ -187,38 +195,38 @@ class PairDeviations:
         return fine.numbers["angle"], errors(of_all, fine, larger, parts)["angle"]
 
     def error(self, number: str, name: str, load: float) -> tuple[float, float]:
-        """Return the error of a number with the ICs of a name over that with C, and its estimated error.
-
-        The largest change of related numbers counts by half, and elements may miss a part of each difference.
-        """
+        """Return the error of a number with the ICs of a name over that with C, and its estimated error."""
         ours, theirs = self.levels(load, name), self.levels(load, C)
-        group = QUANTITIES[number].kind.group
-        of_elements = {
-            related: self._of_elements(related, ours, theirs)
-            for related in NUMBERS
-            if QUANTITIES[related].kind.group == group
-        }
         share = _share(number, ours[0], theirs[0])
-        estimate = max(of_elements[number], RELATED * max(of_elements.values()))
-        estimate += (MISSED_OF_LENGTHS if group == LENGTH.group else MISSED) * abs(share)
+        of_elements = self._of_length if number in LENGTHS else _of_elements
+        estimate = of_elements(number, ours, theirs)
         if self.perturbed is not None:
             estimate += abs(_share(number, ours[0], self.levels(load, PERTURBED)[0]) - share)
         return share, estimate
 
-    def _of_elements(self, number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
-        """Return the error of an error that is due to the elements.
+    def _of_length(self, number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
+        """Return the error of the error of a half-length or half-width that is due to the elements.
 
-        Readings of edges err nearly alike on the same elements; on those four times as large they are crude.
+        Readings of edges err nearly alike on the same elements, less so the more both contacts differ; on
+        elements four times as large they are too crude.
         """
-        read = QUANTITIES[number].kind.group == LENGTH.group
-        shares = [_share(number, *pair) for pair in zip(ours, theirs, strict=False)][: 2 if read else 3]
-        estimate = from_grids(*shares) if len(shares) > 1 else 0.0
-        return estimate + sum(self._reading(number, solved[0]) for solved in (ours, theirs) if read)
-
-    def _reading(self, number: str, solved: Measured) -> float:
-        """Return what readings of a half-length or half-width do not have in common, as a share of it."""
         step = self.on_grid.grid.dx if number == "a" else self.on_grid.grid.ds
-        return APART * ACCURACY * step / solved.numbers[number]
+        apart = APART[number] * ACCURACY * sum(step / solved[0].numbers[number] for solved in (ours, theirs))
+        shares = _shares(number, ours, theirs)[:2]
+        of_grids = BESIDE_FLOOR * from_grids(*shares) if len(shares) > 1 else 0.0
+        follows = abs(shares[0]) + abs(_share("p_max", ours[0], theirs[0]))
+        return of_grids + apart + MISSED_OF_LENGTHS * follows
+
+
+def _of_elements(number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
+    """Return the error of the error of another number that is due to the elements, which may miss a part."""
+    shares = _shares(number, ours, theirs)
+    return MISSED * abs(shares[0]) + (from_grids(*shares) if len(shares) > 1 else 0.0)
+
+
+def _shares(number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> list[float]:
+    """Return an error on elements of several sizes."""
+    return [_share(number, *pair) for pair in zip(ours, theirs, strict=False)]
 
 
 def _share(number: str, ours: Measured, theirs: Measured) -> float:
