@@ -150,6 +150,18 @@ def test_on_planes_nothing_crosses():
     assert pair.angle(5e4)[0] < 0.5
 
 
+@pytest.mark.parametrize("number", ["a", "b"])
+def test_readings_of_edges_that_agree_are_known_to_their_accuracy(number):
+    """By the same ICs errors are 0, and edges are read on elements all the same."""
+    of = problem(1.25)
+    ((grid, _),) = grids_of(of)
+    step = grid.dx if number == "a" else grid.ds
+    pair = deviations(of)
+    error, estimate = pair.error(number, "Bhat", 1e4)
+    assert error == 0
+    assert estimate > 1e-4 * step / pair.value(1e4, "C", number)
+
+
 @pytest.fixture(scope="module")
 def coarse_and_fine():
     return [deviations(problem(1.25, elements=elements, load=3e5)) for elements in (12, 40)]
