@@ -1,9 +1,7 @@
 """Fit of effective properties to the C of a scene, and the scene file with them."""
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -132,7 +130,7 @@ def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Resul
     effective = {body: body_fit.effective for body, body_fit in fits.items()}
     calibrated = replace(
         results.scene,
-        text=with_properties(scene, effective, Path()),
+        text=with_properties(scene, effective),
         effective={
             **{name: scene.effective[name] for name in _remaining_bodies(scene, effective)},
             **effective,
@@ -152,21 +150,14 @@ def _remaining_bodies(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -
     return [name for name in scene.effective if name not in overruled]
 
 
-def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path) -> str:
-    """Return the text of the scene's file, including comments, with effective properties and B-hat-prime.
-
-    Paths of contours are relative to `folder`, where the file will be.
-    """
+def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties]) -> str:
+    """Return the text of the scene's file, including comments, with effective properties and B-hat-prime."""
     document = tomlkit.parse(scene.text)
     listed = document.get("variants", SceneFile.model_fields["variants"].default)
     document["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
     given = {name: document["effective"][name] for name in _remaining_bodies(scene, effective)}
     for body, properties in effective.items():
         given[body] = properties_table(scene, body, properties)
-    for name, file in scene.files.items():
-        path = file.resolve()
-        relative = os.path.relpath(path, folder.resolve())
-        document[name]["contour"]["file"] = str(relative if (folder / relative).is_file() else path)
     document.pop("effective", None)
     document["effective"] = given
     return tomlkit.dumps(document)

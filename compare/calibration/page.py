@@ -100,7 +100,7 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
     scene = calibrated.scene
     write_dataset(to_dataset(calibrated), folder / "calibration.nc")
     effective = {body: body_fit.effective for body, body_fit in calibrated.fits.items()}
-    text = with_properties(scene, effective, folder)
+    text = with_properties(scene, effective)
     return write_text(text, folder / f"{scene.name}_calibrated.toml")
 
 

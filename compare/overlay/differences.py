@@ -9,6 +9,8 @@ from typing import Any
 
 from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import scene_of_text
+from femic.scenes.file import SceneFile
+from femic.scenes.input_files import replace_files
 from femic.scenes.scene_table import tables
 
 ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None
@@ -47,7 +49,10 @@ def _settings(result: SceneResults) -> dict[str, Any]:
     """Return all keys of a scene by dotted name, and "computed with ..." for its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]
-    file_names = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
+    given, nameless = tomllib.loads(text), tomllib.loads(text)
+    replace_files(nameless, SceneFile, lambda _: "")
+    replaced = _flat(nameless)
+    file_names = {key: value for key, value in _flat(given).items() if value != replaced[key]}
     settings = json.loads(attributes["settings"])
     computed_defaults = {key: settings[name] for name, key in FILLED_IN.items() if name in settings}
     programs = {"code": attributes.get("code", ABSENT_TEXT)} | json.loads(attributes["versions"])

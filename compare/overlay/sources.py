@@ -11,6 +11,7 @@ from compare.ics import run
 from compare.ics.dataset import ERRORS
 from femic.scenes import receipts
 from femic.scenes.file import SceneFile
+from femic.scenes.input_files import replace_files
 from femic.scenes.load import builtin_names, load_scene, parse
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
@@ -86,11 +87,9 @@ def _folder_source(folder: Path) -> Source:
 
 
 def scene_of_text(text: str, folder: Path) -> SceneFile:
-    """Return the scene that a text describes; its files of points need not exist."""
+    """Return the scene that a text describes; the files that it names need not exist any more."""
     table = tomllib.loads(text)
-    for body in ("lower", "upper"):
-        if "file" in table[body]["contour"]:
-            table[body]["contour"]["file"] = __file__
+    replace_files(table, SceneFile, lambda _: __file__)
     return parse(table, folder / "scene.toml")
 
 

@@ -1,7 +1,6 @@
 """The scene of a file's tables: bodies, patch, lines, and settings of C."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -59,7 +58,6 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
         "name": name,
         "title": file.title or name,
         "text": text,
-        "files": _files(file),
         "bodies": bodies,
         "compared": file.bodies,
         "effective": effective_properties(file.effective),
@@ -112,12 +110,6 @@ def _table_misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
         yield from grid_misfits(scene)
     if "calibration" in file.model_fields_set:
         yield from calibration_misfits(scene)
-
-
-def _files(file: SceneFile) -> dict[str, Path]:
-    """Return the files of contours by body, where they have one."""
-    files = {body: getattr(getattr(file, body).contour, "file", None) for body in SIDES}
-    return {body: path for body, path in files.items() if path is not None}
 
 
 def _discount_room(bodies: dict[str, Body]) -> float:

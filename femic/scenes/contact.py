@@ -14,7 +14,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.scenes.columns import columns
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
-from femic.scenes.profiles import ExistingFile
+from femic.scenes.input_files import ExistingFile, Holds
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput
@@ -52,7 +52,11 @@ def _declared() -> dict[str, Any]:
 
 
 ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared())
-AnyContact = Annotated[SerializeAsAny[ContactKeys], PlainValidator(ContactTable.model_validate)]
+AnyContact = Annotated[
+    SerializeAsAny[ContactKeys],
+    PlainValidator(ContactTable.model_validate),
+    Holds(lambda: (ContactTable,)),
+]
 
 
 def contact_of(table: ContactKeys) -> ContactSpecification:

@@ -12,7 +12,8 @@ from pydantic import AfterValidator, BaseModel, Field, PlainValidator, model_val
 
 from femic.key_types import LARGEST_LENGTH, LEAST_LENGTH, Length, NameOf, Place, Several, TwoOf
 from femic.scenes.columns import columns
-from femic.scenes.profiles import ExistingFile, ProfileTable
+from femic.scenes.input_files import ExistingFile, Holds
+from femic.scenes.profiles import ProfileTable
 from femic.scenes.scene_table import SceneTable
 from geometries import contours
 from geometries.contours import Contour
@@ -121,7 +122,7 @@ def _table_of_kind(value: Any) -> SceneTable:
     return CONTOURS[ContourKind.model_validate(value).kind].model_validate(value)
 
 
-AnyContour = Annotated[ContourTable, PlainValidator(_table_of_kind)]
+AnyContour = Annotated[ContourTable, PlainValidator(_table_of_kind), Holds(CONTOURS.values)]
 
 
 def _in_radians(degrees: float | tuple[float, float]) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from pydantic import AfterValidator
 
 from approx.variants import VARIANTS, forms_of
 from femic.key_types import NameOf
+from femic.scenes.input_files import NamesFile
 
 AUTO = "auto"  # the cheapest ICs that are good enough
 MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
@@ -26,4 +27,4 @@ def _valid_ics(ics: str) -> str:
     return ics
 
 
-ContactICName = Annotated[str, AfterValidator(_valid_ics)]
+ContactICName = Annotated[str, AfterValidator(_valid_ics), NamesFile(MAP)]

@@ -28,8 +28,7 @@ def listing(name_or_path: str) -> str:
     lines = list(_entries(SceneFile, table, only=plain_keys))
     for name in TABLES:
         field = SceneFile.model_fields[name]
-        left_out = name not in table and field.default is None
-        lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
+        lines += ["", f"# {field.description}", f"{'' if name in table else '# '}[{name}]"]
         lines += _entries(table_in(field), table.get(name, {}))
         lines += _inner_tables(name, table_in(field), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []

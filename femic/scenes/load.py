@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from femic.scenes.build import build_scene, check_scene
 from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.file import SceneFile
-from femic.scenes.ic_names import MAP, is_map
+from femic.scenes.input_files import make_files_absolute
 from femic.scenes.messages import messages
 from femic.scenes.scene import Scene
 
@@ -30,13 +30,15 @@ def builtin_names() -> list[str]:
 def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return the scene of a built-in name or a TOML file, with some keys changed; raise WrongInput.
 
-    `changes` has the keys of a scene file. A table in it replaces only those keys that it names; one that
+    `changes` has the keys of a scene file; names of files in it are relative to the working directory, as in
+    `scene_from_table`. A table in it replaces only those keys that it names; one that
     names a `kind` replaces the whole table.
     """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     if changes:
         table = merged(table, changes)
+        make_files_absolute(table, SceneFile)
         text = tomlkit.dumps(table)
     return build_scene(name_of(path), text, parse(table, path))
 
@@ -66,14 +68,28 @@ def load_solid_scene(name_or_path: str) -> Scene:
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
-    """Return the scene of a table with the keys of a scene file, for use from Python; raise BadScene.
-
-    Names of files in it are relative to the working directory.
-    """
-    return build_scene(name, tomlkit.dumps(table), parse(deepcopy(table), Path(name)))
+    """Return the scene of a table with the keys of a scene file, for use from Python; raise BadScene."""
+    table = deepcopy(table)
+    make_files_absolute(table, SceneFile)
+    return build_scene(name, tomlkit.dumps(table), parse(table, Path(name)))
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text and the table of a scene file, with absolute paths of the files that it names.
+
+    Raises BadScene for files that are no TOML.
+    """
+    text, table = read_toml(path)
+    relative = deepcopy(table)
+    make_files_absolute(table, SceneFile, path.parent)
+    if table != relative:
+        document = tomlkit.parse(text)  # with its comments
+        make_files_absolute(document, SceneFile, path.parent)
+        text = tomlkit.dumps(document)
+    return text, table
+
+
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text and the table of a TOML file; raise BadScene for other files."""
     try:
         text = path.read_text(encoding="utf-8")
@@ -126,37 +142,8 @@ def name_of(path: Path) -> str:
 
 
 def parse(table: dict[str, Any], path: Path) -> SceneFile:
-    """Validate the keys and values of a scene table; raise BadScene.
-
-    Names of files in it are relative to the scene file, `path`.
-    """
-    resolve_files(table, path.parent)
+    """Validate the keys and values of a scene table; raise BadScene, which names its file."""
     try:
         return SceneFile.model_validate(table)
     except ValidationError as error:
         raise bad_scene(path, messages(error.errors())) from error
-
-
-def resolve_files(table: dict[str, Any], folder: Path) -> None:
-    """Make names of files in a scene table relative to a folder instead of the working directory."""
-    of_bodies = [(body, inner) for body in ("lower", "upper") for inner in ("contour", "outline")]
-    places = [(_table_in(_table_in(table, body), inner), "file") for body, inner in of_bodies]
-    contact = _table_in(table, "contact")
-    for inner, key in (*places, (contact, "extra_gap")):
-        if isinstance(inner.get(key), str):
-            inner[key] = str(folder / inner[key])
-    if isinstance(contact.get("ics"), list):
-        contact["ics"] = [_with_folder(name, folder) for name in contact["ics"]]
-
-
-def _table_in(table: dict[str, Any], key: str) -> dict[str, Any]:
-    """Return the table at a key; an empty one where there is none."""
-    inner = table.get(key)
-    return inner if isinstance(inner, dict) else {}
-
-
-def _with_folder(ics: Any, folder: Path) -> Any:
-    """Return the name of ICs; of a map with its folder."""
-    if not (isinstance(ics, str) and is_map(ics)):
-        return ics
-    return MAP + str(folder / ics.removeprefix(MAP))

@@ -8,7 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 from femic.key_types import NameOf, Place, Several, TwoOf, Whole
 from femic.scenes.columns import columns
 from femic.scenes.contours import ContourTable
-from femic.scenes.profiles import ExistingFile, ProfileTable
+from femic.scenes.input_files import ExistingFile
+from femic.scenes.profiles import ProfileTable
 from femic.scenes.scene_table import SceneTable
 from geometries.arrays import Array
 from geometries.errors import WrongInput

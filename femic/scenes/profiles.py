@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, FilePath, Strict, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from femic.key_types import LARGEST_LENGTH, NameOf, Place, Whole
+from femic.scenes.input_files import ExistingFile
 from femic.scenes.scene_table import SceneTable
 from geometries.arrays import Array
 from geometries.contours import Contour
@@ -26,7 +27,6 @@ from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.sections import LISTS, SectionChoice, read_section
 from geometries.profiles.splines import spline_contour
 
-ExistingFile = Annotated[FilePath, Strict(False)]
 Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
 StandardName = Annotated[str, AfterValidator(NameOf(lambda: NAMED))]
 Tolerance = Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"]

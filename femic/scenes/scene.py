@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -82,7 +81,6 @@ class Scene:
     name: str
     title: str
     text: str  # TOML
-    files: Mapping[str, Path]  # files of contour points by body, where a contour has one
     bodies: Mapping[str, Body]  # "lower", "upper"
     compared: tuple[str, ...]  # of "combined", "lower", "upper"
     components: tuple[str, ...]

@@ -19,8 +19,10 @@ import numpy as np
 from femic.campaigns.files.keys import OUT_OF_RANGE, is_number, is_out_of_range, text_of
 from femic.campaigns.files.point_order import Point, coarse_first, grid_order, informative, one_at_a_time
 from femic.scenes.errors import BadScene
+from femic.scenes.file import SceneFile
+from femic.scenes.input_files import make_files_absolute
 from femic.scenes.keys import set_key
-from femic.scenes.load import resolve_files, scene_from_table
+from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from femic.scenes.values import Value, value_of
 
@@ -124,7 +126,7 @@ class Campaign:
         for axis, value in zip(self.axes, point, strict=True):
             for key, entry in axis.entries(value):
                 set_key(table, key, deepcopy(entry), axis.name)
-        resolve_files(table, self.folder)
+        make_files_absolute(table, SceneFile, self.folder)
         return table
 
     def scene(self, point: Point) -> Scene:

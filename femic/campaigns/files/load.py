@@ -33,7 +33,9 @@ from femic.campaigns.files.keys import DIGITS, AxisTable, CampaignFile
 from femic.campaigns.files.point_order import Point
 from femic.campaigns.files.points_table import points_in
 from femic.scenes.errors import BadScene, bad_scene
-from femic.scenes.load import merged, name_of, read_scene, resolve_files, scene_path
+from femic.scenes.file import SceneFile
+from femic.scenes.input_files import make_files_absolute
+from femic.scenes.load import merged, name_of, read_scene, read_toml, scene_path
 from femic.scenes.messages import message
 
 MOST_SCENES = 10_000_000
@@ -49,14 +51,13 @@ def load_campaign(path: Path) -> Campaign:
         raise BadScene(
             f"campaign {str(path)!r}: no such file; docs/how-to/campaigns.md has one to begin with"
         )
-    text, given = read_scene(path)
+    text, given = read_toml(path)
     parsed = _parsed(given, path)
     local = path.parent / parsed.scene
     base = local if local.is_file() else scene_path(parsed.scene)
     _, table = read_scene(base)
     changes = deepcopy(parsed.set)
-    resolve_files(table, base.parent.absolute())
-    resolve_files(changes, path.parent.absolute())
+    make_files_absolute(changes, SceneFile, path.parent)
     campaign = Campaign(
         name_of(path),
         parsed.title or name_of(path),

@@ -306,7 +306,7 @@ def test_contour_file_is_found_from_folder_of_calibrated_scene(tmp_path):
     (tmp_path / "deep" / "er" / "out").mkdir(parents=True)
     (tmp_path / "out").symlink_to(tmp_path / "deep" / "er" / "out")
     for out in (tmp_path / "deep", tmp_path / "out"):
-        (out / "again.toml").write_text(with_properties(scene, PROPERTIES, out), encoding="utf-8")
+        (out / "again.toml").write_text(with_properties(scene, PROPERTIES), encoding="utf-8")
         again = load_scene(str(out / "again.toml"))
         first, second = (each.bodies["lower"].contour.position(y) for each in (scene, again))
         np.testing.assert_array_equal(first, second)
@@ -326,7 +326,7 @@ def test_calibrated_scene_differs_only_in_variants_and_properties(given, tmp_pat
     path = tmp_path / "mine.toml"
     path.write_text(given + scene_text(engine=HARMONIC), encoding="utf-8")
     scene = load_scene(str(path))
-    after = tomllib.loads(with_properties(scene, PROPERTIES, tmp_path))
+    after = tomllib.loads(with_properties(scene, PROPERTIES))
     before = tomllib.loads(scene.text)
     assert after.pop("variants") == [*scene.variants, "Bhat_prime"]
     effective = after.pop("effective")
@@ -340,12 +340,12 @@ def test_calibrated_scene_differs_only_in_variants_and_properties(given, tmp_pat
 def test_properties_of_each_body_replace_combined_properties(tmp_path):
     """Those of both would outweigh them."""
     path = tmp_path / "mine.toml"
-    text = with_properties(scene_from_table(TABLE, "mine"), PROPERTIES, tmp_path)
+    text = with_properties(scene_from_table(TABLE, "mine"), PROPERTIES)
     path.write_text(text, encoding="utf-8")
     scene = load_scene(str(path))
     assert scene.pair.effective
     each = dict.fromkeys(("lower", "upper"), PROPERTIES["combined"])
-    path.write_text(with_properties(scene, each, tmp_path), encoding="utf-8")
+    path.write_text(with_properties(scene, each), encoding="utf-8")
     again = load_scene(str(path)).pair
     assert again.effective is None
     assert again.has_effective("combined")
@@ -380,7 +380,7 @@ def test_calibrated_scene_keeps_comments(tmp_path):
     )
     path = tmp_path / "mine.toml"
     path.write_text(text, encoding="utf-8")
-    after = with_properties(load_scene(str(path)), PROPERTIES, tmp_path)
+    after = with_properties(load_scene(str(path)), PROPERTIES)
     assert after.startswith("# tried on the twin-disc rig\n")
     assert "[lower]  # the rail" in after
 

@@ -235,7 +235,7 @@ def test_file_is_found_beside_the_scene_and_from_a_calibrated_copy(tmp_path):
     (tmp_path / "my.toml").write_text(text_of(PROFILE), encoding="utf-8")
     scene = load_scene(str(tmp_path / "my.toml"))
     (tmp_path / "out").mkdir()
-    (tmp_path / "out/again.toml").write_text(with_properties(scene, FIT, tmp_path / "out"), encoding="utf-8")
+    (tmp_path / "out/again.toml").write_text(with_properties(scene, FIT), encoding="utf-8")
     again = load_scene(str(tmp_path / "out/again.toml"))
     s = np.linspace(-8, 8, 9)
     first, second = (each.bodies["lower"].contour.position(s) for each in (scene, again))
@@ -323,7 +323,7 @@ def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatc
     (tmp_path / "my.toml").write_text(text_of(PROFILE), encoding="utf-8")
     assert exit_code(["contact", "my.toml"]) == WRONG_INPUT
     message = capsys.readouterr().err
-    assert re.search(r"lower\.contour\.file = rail\.txt, line 3: ", message)
+    assert re.search(r"lower\.contour\.file = .*rail\.txt, line 3: ", message)
     assert len(message.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
