@@ -35,8 +35,9 @@ PATCHES = (
     "vertical part. The centre is an arc length from the rail's top, positive to the field side."
 )
 AREAS = (
-    "Patches near each other share a grid and stand in one row. The rigid slip is that in the centre of "
-    "pressure. F_s and the slip along the profile are positive to the field side."
+    "Patches near each other share a grid and stand in one row. Creepages of a patch are the rigid slip and "
+    "the spin, the turning about its normal per rolled distance, in its centre of pressure. F_s and the slip "
+    "along the profile are positive to the field side."
 )
 FORCES = (
     "With the best ICs of each contact. M_z is about the vertical of the touching point, positive where it "

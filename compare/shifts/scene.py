@@ -10,15 +10,17 @@ from compare.shifts.compute import SECOND
 from compare.shifts.geometry import ABOUT, SIDES
 from compare.shifts.values import OF_FILES, assumed_text, canted_rails, require_track, values_used
 from femic.cache.files import write_text
+from femic.scenes.listing import as_toml
 from femic.shifts.contact import C_FLANK
 from femic.shifts.placement import doubts, layout_of, sections_of
 from femic.shifts.sides import LARGEST_LENGTH, LEAST_LENGTH, Place
-from femic.shifts.specification import ProfileTable, ShiftsFile
+from femic.shifts.specification import ProfileTable, RollingTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.placement import STEEPEST
 from geometries.profiles.profile import Kind
 from geometries.track.wheelset import SideName, settle
 
+INDENT = 4 * " "  # of keys in comments
 ROOM = float(np.radians(10.0))  # from the contact angle to the flanks of the bodies at least
 
 
@@ -54,15 +56,26 @@ def write_scene(
         *doubts(sections),
     ]
     if specification.rolling is not None:
-        remarks.append(
-            'The specification rolls: for creep forces and wear give motion = "rolling" and friction = '
-            f"[{specification.rolling.friction:g}] in [contact], and leave gap out"
-        )
+        remarks += _rolling_lines(specification.rolling, side)
     comments = "".join(f"# {remark}\n" for remark in remarks)
     return write_text(
         f"{comments}\n{tomlkit.dumps(_scene(specification, place))}",
         folder / f"{name}_{side}_{shift:g}.toml",
     )
+
+
+def _rolling_lines(rolling: RollingTable, side: SideName) -> list[str]:
+    """Return the keys with which a wheel rolls, a line each; the right side is mirrored from a left one."""
+    sign = 1 if side == "left" else -1
+    keys = {
+        "motion": "rolling",
+        "friction": [rolling.friction],
+        "friction_by_angle": [list(pair) for pair in rolling.by_angle],
+        "lateral": sign * rolling.lateral,
+        "spin": sign * rolling.spin,
+    }
+    given = [f"{INDENT}{key} = {as_toml(value)}" for key, value in keys.items() if value]
+    return ["The specification rolls: for creep forces and wear give in [contact] instead of gap", *given]
 
 
 def _scene(specification: ShiftsFile, place: Place) -> dict[str, Any]:

@@ -28,21 +28,29 @@ AXLE = (
     ("axle_torque", "N m", ".2f", 1e-3),
 )
 OF_AREA = (
+    ("angle", "deg", ".1f", 1.0),
     ("centre", "mm", "+.2f", 1.0),
     ("F_n", "kN", ".2f", 1e-3),
+    ("p_max", "MPa", ".0f", 1.0),
+    ("area", "mm²", ".1f", 1.0),
     ("F_x", "kN", ".2f", 1e-3),
     ("F_s", "kN", ".2f", 1e-3),
     ("slip_x", "1e-3", ".2f", 1e3),
     ("slip_s", "1e-3", ".2f", 1e3),
+    ("spin", "1/m", ".3f", 1e3),
     ("work", "J/m", ".1f", 1.0),
 )
 AREA_TITLES = (
+    "contact angle",
     "centre on the rail",
     "force along the normal",
+    "p_max",
+    "area",
     "F_x",
     "F_s, along the profile",
     "rigid slip along x",
     "rigid slip along the profile",
+    "spin",
     "work",
 )
 TITLES = {

@@ -35,6 +35,10 @@ OF_PATCH = {  # of each patch of a wheel
     "F_n": ("N", "force along its normals by the patch"),
     "slip_x": ("1", "rigid slip along x in the centre of pressure of the patch"),
     "slip_s": ("1", "rigid slip along the rail's profile in the centre of pressure of the patch"),
+    "spin": ("1/mm", "turning of the rigid wheel about the normal there, per rolled distance"),
+    "p_max": ("MPa", "largest pressure of the patch"),
+    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
+    "area": ("mm2", "area of the patch"),
     "centre": ("mm", "centre of pressure of the patch, arc length of the rail's profile"),
     "work": ("N", "work of friction of the patch per unit of rolled distance, J/m"),
 }
@@ -158,15 +162,21 @@ def _patch(wheel: RollingWheel, contact: WheelContact, patch: int, *, work: floa
     state, problem = contact.states[patch], wheel.problems[patch]
     area, p = problem.problem.grid.area, state.p
     strips = np.sum(p[..., N], axis=0)
-    at = float(np.average(problem.rolling.s, weights=strips)) if np.any(strips) else np.nan
-    slip = problem.rolling.rigid_slip(contact.creepages)[p.shape[0] // 2]
+    x, s, slip = problem.rolling.x, problem.rolling.s, problem.rolling.rigid_slip(contact.creepages)
+    at = float(np.average(s, weights=strips)) if np.any(strips) else np.nan
+    across = np.gradient(slip[p.shape[0] // 2, :, X], s)
+    turning = ((slip[-1, :, S] - slip[0, :, S]) / (x[-1] - x[0]) - across) / 2
+    along = {"slip_x": slip[p.shape[0] // 2, :, X], "slip_s": slip[p.shape[0] // 2, :, S], "spin": turning}
+    angles = wheel.place.roll - wheel.on_grids[patch].undeformed.lower.contour.inclination(s)
     f_x, f_s, f_n = (float(np.sum(p[..., direction])) * area for direction in (X, S, N))
     return {
         "F_x": f_x,
         "F_s": f_s,
         "F_n": f_n,
-        "slip_x": float(np.interp(at, problem.rolling.s, slip[:, X])),
-        "slip_s": float(np.interp(at, problem.rolling.s, slip[:, S])),
+        **{name: float(np.interp(at, s, values)) for name, values in along.items()},
+        "p_max": float(np.max(p[..., N])),
+        "angle": float(np.degrees(np.average(angles, weights=strips))) if np.any(strips) else np.nan,
+        "area": float(np.count_nonzero(p[..., N])) * area,
         "centre": wheel.place.touch.s_rail + at,
         "work": work,
         "bound": float(np.sum(problem.problem.bound(p[..., N]))) * area,

@@ -1,5 +1,6 @@
 """The scene of a wheel at a shift: its contact is that of the shift, also of profiles from files."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from compare.shifts.scene import write_scene
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
-from femic.scenes.load import load_scene
+from femic.scenes.load import load_scene, scene_from_table
 from femic.shifts.contact import C_FLANK, contact_at
 from femic.shifts.placement import layout_of
 from femic.shifts.sides import ContactRequest, Place, bodies_at
@@ -101,19 +102,36 @@ def test_profiles_from_files_are_found_from_any_folder_and_read_as_before(tmp_pa
     )
 
 
+def keys_of_rolling(text):
+    """The keys that the comments of a scene name."""
+    lines = [line.removeprefix("#") for line in text.splitlines() if line.startswith("#     ")]
+    return tomllib.loads("\n".join(lines))
+
+
 def test_scenes_of_shifts_are_written_by_the_command(tmp_path, capsys):
     out = str(tmp_path / "out")
     assert exit_code(["shifts", "s1002-on-60e1", "--write", "6", "--out", out]) == DONE
     assert "Scene: " in capsys.readouterr().out
     text = (tmp_path / "out" / "s1002-on-60e1_left_6.toml").read_text()
     assert "# Assumed, because the specification does not say: rail.E = 210000 MPa, " in text
-    assert 'give motion = "rolling" and friction = [0.3] in [contact], and leave gap out' in text
-    path = tmp_path / "rolls.toml"
-    path.write_text(text.replace('gap = "exact"', 'motion = "rolling"\nfriction = [0.3]'))
-    assert load_scene(str(path)).contact.motion == "rolling"
+    assert keys_of_rolling(text) == {"motion": "rolling", "friction": [0.3]}
     assert exit_code(["shifts", "s1002-on-60e1", "--wheel", "right", "--out", out]) == WRONG_INPUT
     assert "--wheel right: is of --write SHIFT" in capsys.readouterr().err
     assert not (tmp_path / "out" / "shifts.nc").exists()
+
+
+@pytest.mark.parametrize(("side", "sign"), [("left", 1), ("right", -1)])
+def test_the_keys_of_rolling_are_those_of_the_wheel(side, sign, tmp_path):
+    """As `RollingWheel` has them; friction by the angle to the track, along which the scene's axes lie."""
+    rolling = {"friction": 0.4, "lateral": 0.002, "spin": 3e-6, "by_angle": [[20, 1], [40, 0.5]]}
+    file = specification_of(TABLE | {"rolling": rolling}, tmp_path / "mine.toml")
+    text = write_scene(file, 5.5, tmp_path, "mine", side).read_text()
+    keys, table = keys_of_rolling(text), tomllib.loads(text)
+    of_wheel = {"lateral": sign * 0.002, "spin": sign * 3e-6, "friction_by_angle": [[20, 1], [40, 0.5]]}
+    assert keys == {"motion": "rolling", "friction": [0.4], **of_wheel}
+    del table["contact"]["gap"]
+    scene = scene_from_table(table | {"contact": table["contact"] | keys}, "rolls")
+    assert scene.contact.friction.spin == sign * 3e-6
 
 
 def test_a_shift_without_its_roll_is_refused(tmp_path):

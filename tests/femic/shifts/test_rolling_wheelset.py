@@ -265,6 +265,29 @@ def test_finer_elements_change_creep_forces_within_their_estimates():
     assert abs(change) <= coarse.axle.errors["xi_0"] + fine.axle.errors["xi_0"]
 
 
+def test_creepages_of_a_patch_are_those_of_its_circle_and_normal():
+    """Of cones: the spin is omega sin(inclination) / V and that of the yaw; pressures are those of Hertz.
+
+    The rail is inclined a little otherwise in the centre of pressure than at the touching point: the spin has
+    the mean of both.
+    """
+    both, yaw = sides(cones_on_arcs(), 0.1), 2e-5
+    solved = numbers(both, friction=FRICTION, longitudinal=1e-4, spin=yaw)
+    for side, sign in zip(both, (1, -1), strict=True):
+        wheel, touch = solved.wheels[side.place.side], side.place.touch
+        (patch,) = wheel.patches
+        inclination = side.place.roll - touch.angle
+        mean = np.mean(np.sin([inclination, side.place.roll - np.radians(patch["angle"])]))
+        turning = (1 + wheel.numbers["xi"]) * mean / touch.radius + sign * yaw * np.cos(inclination)
+        assert patch["spin"] == pytest.approx(turning, rel=1e-3)
+        assert patch["slip_x"] == pytest.approx(-wheel.numbers["xi"], abs=1e-5)
+        assert patch["angle"] == pytest.approx(np.degrees(touch.angle), abs=0.1)
+        point = PointContact(np.cos(inclination) / touch.radius, 1 / 300.0, combined_modulus(STEEL, STEEL))
+        ellipse = point.at_load(patch["F_n"])
+        assert patch["p_max"] == pytest.approx(ellipse.p_max, rel=0.01)
+        assert patch["area"] == pytest.approx(np.pi * ellipse.a * ellipse.b, rel=0.08)
+
+
 def test_a_wheel_without_a_contact_is_said(monkeypatch):
     """Free: neither wheel has numbers. At a given creepage the other wheel has its own."""
     both = sides(arcs_on_arcs("arcs"), 2.0)
