@@ -74,9 +74,8 @@ advice: $(TOOLS)  ## random scenes with and without C, for the adviser: docs/evi
 	$(BIN)/python tools/advice_study.py
 	$(BIN)/python tools/write_docs.py
 
-mutations: $(TOOLS)  ## small changes of the code: do the tests notice? docs/evidence/mutations.md (hours; resumes)
-	$(BIN)/python tools/mutations.py --page
-	$(BIN)/python tools/write_docs.py
+mutations: $(TOOLS)  ## small changes of the code: do the tests notice? (hours; resumes)
+	$(BIN)/python tools/mutations.py
 
 calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (half an hour)
 	$(BIN)/python tools/calculix

@@ -61,9 +61,7 @@ def test_docstrings_types_and_messages_are_not_mutated():
     }
 
 
-def test_harmless_mutants_are_counted_separately(monkeypatch):
-    monkeypatch.setattr(mutations, "digest_of", lambda *_: "of all code")
-
+def test_harmless_mutants_are_counted_separately():
     def tried(line, outcome):
         return Trial(Mutant("m.py", "op", 0, 1, line, "b"), outcome, 2.0)
 
@@ -72,11 +70,9 @@ def test_harmless_mutants_are_counted_separately(monkeypatch):
         {"module": "m.py", "line": "3", "becomes": "b", "why": "the same"},
         {"module": "m.py", "line": "4", "becomes": "c", "why": "another mutant"},
     ]
-    result = record(outcomes, harmless)
-    (row,) = result["rows"]
-    assert (row["mutants"], row["caught"], row["harmless"], row["survived"]) == (4, 2, 1, 1)
-    assert result["summary"].startswith("2 of 3 mutants")
-    assert [mutant["why"] for mutant in result["survived"]] == ["the same", ""]
+    summary, survived = record(outcomes, harmless)
+    assert summary.startswith("2 of 3 mutants")
+    assert [mutant["why"] for mutant in survived] == ["the same", ""]
 
 
 def test_sample_is_repeatable_and_changes_code():

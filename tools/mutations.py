@@ -1,12 +1,11 @@
 """Change the code in small ways and see whether the tests notice: `make mutations`.
 
-    python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/estimate.py ...] [--page]
+    python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/estimate.py ...]
 
 A seeded sample of N mutants of each module in tools/mutations.toml is tested in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
 messages are not changed. Trials are stored in out/mutations.jsonl and are not repeated with the same
-code and tests. With --page the numbers of all trials with this code and these tests go to
-docs/numbers/mutations.json, of which docs/evidence/mutations.md is made (tools/write_docs.py).
+code and tests.
 """
 
 import argparse
@@ -28,7 +27,7 @@ from queue import Queue
 from time import perf_counter
 from typing import Any
 
-from mutants import ROOT, SEED, Mutant, mutated, sample
+from mutants import ROOT, Mutant, mutated, sample
 
 from femic.cache.digests import digest_of, versions
 
@@ -55,15 +54,11 @@ def main() -> None:
     tests = {module: table["modules"][module] for module in options.modules or table["modules"]}
     chosen = [mutant for module in tests for mutant in sample(module, options.sample)]
     trials = outcomes(chosen, tests, options.workers)
-    shown = list(trials) if options.page else chosen
-    result = record([trials[mutant] for mutant in shown], table.get("harmless", []))
-    sys.stdout.write(f"{result['summary']}\n")
-    for mutant in result["survived"]:
+    summary, survived = record([trials[mutant] for mutant in chosen], table.get("harmless", []))
+    sys.stdout.write(f"{summary}\n")
+    for mutant in survived:
         place, change = f"{mutant['module']}:{mutant['number']}", f"{mutant['line']}  ->  {mutant['becomes']}"
         sys.stdout.write(f"{place}: {change}  {mutant['why']}\n")
-    if options.page:
-        text = json.dumps(result, indent=1, ensure_ascii=False)
-        (ROOT / "docs" / "numbers" / "mutations.json").write_text(text + "\n", encoding="utf-8")
 
 
 def arguments() -> argparse.Namespace:
@@ -73,9 +68,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sample", type=int, default=10, help="mutants of each module")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at a time")
     parser.add_argument("--modules", nargs="*", help="default: all of tools/mutations.toml")
-    parser.add_argument(
-        "--page", action="store_true", help="write the numbers for docs/evidence/mutations.md"
-    )
     return parser.parse_args()
 
 
@@ -193,40 +185,17 @@ def store(key: str, trial: Trial) -> None:
         lines.write(json.dumps({"key": key} | asdict(trial), ensure_ascii=False) + "\n")
 
 
-def record(trials: Sequence[Trial], harmless: Sequence[dict[str, str]]) -> dict[str, Any]:
-    """Return the content of `mutations.json`."""
+def record(trials: Sequence[Trial], harmless: Sequence[dict[str, str]]) -> tuple[str, list[dict[str, Any]]]:
+    """Return how many mutants that can matter are caught, in words, and those that survived, with reasons."""
     reasons = {(entry["module"], entry["line"], entry["becomes"]): entry["why"] for entry in harmless}
-    mutants = [trial.mutant for trial in trials if trial.outcome == "survived"]
     survived = [
         asdict(mutant) | {"why": reasons.get((mutant.module, mutant.line, mutant.becomes), "")}
-        for mutant in mutants
+        for mutant in (trial.mutant for trial in trials if trial.outcome == "survived")
     ]
-    rows = []
-    for module in dict.fromkeys(trial.mutant.module for trial in trials):
-        survivors = [mutant for mutant in survived if mutant["module"] == module]
-        of_module = [trial for trial in trials if trial.mutant.module == module]
-        rows.append(
-            {
-                "module": module,
-                "mutants": len(of_module),
-                "caught": len(of_module) - len(survivors),
-                "harmless": sum(bool(mutant["why"]) for mutant in survivors),
-                "survived": sum(not mutant["why"] for mutant in survivors),
-                "seconds": round(sum(trial.seconds for trial in of_module) / len(of_module), 1),
-            }
-        )
-    matter = sum(row["caught"] + row["survived"] for row in rows)
-    caught = sum(row["caught"] for row in rows)
-    return {
-        "rows": rows,
-        "survived": survived,
-        "summary": f"{caught} of {matter} mutants that can matter are caught ({caught / max(matter, 1):.1%})",
-        "goal": GOAL,
-        "seed": SEED,
-        "versions": versions(),
-        "module": None,
-        "code": digest_of([ROOT / name for name in CODE], versions()),
-    }
+    caught = len(trials) - len(survived)
+    matter = caught + sum(not mutant["why"] for mutant in survived)
+    share = caught / max(matter, 1)
+    return f"{caught} of {matter} mutants that can matter are caught ({share:.1%}, goal {GOAL:.0%})", survived
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.report.looks import symbol_of
 from compare.report.parts import extreme, join_words, onset
-from compare.report.tables import VANISHING, Cell, Column, Row, Table, numbers, with_estimate
+from compare.report.tables import VANISHING, Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.pairs.quantities import Quantity
 
 KILONEWTON = 1e3
@@ -57,7 +57,7 @@ def _deviation(dataset: xr.Dataset, name: str, reference: str) -> str:
     deviation = dataset.p_max.sel(ics=name) / dataset.p_max.sel(ics=reference) - 1
     solved = deviation.notnull().values
     deviation, angle = deviation[solved], dataset.angle.sel(ics=reference)[solved]
-    text = f"{symbol_of(name)} {extreme(deviation):+.1%}"
+    text = f"{symbol_of(name)} {number_text(extreme(deviation), '+.1%')}"
     if dataset.sizes["case"] == 1:
         return text
     failing = onset(angle.values, (abs(deviation) > FAILS).values)
@@ -135,6 +135,6 @@ def number_cell(solution: xr.Dataset, reference: xr.Dataset, key: str) -> Cell:
     difference = float(solution[key] - reference[key])
     if key not in OF_PLACE and float(reference[key]):
         share = difference / float(reference[key])
-        return Cell(text, below="0%" if abs(share) < VANISHING / 2 else f"{share:+.2%}")
+        return Cell(text, below="0%" if abs(share) < VANISHING / 2 else f"{number_text(share, '+.2%')}")
     vanishing = abs(difference) < VANISHING * float(solution[f"estimate_{key}"])
-    return Cell(text, below="" if vanishing else f"{difference:+.3g}")
+    return Cell(text, below="" if vanishing else f"{number_text(difference, '+.3g')}")

@@ -27,7 +27,7 @@ from compare.report.parts import (
     write_page,
     write_results,
 )
-from compare.report.tables import Cell, Row, Table, changes_table
+from compare.report.tables import Cell, Row, Table, changes_table, number_text
 from femic.cache import folders
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.scenes.scene import Scene
@@ -139,10 +139,11 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     if abs(share) < SIDEWAYS:
         return
     others = join_words(
-        f"{float(shares.sel(ics=name)):+.3f} with {symbol_of(name)}" for name in others_of(dataset)
+        f"{number_text(float(shares.sel(ics=name)), '+.3f')} with {symbol_of(name)}"
+        for name in others_of(dataset)
     )
     yield (
-        f"The lateral force on the upper body is {share:+.3f} of the load with "
+        f"The lateral force on the upper body is {number_text(share, '+.3f')} of the load with "
         f"{symbol_of(reference)} at {case_labels(dataset)[number]}"
         + (f", {others}: approximations lack the bending of the sections." if others else ".")
     )

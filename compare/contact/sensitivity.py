@@ -7,7 +7,7 @@ import numpy as np
 from compare.contact.compute import ContactResults
 from compare.report.charts import Map
 from compare.report.parts import join_words
-from compare.report.tables import Cell, Row, Table, numbers
+from compare.report.tables import Cell, Row, Table, number_text, numbers
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.sensitivity import REFERENCE, Sensitivity, sensitivities
 from femic.scenes.scene import Scene
@@ -56,7 +56,8 @@ def table(cases: Sequence[Sensitivity]) -> Table:
     """Return the range of differences, a row per pressures, a column per patch."""
     patches = _patches(cases)
     ranges = [
-        Cell(f"{100 * np.min(case.inside):+.1f} ... {100 * np.max(case.inside):+.1f}") for case in cases
+        Cell(" ... ".join(number_text(100 * end(case.inside), "+.1f") for end in (np.min, np.max)))
+        for case in cases
     ]
     n = len(patches)
     return Table(

@@ -26,7 +26,7 @@ from compare.report.parts import (
     range_text,
     write_results,
 )
-from compare.report.tables import Table
+from compare.report.tables import Table, number_text
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 SHARES = (0.01, 0.02, 0.05)  # deviations: sentences give the angles from which they are exceeded
@@ -100,7 +100,8 @@ def details(dataset: xr.Dataset) -> Iterator[Block]:
     sentences = [f"Estimated error of the patch by finite elements: {estimate:.1%}."]
     for name in _compared(dataset):
         worst = join_words(
-            f"{extreme(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in (*MAIN, *FURTHER)
+            f"{number_text(extreme(deviations(dataset, key).sel(ics=name)), '+.1%')} in {key}"
+            for key in (*MAIN, *FURTHER)
         )
         sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
     yield Items([*sentences, *_lateral_force_sentence(dataset)])
@@ -119,16 +120,18 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
         return
     case = dataset.isel(case=worst)
     with_fe, load = case.sel(ics=FE), float(case["load"])
-    force, to = float(with_fe.F_y) / load, float(with_fe.estimate_F_y) / load
+    to = float(with_fe.estimate_F_y) / load
+    force, centre = (
+        {name: number_text(per_unit * case[key].sel(ics=name), form) for name in (FE, *_compared(dataset))}
+        for key, per_unit, form in (("F_y", 1 / load, "+.3f"), ("s_centre", 1.0, "+.2f"))
+    )
     by_ics = join_words(
-        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm with "
-        f"{symbol_of(name)}"
-        for name in _compared(dataset)
+        f"{force[name]}, {centre[name]} mm with {symbol_of(name)}" for name in _compared(dataset)
     )
     yield (
         f"Beside the crown, at {dataset.case.values[worst]}: by finite elements the lateral force on the "
-        f"upper body is {force:+.3f} ± {to:.1g} of the load, the centre of pressure "
-        f"{float(with_fe.s_centre):+.2f} ± {float(with_fe.estimate_s_centre):.1g} mm; {by_ics}."
+        f"upper body is {force[FE]} ± {to:.1g} of the load, the centre of pressure "
+        f"{centre[FE]} ± {float(with_fe.estimate_s_centre):.1g} mm; {by_ics}."
     )
 
 

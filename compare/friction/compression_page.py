@@ -26,7 +26,7 @@ from compare.friction.shown import (
 from compare.report.charts import Chart, Panel
 from compare.report.looks import symbol_of
 from compare.report.parts import join_words
-from compare.report.tables import Column, Row, Table, with_estimate
+from compare.report.tables import Column, Row, Table, number_text, with_estimate
 
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
 SLIDING = "sliding area [% of contact area]"
@@ -102,7 +102,7 @@ def answer(dataset: xr.Dataset) -> Table:
             "" if is_reference else signed(away.sel(ics=name), known),
             "" if is_reference else with_estimate(largest.sel(ics=name), known_largest.sel(ics=name)),
             with_estimate(contact.p_max, contact.estimate_p_max),
-            "" if is_reference else f"{percent_change(contact.p_max, p_max):+.1f}",
+            "" if is_reference else f"{number_text(percent_change(contact.p_max, p_max), '+.1f')}",
         ]
         rows.append(Row(symbol_of(name), cells))
     return Table("ICs", columns, rows)

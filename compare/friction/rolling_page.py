@@ -26,7 +26,7 @@ from compare.friction.shown import (
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import Look, symbol_of
 from compare.report.parts import Folded, Section, extreme, join_words, range_text
-from compare.report.tables import Cell, Column, Row, Table, numbers, with_estimate
+from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.pairs.quantities import OF_CURVE
 
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
@@ -123,7 +123,9 @@ def _free_rolling(dataset: xr.Dataset) -> str:
     begun = f"Without longitudinal force the wheel rolls at a creepage of {at}% with {symbol_of(reference)}"
     known = 100 * float(dataset.estimate_zero_creepage.sel(ics=reference).max())
     away = {name: extreme(zero.sel(ics=name) - zero.sel(ics=reference)) for name in others_of(dataset)}
-    far = [f"{off:+.1g} with {symbol_of(name)}" for name, off in away.items() if abs(off) > known]
+    far = [
+        f"{number_text(off, '+.1g')} with {symbol_of(name)}" for name, off in away.items() if abs(off) > known
+    ]
     return f"{begun} (off by up to {join_words(far)})." if far else f"{begun}."
 
 
@@ -154,7 +156,7 @@ def answer(dataset: xr.Dataset) -> Table:
                 zero.factor * reference.estimate_zero_creepage,
             ),
             _estimated(curve, "slope", slope.factor),
-            "" if is_reference else f"{percent_change(curve.slope, reference.slope):+.1f}",
+            "" if is_reference else f"{number_text(percent_change(curve.slope, reference.slope), '+.1f')}",
         ]
         rows.append(Row(symbol_of(name), cells))
     return Table("ICs", columns, rows)
@@ -294,8 +296,8 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
         p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {signed(extreme(zero), known)}% and change p_max by {extreme(p_max):+.1%}, "
-            f"with {reference_symbol(dataset)}."
+            f"without force by {signed(extreme(zero), known)}% and change p_max by "
+            f"{number_text(extreme(p_max), '+.1%')}, with {reference_symbol(dataset)}."
         )
     for name in ics_of(dataset):
         of_ics = dataset.simplified.sel(ics=name)

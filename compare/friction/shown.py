@@ -11,7 +11,7 @@ from compare.contact.dataset import reference_of
 from compare.friction.rolling import scaled_force
 from compare.report.charts import Curve
 from compare.report.looks import drawing_order, looks_of, symbol_of
-from compare.report.tables import with_estimate
+from compare.report.tables import MINUS, with_estimate
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.quantities import ALL, OF_CURVE
 
@@ -179,7 +179,7 @@ def percent_change(value: xr.DataArray, before: xr.DataArray) -> float:
 def signed(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a difference with its sign, and the digits that an estimate allows."""
     text = with_estimate(value, estimate).split(" ± ")[0]
-    return text if text.startswith(("-", "–")) or text == "0" else f"+{text}"
+    return text if text.startswith((MINUS, "–")) or text == "0" else f"+{text}"
 
 
 def load_text(dataset: xr.Dataset) -> str:

@@ -1,5 +1,6 @@
 """Tables as data: heads with units, rows of cells that are numbers in a format, or texts."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,16 @@ from femic.contact.pairs.quantities import Quantity
 ROUNDING = 1e-9  # share below which a difference is rounding
 VANISHING = 1e-4  # share of its estimate below which a difference is none
 LEAST_POWER, LARGEST_POWER = -4, 7  # powers of ten of numbers that are written without one
+ROUGH = 0.5  # share of a number from which its estimate has one digit
+NONZERO, MINUS = re.compile("[1-9in]"), "\N{MINUS SIGN}"  # also of inf and nan
+
+
+def number_text(value: float | xr.DataArray, form: str) -> str:
+    """Return a number in a format: with a minus sign, and without any sign where all its digits are 0."""
+    text = format(value.item() if isinstance(value, xr.DataArray) else value, form)
+    if not NONZERO.search(text.partition("e")[0]):
+        return text.lstrip("+-")
+    return text.replace("-", MINUS, 1) if text.startswith("-") else text
 
 
 @dataclass(frozen=True)
@@ -31,7 +42,7 @@ class Cell:
         """The number in its format, or the text."""
         if isinstance(self.value, str):
             return self.value
-        return "–" if np.isnan(self.value) else format(self.value, self.form)
+        return "–" if np.isnan(self.value) else number_text(self.value, self.form)
 
 
 @dataclass(frozen=True)
@@ -105,25 +116,31 @@ def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, d
 def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
 
-    With an estimate of rounding a number has six digits, with one that is not known, NaN, four and "± ?". A
-    number that is NaN is a dash.
+    Where the estimate is half of the number or more, it is rounded to one: 500 ± 600. With an estimate of
+    rounding a number has six digits, with one that is not known, NaN, four and "± ?". A number that is NaN is
+    a dash.
     """
     value, estimate = float(value), float(estimate)
     if np.isnan(value):
         return "–"
     if np.isnan(estimate):
-        return f"{value:.4g} ± ?"
+        return f"{number_text(value, '.4g')} ± ?"
     if estimate <= ROUNDING * abs(value):
-        return f"{value:.6g}"
-    last = _power(estimate, 1) - 1  # power of ten of the last digit
-    power, decimals = _power(max(abs(value), estimate)), max(-last, 0)
-    rounded = round(estimate, -last)
+        return number_text(value, ".6g")
+    first = _power(estimate, 1)  # power of ten of its first digit
+    power = _power(max(abs(value), estimate))
+    last = first - (estimate < ROUGH * abs(value))
     if round(value, -last) == 0:
-        return f"0 ± {rounded:.{decimals}f}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
+        return f"0 ± {_rounded(estimate, first - 1)}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
     if LEAST_POWER <= power <= LARGEST_POWER:
-        return f"{round(value, -last):.{decimals}f} ± {rounded:.{decimals}f}"
-    scale, decimals = 10.0**power, max(power - last, 0)
-    return f"({value / scale:.{decimals}f} ± {estimate / scale:.{decimals}f})e{power}"
+        return f"{_rounded(value, last)} ± {_rounded(estimate, last)}"
+    scale = 10.0**power
+    return f"({_rounded(value / scale, last - power)} ± {_rounded(estimate / scale, last - power)})e{power}"
+
+
+def _rounded(value: float, last: int) -> str:
+    """Return a number rounded to a power of ten, with no further digits."""
+    return number_text(round(value, -last), f".{max(-last, 0)}f")
 
 
 def _power(value: float, digits: int = 6) -> int:

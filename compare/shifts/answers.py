@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.report.looks import symbol_of
 from compare.report.parts import join_words
-from compare.report.tables import Cell, Column, Row, Table, texts
+from compare.report.tables import Cell, Column, Row, Table, number_text, texts
 from compare.shifts.differences import (
     F_X,
     F_Y,
@@ -58,7 +58,7 @@ def _planar(dataset: xr.Dataset) -> str:
         return ""
     own = worst_of(dataset, PLANAR)
     share = float(difference(dataset, PLANAR).sel(shift=own["shift"], side=own.side))
-    return f"; planar contact is off by up to {100 * share:+.2g} % ({_where(own)})"
+    return f"; planar contact is off by up to {number_text(100 * share, '+.2g')} % ({_where(own)})"
 
 
 def _merged(parts: list[str]) -> list[str]:
@@ -109,7 +109,7 @@ def _worst_case(dataset: xr.Dataset) -> str:
         f"The worst is {_where(own)}, where the rail's inclination changes by "
         f"{float(own['angle'].sel(ics=best)):.0f} degrees across the patch: "
         f"{float(own.p_max.sel(ics=names[0])):.0f} MPa instead of {float(own.p_max.sel(ics=best)):.0f} MPa "
-        f"({100 * share:+.1f} %)."
+        f"({number_text(100 * share, '+.1f')} %)."
     )
 
 
@@ -190,4 +190,5 @@ def _answer(dataset: xr.Dataset, name: str, quantity: Quantity) -> list[Cell | s
         for each in (name, best)
     ]
     worst = f"{float(own['shift']):g} mm, {own.side.item()}"
+    worst += "; of friction × load" if quantity.of_friction else ""
     return [*within, *values, Cell(100 * share, "+.2f", worst)]

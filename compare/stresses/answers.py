@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.report.looks import symbol_of
 from compare.report.parts import extreme, join_words
-from compare.report.tables import Cell, Column, Row, Table, with_estimate
+from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
 from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE
 from compare.stresses.dataset import OF_DAMAGE, OF_STRESS, Number, variable_of
 
@@ -71,7 +71,7 @@ def _half_spaces(dataset: xr.Dataset) -> str:
     for source in sources(dataset)[1:]:
         values = dataset.sel(source=source)
         off = join_words(
-            f"{float(values.difference_von_mises.sel(body=body)):+.0%} in the {body} body"
+            f"{number_text(float(values.difference_von_mises.sel(body=body)), '+.0%')} in the {body} body"
             for body in bodies(dataset)
         )
         most = float(values.section_difference.max())
@@ -86,7 +86,7 @@ def _damage(dataset: xr.Dataset) -> Iterator[str]:
     if "dang_van" in dataset:
         last = sources(dataset)[-1]
         off = extreme(dataset.difference_dang_van.sel(source=last))
-        known = f"off by {off:+.0%}" if np.isfinite(off) else "none"
+        known = f"off by {number_text(off, '+.0%')}" if np.isfinite(off) else "none"
         texts.append(f"Dang Van's stress is {known} ({source_label(dataset, last)})")
     if "ics" in dataset.dims and dataset.attrs["reference"] != "A" and "A" in dataset.ics.values:
         by_a, reference = dataset.sel(ics="A"), dataset.sel(ics=dataset.attrs["reference"])
@@ -97,7 +97,7 @@ def _damage(dataset: xr.Dataset) -> Iterator[str]:
         }
         for name, words in named.items():
             if of_reference := float(reference[name]):
-                texts.append(f"{words} with A by {float(by_a[name]) / of_reference - 1:+.1%}")
+                texts.append(f"{words} with A by {number_text(float(by_a[name]) / of_reference - 1, '+.1%')}")
             else:
                 texts.append(f"{words} with {reference_symbol(dataset)} is none")
     if texts:
@@ -125,7 +125,7 @@ def _stress_cell(numbers: xr.Dataset, name: str, source: str) -> Cell:
     text = with_estimate(numbers[name], known) if source == TRUE else f"{float(numbers[name]):.0f}"
     if source == TRUE and np.isnan(float(known)):
         text = f"{float(numbers[name]):.0f}"
-    difference = "" if source == TRUE else f"{float(numbers[f'difference_{name}']):+.1%}; "
+    difference = "" if source == TRUE else f"{number_text(float(numbers[f'difference_{name}']), '+.1%')}; "
     over = "" if source == HALF_SPACE_OF_A else f"{float(numbers[f'{name}_over_p_max']):.3f} p_max; "
     return Cell(text, below=f"{difference}{over}{place_text(numbers, name)}")
 
@@ -165,7 +165,7 @@ def _worn_cell(numbers: xr.Dataset, reference: xr.Dataset, body: str) -> Cell:
     value, estimate = numbers.worn.sel(worn_body=body).max(), numbers.estimate_worn.sel(worn_body=body)
     of_reference = float(reference.worn.sel(worn_body=body).max())
     same = str(numbers.ics.values) == str(reference.ics.values)
-    below = "" if same or not of_reference else f"{float(value) / of_reference - 1:+.1%}"
+    below = "" if same or not of_reference else f"{number_text(float(value) / of_reference - 1, '+.1%')}"
     return Cell(with_estimate(value, estimate), below=below)
 
 
@@ -181,5 +181,8 @@ def _damage_cell(numbers: xr.Dataset, reference: xr.Dataset, name: str) -> Cell:
     if str(numbers.ics.values) == str(reference.ics.values):
         return Cell(text)
     if name == "surface_index":  # it may vanish
-        return Cell(text, below=f"{float(value - reference[name]):+.3f}")
-    return Cell(text, below=f"{float(value / reference[name]) - 1:+.1%}" if float(reference[name]) else "")
+        return Cell(text, below=f"{number_text(float(value - reference[name]), '+.3f')}")
+    return Cell(
+        text,
+        below=f"{number_text(float(value / reference[name]) - 1, '+.1%')}" if float(reference[name]) else "",
+    )

@@ -58,7 +58,7 @@ def test_known_estimate_is_below_the_number():
     assert cell(2.0, np.nan).below == ""
 
 
-@pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "-0.5"), (2.0 + 1e-12, "0")])
+@pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "−0.5"), (2.0 + 1e-12, "0")])
 def test_change_has_a_sign_and_rounding_is_0(value, text):
     one = changed_cell(*map(xr.DataArray, (value, 2.0, 0.01)))
     assert (one.text, one.below) == (text, "of 2.000 ± 0.010")
