@@ -209,8 +209,10 @@ def _flange_back(samples: Samples) -> float:
     slope = float(np.arctan2(abs(tz), ty))
     if slope < STEEPEST:
         raise WrongInput(
-            f"flange_back = None: the wheel profile begins at y = {samples.points[0, k]:g} mm with an "
-            f"inclination of {np.degrees(slope):.1f} degrees, so this is not the flange back; give its y"
+            "wheel.flange_back is not given, and the profile of the wheel begins at y = "
+            f"{samples.points[0, k]:g} mm with an inclination of {np.degrees(slope):.1f} degrees, which is "
+            "no flange back: give the y of the flange back [mm] in the axes of the profile (of a wheel "
+            "measured from its tape circle -70, if this is 70 mm from the flange back)"
         )
     return float(samples.points[0, k])
 
