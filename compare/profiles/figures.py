@@ -70,4 +70,4 @@ def _notes_of_curve(figure: ProfileFigure) -> Iterator[str]:
     rows: Array = np.stack([*figure.curve, figure.s, np.degrees(figure.inclination), figure.curvature])
     for y, z, s, inclination, curvature in rows.T:
         radius = f"radius {1 / curvature:.4g} mm" if abs(curvature) > 1e-6 else "straight"
-        yield f"y {y:.3f}, z {z:.3f} mm<br>s {s:.2f} mm<br>{inclination:.2f}°, {radius}"
+        yield f"y {y:.3f}, z {z:.3f} mm\ns {s:.2f} mm\n{inclination:.2f}°, {radius}"

@@ -1,9 +1,11 @@
 """The list of all pages in a folder of results, `index.html`."""
 
 import html
+import os
 import re
 from datetime import datetime
 from pathlib import Path
+from urllib.parse import quote
 
 from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Cell, Row, Table, texts
@@ -43,5 +45,5 @@ def _entry(path: Path) -> tuple[float, Path, str] | None:
 
 def _row(folder: Path, seconds: float, path: Path, title: str) -> Row:
     written = datetime.fromtimestamp(seconds).astimezone()
-    link = Cell(path.name, link=path.relative_to(folder).as_posix())
+    link = Cell(path.name, link=quote(os.fsencode(path.relative_to(folder))))
     return Row(path.parent.relative_to(folder).as_posix(), [link, title, f"{written:%Y-%m-%d %H:%M}"])

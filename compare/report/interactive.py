@@ -1,12 +1,14 @@
 """Charts to explore: what `templates/explore.js` gives to Plotly, as JSON."""
 
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from html import escape
 from importlib import resources
 from typing import Any
 
 import numpy as np
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
 
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
 from compare.report.looks import Look
@@ -29,7 +31,7 @@ def plotly_js() -> str:
     return (resources.files("plotly") / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
 
 
-def as_json(chart: Chart) -> str:
+def as_json(chart: Chart) -> Markup:
     """Return what a page needs to draw a chart, as JSON that may stand in a script element."""
     steps = [[_cell(cell) for cell in cells] for cells in chart.steps.values()]
     content = {
@@ -43,7 +45,7 @@ def as_json(chart: Chart) -> str:
         "legend": [{"label": label, **_swatch(look)} for label, look in chart.legend.items()],
         "steps": steps,
     }
-    return json.dumps(content, ensure_ascii=False, allow_nan=False).replace("</", "<\\/")
+    return htmlsafe_json_dumps(content, ensure_ascii=False, allow_nan=False)
 
 
 def height_of(chart: Chart) -> int:
@@ -53,6 +55,15 @@ def height_of(chart: Chart) -> int:
 
 def _swatch(look: Look) -> dict[str, Any]:
     return {"colour": look.colour, "dash": look.dash, "marker": look.marker, "width": look.width}
+
+
+def _plain(text: str) -> str:
+    """Return a text that Plotly shows as it is; it has tags such as <b>, and places such as %{y}."""
+    return escape(text, quote=False).replace("{", "&#123;").replace("\n", "<br>")
+
+
+def _plain_each(texts: Iterable[str]) -> list[str]:
+    return [_plain(text) for text in texts]
 
 
 def _cell(cell: Cell) -> dict[str, Any]:
@@ -91,9 +102,9 @@ def _panel(panel: Panel) -> dict[str, Any]:
 
 
 def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
-    axis: Axis = {"title": {"text": title}}
+    axis: Axis = {"title": {"text": _plain(title)}}
     if names:
-        return axis | {"tickvals": list(range(len(names))), "ticktext": list(names)}
+        return axis | {"tickvals": list(range(len(names))), "ticktext": _plain_each(names)}
     return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
 
 
@@ -149,7 +160,7 @@ def _curve(curve: Curve) -> Iterator[Trace]:
             for part, drawn in {"lines": look.dash, "markers": look.marker, "text": curve.names}.items()
             if drawn
         ),
-        "name": curve.label,
+        "name": _plain(curve.label),
         "line": {"color": look.colour, "width": look.width, "dash": look.dash or "solid"},
         "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 9 if curve.notes else 6},
         "hovertemplate": "%{y:.4g}" if curve.label else "%{y:.4g}<extra></extra>",
@@ -167,10 +178,10 @@ def _of_points(curve: Curve) -> Trace:
         part["error_y"] = {"type": "data", "symmetric": False, "thickness": 1, "width": 3, **bars}
     if curve.names:
         places = [f"{side} right" for side in curve.sides]
-        part |= {"text": list(curve.names), "textposition": places, "textfont": {"size": 11}}
+        part |= {"text": _plain_each(curve.names), "textposition": places, "textfont": {"size": 11}}
         part["cliponaxis"] = False
     if curve.notes:
-        part |= {"customdata": list(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
+        part |= {"customdata": _plain_each(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
     return part
 
 
@@ -179,18 +190,18 @@ def _map(drawn: Map) -> dict[str, Any]:
     values, low, high = drawn.values.T, *drawn.range
     shown: Trace = {"type": "heatmap", "x": _numbers(drawn.x), "y": _numbers(drawn.y), "hoverongaps": False}
     across, up = _read_out(drawn.across, "x", drawn.names_x), _read_out(drawn.up, "y", drawn.names_y)
-    place = f"{across}, {up}: "
+    place, unit = f"{across}, {up}: ", _plain(drawn.unit)
     if drawn.classes:
         shown |= _classes(values, drawn) | {"hovertemplate": f"{place}%{{text}}<extra></extra>"}
     elif drawn.scale in ("logarithmic", "positive"):
         is_positive = drawn.scale == "positive"
         shown |= _positive(values, low, high) if is_positive else _logarithmic(values, high, drawn.decades)
-        shown["colorbar"] |= {"title": {"text": drawn.unit, "side": "top"}}
-        shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {drawn.unit}<extra></extra>"
+        shown["colorbar"] |= {"title": {"text": unit, "side": "top"}}
+        shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {unit}<extra></extra>"
     else:
         shown |= {"z": _numbers(values), "zmin": low, "zmax": high}
-        shown["colorbar"] = {"title": {"text": drawn.unit, "side": "top"}, "thickness": 12}
-        shown["hovertemplate"] = f"{place}%{{z:.4g}} {drawn.unit}<extra></extra>"
+        shown["colorbar"] = {"title": {"text": unit, "side": "top"}, "thickness": 12}
+        shown["hovertemplate"] = f"{place}%{{z:.4g}} {unit}<extra></extra>"
     if not drawn.classes:
         shown["colorscale"] = COLOURS[drawn.scale]
     axes = {
@@ -205,15 +216,15 @@ def _map(drawn: Map) -> dict[str, Any]:
 
 def _read_out(title: str, axis: str, names: Sequence[str]) -> str:
     """Return what hovering says about a place on an axis: its number, or its name."""
-    return f"{title.split(' [', maxsplit=1)[0]} %{{{axis}{'' if names else ':.4~g'}}}"
+    return f"{_plain(title.split(' [', maxsplit=1)[0])} %{{{axis}{'' if names else ':.4~g'}}}"
 
 
 def _classes(values: Array, drawn: Map) -> Trace:
     """Return the part of a trace for values 0, 1, ... of named kinds."""
-    names, count = drawn.classes, len(drawn.classes)
+    names, count = _plain_each(drawn.classes), len(drawn.classes)
     edges = [(drawn.colours[k], (k + end) / count) for k in range(count) for end in (0, 1)]
     text = [["" if np.isnan(v) else names[int(v)] for v in row] for row in values]
-    ticks = {"tickvals": list(range(count)), "ticktext": list(names), "thickness": 12}
+    ticks = {"tickvals": list(range(count)), "ticktext": names, "thickness": 12}
     scale = [[at, colour] for colour, at in edges]
     return {
         "z": _numbers(values),
@@ -267,7 +278,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
         axis: _numbers(np.where(np.isnan(surface.values), np.nan, points))
         for axis, points in zip("xyz", surface.part, strict=True)
     }
-    bar = {"title": {"text": surface.unit, "side": "top"}, "thickness": 14}
+    bar = {"title": {"text": _plain(surface.unit), "side": "top"}, "thickness": 14}
     pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
     pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
     traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]

@@ -102,12 +102,12 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
     environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
-    environment.filters["explorable"] = lambda chart: Markup(interactive.as_json(chart))
+    environment.filters["explorable"] = interactive.as_json
     environment.filters["typeset"] = _typeset
     sections = list(page.sections)
     plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
     text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
-    return write_text(text, path)
+    return write_text(text.encode(errors="replace").decode(), path)  # names of files need not be UTF-8
 
 
 def _has_chart(block: Block) -> bool:

@@ -3,7 +3,7 @@
 import re
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -38,6 +38,7 @@ MARGINS = Margins(left=0.95, right=0.12, top=0.27, bottom=0.5)
 TITLE_SIZE, LETTERS_PER_INCH = 9, 13.5  # of titles: font [pt], and letters in a line
 LEGEND_PADDING, LEGEND_GAP, LINE_HEIGHT = 0.2, 0.06, 0.14  # inch
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
+NOT_IN_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 NOT_IN_NAMES = r"[^A-Za-z0-9.+-]"  # of files
 DASHES: dict[str, Any] = {
     "": "none",
@@ -96,7 +97,7 @@ def _without_choice(chart: Chart) -> Chart:
 
 def picture(chart: Chart) -> Figure:
     """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend."""
-    chart = _without_choice(chart)
+    chart = _plain(_without_choice(chart))
     rows = list(_rows(chart))
     sizes = [SIZE[type(cell)] for cell in chart.cells]
     width, height = (max(size[k] for size in sizes) for k in (0, 1))
@@ -112,6 +113,19 @@ def picture(chart: Chart) -> Figure:
         _add_legend(figure, chart)
         lay_out(figure, chart)
     return figure
+
+
+def _plain(part: Any) -> Any:
+    """Return a chart, or a part of it, whose texts Matplotlib shows as they are: $ begins no formula."""
+    if isinstance(part, str):
+        return re.sub(NOT_IN_XML, "\N{REPLACEMENT CHARACTER}", part).replace("$", r"\$")
+    if isinstance(part, list | tuple):
+        return [*map(_plain, part)]
+    if isinstance(part, dict):
+        return {_plain(key): _plain(value) for key, value in part.items()}
+    if isinstance(part, Chart | Cell | Curve):
+        return replace(part, **{field.name: _plain(getattr(part, field.name)) for field in fields(part)})
+    return part
 
 
 def lay_out(figure: Figure, chart: Chart) -> None:
