@@ -16,7 +16,7 @@ from femic.cli.progress import EVERY, Write, bars
 def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
     """Yield a function that shows the progress of a campaign: by a bar on a terminal, otherwise by lines."""
     if not console.is_terminal:
-        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
+        yield CampaignLines(lambda text: console.print(text, soft_wrap=True)).write_if_due
         return
     with bars(console, TextColumn("{task.fields[time_left]}")) as shown:
         scenes = shown.add_task("scenes", total=None, time_left="")

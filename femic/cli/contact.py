@@ -62,14 +62,14 @@ def contact(
     ]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.folders_of(scenes, map_folders)
-    console, contacts = terminal(markup=False, highlight=False), {}
+    console, contacts = terminal(), {}
     for name, loaded, folder in zip(scene, scenes, scene_folders, strict=True):
         print_warnings(loaded, console)
         with work.options(folder, console) as options:
             solved, choice = loaded, ""
             if loaded.name in questions:
                 solved, choice = _chosen(name, loaded, questions[loaded.name], options)
-                console.print(choice, soft_wrap=True, markup=False, highlight=False)
+                console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
                 results = compute.compute_contact(solved, options, c_map.maps_of_scene(solved))
                 contacts[solved.name] = results

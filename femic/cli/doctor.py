@@ -7,17 +7,19 @@ from femic.cli.terminal import terminal
 from femic.installation import findings
 from geometries.errors import Failure
 
+OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
+
 
 def doctor() -> None:
     """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
-    console = terminal(highlight=False)
+    console = terminal()
     wrong = []
     table = Table(box=None, pad_edge=False, show_header=False)
     with console.status("checking"):
         for finding in findings():
-            mark = "[green]ok[/]" if finding.holds else "[red]no[/]" if finding.matters else "[yellow]–[/]"
+            mark = OK if finding.holds else NO if finding.matters else LACKING
             remedy = "" if finding.holds else f"\n→ {finding.remedy}"
-            table.add_row(mark, finding.name, Text(f"{finding.text}{remedy}"))
+            table.add_row(mark, finding.name, f"{finding.text}{remedy}")
             if not finding.holds and finding.matters:
                 wrong.append(finding.name)
     console.print(table)

@@ -65,7 +65,7 @@ def frontier(
             computed = contact_compute.compute_contact_frontier(scene, of_contact, options, maps)
             report = contact_page.write_contact_frontier(computed, folder)
         text = contact_page.summary(computed)
-    console.print(text, markup=False, highlight=False)
+    console.print(text)
     announce(report, console)
 
 
@@ -133,7 +133,7 @@ def advise(
     largest = loaded.ics_tolerance if tolerance is None else tolerance
     body_alone = subject.body is not None and subject.want is None
     names = None if body_alone else _wanted(loaded, subject.want, subject.components)
-    folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH, highlight=False)
+    folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH)
     if names is None:
         named = tuple(subject.components.split(",")) if subject.components else loaded.components
         question = advice.Question(subject.body or loaded.compared[0], named, largest)
@@ -141,7 +141,7 @@ def advise(
             _, computed = advice.frontier_for(scene, question, options)
         answer = advice.advise(computed, question)
         console.print(page.evidence(computed, answer))
-        console.print(advice.sentence(answer), markup=False)
+        console.print(advice.sentence(answer))
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
     contact_advice.require_answerable(loaded, of_contact)
@@ -151,4 +151,4 @@ def advise(
         found = contact_advice.answer(scene, of_contact, options, maps, effort)
     if found.frontier is not None:
         console.print(contact_page.evidence(found.frontier, found.advice))
-    console.print(contact_advice.sentence(found.advice), markup=False)
+    console.print(contact_advice.sentence(found.advice))

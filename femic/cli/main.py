@@ -3,8 +3,11 @@
 Commands are named, not imported: `femic --help` answers without loading the numerical libraries.
 """
 
+import io
 import logging
 import sys
+from collections.abc import Sequence
+from pathlib import Path
 
 from cyclopts import App, CycloptsError
 from rich.console import Console
@@ -65,18 +68,25 @@ for command, (location, help_text) in COMMANDS.items():
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit the process with its code."""
+    """Run the command line and exit the process with its code.
+
+    Letters that the terminal does not have, such as those of B̂ in Latin-1, are printed as question marks.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     sys.exit(exit_code(sys.argv[1:] if arguments is None else arguments))
 
 
 def exit_code(arguments: list[str]) -> int:
     """Run one command; print the message of an error, and return the exit code."""
-    console = terminal(stderr=True, soft_wrap=True, highlight=False)
+    console = terminal(stderr=True, soft_wrap=True)
     logging.basicConfig(
         level=logging.WARNING, format="%(message)s", handlers=[RichHandler(console=console, show_path=False)]
     )
     logging.getLogger("skfem").setLevel(logging.ERROR)
     try:
+        _require_unicode((*arguments, str(Path.cwd())))
         with delivered():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, WrongInput) as error:
@@ -96,5 +106,12 @@ def exit_code(arguments: list[str]) -> int:
     return DONE
 
 
+def _require_unicode(texts: Sequence[str]) -> None:
+    """Raise WrongInput for names that are no UTF-8: pages and datasets, which have them, are."""
+    for text in texts:
+        if any("\ud800" <= letter <= "\udfff" for letter in text):
+            raise WrongInput(f"{text!r}: is no name in UTF-8: rename the file or folder")
+
+
 def _say(console: Console, error: Exception) -> None:
-    console.print(f"femic: {in_keys(error)}", markup=False)
+    console.print(f"femic: {in_keys(error)}")

@@ -67,8 +67,8 @@ def export(
             chosen = choice.choose(scene, question, options)
             ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
             loaded = load_scene(scene, changes)
-            console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
+            console.print(chosen.sentence, soft_wrap=True)
         written = exports.FORMATS[to](
             loaded, exports.ExportSpecification(ics_name, discount), folder, options
         )
-    console.print(exports.contact_settings(written), soft_wrap=True, markup=False, highlight=False)
+    console.print(exports.contact_settings(written), soft_wrap=True)

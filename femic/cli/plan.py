@@ -23,11 +23,10 @@ from geometries.errors import WrongInput
 
 def show(scene: Scene, workers: int, console: Console) -> None:
     """Print what `femic run`, `femic matrix` and, with loads, `femic contact` of a scene will take."""
-    console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers", markup=False)
+    console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers")
     console.print(
         f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
         f"{', '.join(scene.components)} for `femic run`, all nine for `femic matrix`",
-        markup=False,
     )
     grid = scene.grid
     matrix_title = (
@@ -44,7 +43,6 @@ def show(scene: Scene, workers: int, console: Console) -> None:
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
         "no time.",
-        markup=False,
     )
 
 
@@ -54,7 +52,7 @@ def _refusal_printed(command: str, console: Console) -> Iterator[None]:
     try:
         yield
     except WrongInput as refusal:
-        console.print(f"{command}: {refusal}", markup=False)
+        console.print(f"{command}: {refusal}")
 
 
 def _show_contact(scene: Scene, workers: int, console: Console) -> None:
@@ -70,7 +68,7 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
             model_plans = list(plans(c_jobs(problem, pair_on_grid(problem, grid)), workers))
             _print(f"{title}; {', '.join(components_of(problem))} of C:", model_plans, workers, console)
         else:
-            console.print(f"{title}; no C: seconds", markup=False)
+            console.print(f"{title}; no C: seconds")
 
 
 def _print(
@@ -100,4 +98,4 @@ def _print(
     console.print(table)
     largest_memory = max(plan.expected.memory for plan in model_plans)
     seconds = total_seconds(model_plans, workers)
-    console.print(f"about {seconds:.0f} s, {largest_memory:.0f} MB{further}", markup=False)
+    console.print(f"about {seconds:.0f} s, {largest_memory:.0f} MB{further}")

@@ -14,6 +14,7 @@ from femic.cache import folders
 from femic.cli.terminal import terminal
 from femic.cli.work import OUT, TABLE_WIDTH, announce
 from femic.late import lazy_imports
+from femic.scenes.load import name_of
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.errors import WrongInput
 from geometries.profiles.content import UNITS
@@ -84,7 +85,7 @@ def profiles(
     out: Annotated[Path | None, Parameter(help="folder for the results; default out/profiles")] = None,
 ) -> None:
     """List the profiles of the package, or show how files were understood: axes, smoothing, curvature."""
-    console = terminal(width=TABLE_WIDTH, highlight=False)
+    console = terminal(width=TABLE_WIDTH)
     if not names:
         console.print(_standards())
         return
@@ -94,11 +95,11 @@ def profiles(
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)
-        console.print(" ".join([page.summary(one), *page.doubts(one)]), markup=False, soft_wrap=True)
+        console.print(" ".join([page.summary(one), *page.doubts(one)]), soft_wrap=True)
         announce(report, console)
     if write is not None:
         write_profile(ones[0].as_points(), write)
-        console.print(f"Written: {write}", soft_wrap=True, markup=False)
+        console.print(f"Written: {write}", soft_wrap=True)
 
 
 def _standards() -> Table:
@@ -113,6 +114,7 @@ def _understood(name: str, options: FileOptions) -> "understood.Understood":
     """Return a profile of a file, or one of the package of a name; raise WrongInput."""
     path = Path(name)
     if path.exists():
+        name_of(path)
         try:
             prepared = prepared_file(path, options.reading)  # raises before anything heavy is loaded
         except WrongInput as error:

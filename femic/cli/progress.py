@@ -31,7 +31,7 @@ def show_progress(console: Console) -> Iterator[Watch]:
     """Yield a watch that shows the progress of models on the console; each finished model has a line."""
 
     def write(text: str) -> None:
-        console.print(text, soft_wrap=True, markup=False)
+        console.print(text, soft_wrap=True)
 
     with _bar(console, write) if console.is_terminal else _lines(write) as watch:
         yield watch

@@ -50,7 +50,7 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     if loaded.ics == AUTO:
         with work.options(work.folder(loaded), console) as options:
             chosen = choice.choose(scene, choice.question_of(loaded), options)
-        console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
+        console.print(chosen.sentence, soft_wrap=True)
 
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
@@ -89,7 +89,7 @@ def compare(
         folders.require_usable(used)
     for source, (_, own_store) in zip(scene_sources, stores, strict=True):
         if source.scene is not None and not sources.up_to_date(source):
-            console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
+            console.print(f"{source.name}: no results of it by this femic yet, computing")
             work = Work(source.folder, workers, store or own_store)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
@@ -108,7 +108,7 @@ def _require_scenes(arguments: Sequence[str]) -> None:
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
     """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size."""
     loaded = load_scene(scene)  # raises before anything heavy is loaded
-    plan_tables.show(loaded, workers or cores(), terminal(width=TABLE_WIDTH, highlight=False))
+    plan_tables.show(loaded, workers or cores(), terminal(width=TABLE_WIDTH))
 
 
 def show(
@@ -131,18 +131,18 @@ def show(
     """
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
-    console = terminal(soft_wrap=True, highlight=False)
+    console = terminal(soft_wrap=True)
     request = fields.ShowRequest(target, body, load, out, window)
-    fields.show(request, lambda text: console.print(text, markup=False))
+    fields.show(request, lambda text: console.print(text))
 
 
 def scenes(
     *, show: Annotated[str | None, Parameter(help="print this scene with every key, ready to copy")] = None
 ) -> None:
     """List the built-in scenes, or print one with every key, unit and default."""
-    console = terminal(highlight=False, soft_wrap=True)
+    console = terminal(soft_wrap=True)
     if show is not None:
-        console.print(listing(show), end="", markup=False)
+        console.print(listing(show), end="")
         return
     for name in builtin_names():
-        console.print(f"{name:14} {load_scene(name).title}", markup=False)
+        console.print(f"{name:14} {load_scene(name).title}")

@@ -9,6 +9,7 @@ from femic.cache import folders
 from femic.cli.terminal import terminal
 from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
 from femic.late import lazy_imports
+from femic.scenes.load import name_of
 from geometries.errors import WrongInput
 
 with lazy_imports():
@@ -49,14 +50,14 @@ def shifts(
     """
     if wheel is not None and write is None:
         raise WrongInput(f"--wheel {wheel}: is of --write SHIFT; give both, or neither")
-    console = terminal(highlight=False, markup=False)
+    console = terminal()
     if show:
         console.print(_with_every_key(specification), soft_wrap=True, end="")
         return
     if specification is None:
         raise WrongInput("SPECIFICATION: name a TOML file; `femic shifts --show` prints an example")
     name, text, file = specifications.load_shifts(specification)
-    folder: Path = work.out or OUT / name
+    folder: Path = work.out or OUT / name_of(Path(specification))
     if write is not None:
         with folders.locked(folder):
             path = scenes.write_scene(file, write, folder, name, wheel)

@@ -92,7 +92,7 @@ def stresses(
     changes = {table: keys for table, keys in (contact.keys | constants.keys).items() if keys}
     loaded = load_scene(scene, changes)
     contacts.require_stresses(loaded)
-    console, folder = terminal(markup=False, highlight=False), work.folder(loaded)
+    console, folder = terminal(), work.folder(loaded)
     print_warnings(loaded, console)
     with work.options(folder, console) as options:
         results = compute.compute_stresses(loaded, options)

@@ -72,7 +72,7 @@ def sweep(
     Models that scenes share are solved once, and finished scenes are stored: after an interruption, the same
     command continues. Scenes that fail are listed, and do not stop the others.
     """
-    loaded, console = load_campaign(campaign), terminal(highlight=False, markup=False)
+    loaded, console = load_campaign(campaign), terminal()
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
     address = None if scheduler is None else schedulers.address_of(scheduler)

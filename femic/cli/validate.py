@@ -35,7 +35,7 @@ def validate(
         raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
     numbers = verdicts.selection(only)
     folder = work.out or Path("out") / "validation"
-    console = terminal(highlight=False)
+    console = terminal()
     with work.options(folder, console) as options:
         report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
     announce(report, console)
@@ -56,7 +56,7 @@ def extremes(
     if not extremes_available():
         raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
     folder = work.out or Path("out") / "extremes"
-    console = terminal(highlight=False)
+    console = terminal()
     with work.options(folder, console) as options:
         report = extremes_page.write_extremes(of, engines.Engines(options), folder)
     announce(report, console)

@@ -97,7 +97,7 @@ def announce(report: Path, console: Console) -> None:
 def print_warnings(scene: Scene, console: Console) -> None:
     """Print what is implausible in a scene."""
     for text in plausibility.warnings(scene):
-        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"note: {text}", soft_wrap=True)
 
 
 def store_at(location: str | None, folder: Path) -> Store:
