@@ -8,6 +8,7 @@ from pathlib import Path
 
 from compare.ics.compute import Results, jobs
 from compare.report import views
+from femic.cache import folders
 from femic.reference.job import Job
 from femic.reference.level import Level
 from femic.reference.run_options import Watch
@@ -57,12 +58,13 @@ def show(request: ShowRequest, say: Say) -> None:
     window = on_screen(request.window)
     if request.out is not None and request.out.suffix != ".png":
         raise WrongInput(f"--out {request.out}: name a file that ends in .png")
+    if request.out is not None:
+        folders.make(request.out.parent)
     vtu, title = _given_file(request) if request.target.endswith(".vtu") else _preview(request, say)
     loaded = views.read_loaded_body(vtu)
     if not window and not views.can_render():
         raise Failure(f"no picture of {vtu}: {views.NO_RENDERING}")
     png = request.out or vtu.with_suffix(".png")
-    png.parent.mkdir(parents=True, exist_ok=True)
     views.draw_fields(loaded, png, title=title, window=window)
     say(f"Picture: {png}")
 

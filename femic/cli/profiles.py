@@ -1,5 +1,6 @@
 """The command `profiles`: the standard ones, and how files were understood."""
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -149,3 +150,5 @@ def _check(files: Sequence[str], kinds: Sequence[Kind], write: Path | None) -> N
     if ENDINGS.get(write.suffix.lower()) != kinds[0]:
         ending = next(ending for ending, kind in ENDINGS.items() if kind == kinds[0])
         raise WrongInput(f"--write {write}: the name of a {kinds[0]}'s file must end in {ending}")
+    if write.is_dir() or not os.access(write.parent, os.W_OK):
+        raise WrongInput(f"--write {write}: cannot be written: name a file in a folder that exists")

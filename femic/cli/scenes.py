@@ -133,7 +133,7 @@ def show(
         load_scene(target)  # raises before anything heavy is loaded
     console = terminal(soft_wrap=True)
     request = fields.ShowRequest(target, body, load, out, window)
-    fields.show(request, lambda text: console.print(text))
+    fields.show(request, console.print)
 
 
 def scenes(

@@ -4,9 +4,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
+from uuid import uuid4
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 from rich.console import Console
 
 from femic.cache import folders
@@ -23,7 +25,14 @@ AT = "@"  # between a campaign and the name of its points
 TABLE_WIDTH = 130  # characters
 
 SceneName = Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")]
-Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
+MOST_WORKERS = 1024
+Workers = Annotated[
+    int | None,
+    Parameter(
+        help="parallel processes or threads; default: one per core",
+        validator=Number(gte=1, lte=MOST_WORKERS),
+    ),
+]
 StoreAt = Annotated[
     str | None,
     Parameter(help="folder or URL of the store of solved models, for all scenes; default OUT/store"),
@@ -103,12 +112,13 @@ def print_warnings(scene: Scene, console: Console) -> None:
 def store_at(location: str | None, folder: Path) -> Store:
     """Return the store at a location; without one, the store in a folder, less models of other code.
 
-    Raises WrongInput for a location that no installed library can open, or that cannot be read.
+    Raises WrongInput for a location that no installed library can open, or where nothing can be stored.
     """
     if location is not None:
         try:
             system, path = url_to_fs(location)
-            system.exists(path)
+            if "file" not in system.protocol or not system.isdir(path):  # one that is read-only has models
+                _require_writable(system, path)
         except (ImportError, ValueError) as error:
             raise WrongInput(
                 f"--store {location}: {error}: give a folder, or a URL of a kind that fsspec knows; for "
@@ -116,13 +126,22 @@ def store_at(location: str | None, folder: Path) -> Store:
             ) from error
         except Exception as error:  # each kind has its own
             raise WrongInput(
-                f"--store {location}: cannot be read ({type(error).__name__}: {error}): is it right, "
-                "and are there credentials for it (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)?"
+                f"--store {location}: nothing can be stored there ({type(error).__name__}: {error}): give a "
+                "folder, or a URL; are there credentials for it (for S3: AWS_ACCESS_KEY_ID, "
+                "AWS_SECRET_ACCESS_KEY)?"
             ) from error
         return Store(location)
     store = Store(folder / "store")
     store.remove_other_code()
     return store
+
+
+def _require_writable(system: Any, path: str) -> None:
+    """Create a folder in a file system, and write a file there that is removed; raise what fsspec does."""
+    probe = f"{path}/probe.{uuid4().hex}"
+    system.makedirs(path, exist_ok=True)
+    system.pipe_file(probe, b"")
+    system.rm(probe)
 
 
 DEFAULT_WORK = Work()

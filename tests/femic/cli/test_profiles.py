@@ -146,3 +146,14 @@ def test_page_of_a_section_has_its_number(head, capsys):
             assert float(np.ptp(dataset.y.values)) == pytest.approx(width, abs=2.5)
             assert dataset.attrs["notes"].startswith(f"Section {number} of 2 of list.slcs, at {position}.")
     capsys.readouterr()
+
+
+@pytest.mark.parametrize("name", ["nowhere/x.prr", "folder.prr"])
+def test_a_file_that_cannot_be_written_is_refused_before_the_page(name, head, capsys):
+    (head / "folder.prr").mkdir()
+    options = ["--kind", "rail", "--axes", "field", "--write", name]
+    assert exit_code(["profiles", "mine.txt", *options]) == WRONG_INPUT
+    assert (
+        f"--write {name}: cannot be written: name a file in a folder that exists" in capsys.readouterr().err
+    )
+    assert not (head / "out").exists()

@@ -37,9 +37,35 @@ def test_unknown_or_inaccessible_store_is_refused(tmp_path, monkeypatch):
     def no_access(*_):
         raise RuntimeError("no credentials")
 
-    monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.exists", no_access)
-    with pytest.raises(WrongInput, match=r"memory://x: cannot be read \(RuntimeError: no credentials\)"):
+    monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.pipe_file", no_access)
+    with pytest.raises(
+        WrongInput, match=r"memory://x: nothing can be stored there \(RuntimeError: no credentials\)"
+    ):
         store_at("memory://x", tmp_path)
+
+
+@pytest.mark.parametrize("location", ["FILE", "FILE/below", "http://127.0.0.1:9/x"])
+def test_a_store_where_nothing_can_be_stored_is_refused_before_the_work(location, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("FILE").touch()
+    with pytest.raises(
+        WrongInput, match=rf"--store {location}: nothing can be stored there .*: give a folder"
+    ):
+        store_at(location, tmp_path)
+
+
+def test_a_store_has_no_trace_of_its_check(tmp_path):
+    store_at(str(tmp_path / "new" / "store"), tmp_path)
+    assert list(tmp_path.rglob("*")) == [tmp_path / "new", tmp_path / "new" / "store"]
+
+
+@pytest.mark.parametrize("command", ["run", "contact", "sweep", "shifts", "compare", "plan"])
+@pytest.mark.parametrize("number", ["-1", "0", "1" + 400 * "0"])
+def test_impossible_numbers_of_workers_are_refused(command, number, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert exit_code([command, "flat", "--workers", number]) == WRONG_INPUT
+    assert "--workers" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_models_are_stored_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
