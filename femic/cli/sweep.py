@@ -84,8 +84,7 @@ def sweep(
     if options.page:
         _write_page(_undamaged(folder), folder, console)
         return
-    checks.require_computable(loaded)
-    for combination in checks.impossible(loaded):
+    for combination in checks.require_computable(loaded):
         console.print(f"note: a scene that will fail: {combination}", soft_wrap=True)
     store = store_at(work.store, folder)
     if options.plan:

@@ -28,6 +28,7 @@ from femic.scenes.values import Value, value_of
 
 SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # between axes in the name of a point; lists have commas, too
 MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
+MOST_OTHERS = 16  # combinations that are tried with a value before it is refused
 
 
 @dataclass(frozen=True)
@@ -88,15 +89,15 @@ class Campaign:
 
     @property
     def checked_points(self) -> Iterator[Point]:
-        """Up to `MOST_CHECKED` points whose scenes must be possible: each value, and each row of a table.
+        """Up to `MOST_CHECKED` points: each value, and each row of a table.
 
-        Each value of an axis comes with the first values of the others; random points give the ends.
+        Each value of an axis comes with the first values of the others; random points give the ends. It must
+        be possible with them, or with one of `others`.
         """
         if self.is_grid:
             points = one_at_a_time(self.point(0), [coarse_first(axis.values) for axis in self.axes])
         elif self.is_random:
-            columns = zip(*self.listed, strict=True)
-            points = one_at_a_time(self.listed[0], [(min(column), max(column)) for column in columns])
+            points = one_at_a_time(self.listed[0], [*self._ends])
         else:
             points = informative(self.listed, MOST_CHECKED)
         return islice(points, MOST_CHECKED)
@@ -105,9 +106,35 @@ class Campaign:
     def checked_combinations(self) -> Iterator[Point]:
         """Up to `MOST_CHECKED` points that show impossible combinations: of ends, or random ones."""
         if self.is_grid:
-            ends = (dict.fromkeys((axis.values[0], axis.values[-1])) for axis in self.axes)
-            return islice(product(*ends), MOST_CHECKED)
+            return islice(product(*self._ends), MOST_CHECKED)
         return islice(self.listed, MOST_CHECKED if self.is_random else 0)
+
+    def others(self, point: Point) -> Iterator[Iterator[Point]]:
+        """Yield points with the same value and other ends, for each value of a checked point that differs.
+
+        It differs from the first point; of that, each value counts. Rows of a table have no such points.
+        """
+        first = self.point(0)
+        own = [k for k, value in enumerate(point) if value != first[k]] or range(len(point))
+        ends = [*self._ends] if self.is_grid or self.is_random else []
+        for k in own:
+            with_value = product(*ends[:k], (point[k],), *ends[k + 1 :]) if ends else ()
+            yield islice(with_value, MOST_OTHERS)
+
+    @property
+    def _ends(self) -> Iterator[Point]:
+        """The first and the last value of each axis; of random ones the least and the largest."""
+        of_listed = (sorted(column) for column in zip(*self.listed, strict=True))
+        columns = (axis.values for axis in self.axes) if self.is_grid else of_listed
+        return (tuple(column[:: len(column) - 1 or 1]) for column in columns)
+
+    def is_possible(self, point: Point) -> bool:
+        """Whether there is a scene at a point."""
+        try:
+            self.scene(point)
+        except BadScene:
+            return False
+        return True
 
     def point(self, number: int) -> Point:
         """Return the values of the axes at a point."""

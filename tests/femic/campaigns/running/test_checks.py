@@ -2,9 +2,9 @@
 
 import pytest
 
-from femic.campaigns.running.checks import impossible, require_computable
+from femic.campaigns.running.checks import require_computable
 from femic.scenes.errors import BadScene
-from tests.femic.campaigns.campaigns import CELLS_OF_PATCHES, LIGHT, OF_UPPER, campaign_in
+from tests.femic.campaigns.campaigns import CELLS_OF_PATCHES, CHEAP, LIGHT, OF_UPPER, campaign_in
 
 
 @pytest.mark.parametrize("name", ["seconds", "variant", "digest", "checksum", "sample"])
@@ -31,13 +31,33 @@ def test_scene_without_loads_in_the_middle_of_an_axis_is_refused(tmp_path):
 
 def test_impossible_combinations_are_reported_and_not_refused(tmp_path):
     campaign = campaign_in(tmp_path, CELLS_OF_PATCHES)
-    require_computable(campaign)
-    (combination,) = impossible(campaign)
+    (combination,) = require_computable(campaign)
     assert combination.startswith("at cell=0.2,b=0.1: ")
     assert "engine.smallest_cell = 0.2: at most 0.1" in combination
-    assert not impossible(campaign_in(tmp_path, OF_UPPER))
+    assert not require_computable(campaign_in(tmp_path, OF_UPPER))
 
 
 def test_unknown_kind_of_results_is_refused(tmp_path):
     with pytest.raises(BadScene, match=r"mine: keep = 'everything': must be one of errors, ics, contact"):
         require_computable(campaign_in(tmp_path, 'keep = ["everything"]\n' + LIGHT))
+
+
+@pytest.mark.parametrize("points", ["", 'points = "random"\nsamples = 64\n'])
+@pytest.mark.parametrize("end", ["first", "last"])
+def test_a_value_is_refused_only_where_it_fits_to_no_values_of_other_axes(tmp_path, points, end):
+    """Cells may not be larger than the patch: that of 0.2 fits to the larger patches only."""
+    sizes = [0.1, 0.25] if end == "first" else [0.25, 0.1]
+    cells = [0.2, 0.05] if end == "first" else [0.05, 0.2]
+    values = "from = {}\nto = {}" if points else "values = [{}, {}]"
+    if points:
+        sizes, cells = sorted(sizes), sorted(cells)
+    axes = [
+        f"[sweep.{name}]\nkeys = [{key!r}]\n{values.format(*of_axis)}\n"
+        for name, key, of_axis in (("cell", "engine.smallest_cell", cells), ("b", "patch.b", sizes))
+    ]
+    campaign = campaign_in(tmp_path, points + CHEAP + "".join(axes))
+    (combination, *_) = require_computable(campaign)
+    assert "engine.smallest_cell = " in combination
+    for wrong in () if points else ("5.0", "-0.2"):
+        with pytest.raises(BadScene, match="smallest_cell"):
+            require_computable(campaign_in(tmp_path, CHEAP + axes[0].replace("0.2", wrong) + axes[1]))
