@@ -15,6 +15,7 @@ from compare.contact_frontier.compute import (
     ContactRequest,
     compute_contact_frontier,
     require_comparable,
+    vanishing,
 )
 from compare.contact_frontier.errors import worst
 from compare.contact_frontier.ways import TIGHTEST, approximations
@@ -112,10 +113,7 @@ def advise_contact(dataset: xr.Dataset, question: ContactQuestion) -> ContactAdv
     """
     for name in question.wants:
         if not dataset.judged.sel(number=name).any():
-            raise Failure(
-                f"{name}: nowhere does it exceed ten times the estimate of the reference, "
-                f"{dataset.attrs['best']}, so its errors are no shares of itself: {_instead(name)}"
-            )
+            raise vanishing(name, f"the estimate of the reference, {dataset.attrs['best']}")
     errors = worst(dataset, question.wants)
     number = cheapest(errors.bound.values, errors.seconds.values, question.tolerance)
     if number < 0:
@@ -158,11 +156,6 @@ def _reasons(dataset: xr.Dataset, question: ContactQuestion, way: xr.Dataset) ->
             )
 
 
-def _instead(name: str) -> str:
-    """Return what to want instead of a number that vanishes."""
-    return f"want {name}/limit, a share of friction times load" if name.startswith("F_") else "leave it out"
-
-
 def _changes(way: xr.Dataset) -> dict[str, Any]:
     """Return the keys of a scene file that a way of the frontier changes."""
     contact: dict[str, Any] = {"ics": [str(way.ics.item())]}
@@ -190,7 +183,7 @@ def answer(
             return Answer(advice, None)
         options.watch.on_stage("what is known of similar contacts does not decide: C is solved")
     tightest = max(question.tolerance / REFERENCE_FACTOR, TIGHTEST)
-    request = ContactRequest(question.wants, effort.budget, tightest)
+    request = ContactRequest(question.wants, effort.budget, tightest, as_shares=True)
     dataset = compute_contact_frontier(base, request, options, given)
     return Answer(advise_contact(dataset, question), dataset)
 

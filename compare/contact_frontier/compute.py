@@ -40,11 +40,15 @@ FURTHER = 4.0  # seconds of a contact with its estimates, over those of the cont
 
 @dataclass(frozen=True)
 class ContactRequest:
-    """The numbers whose errors are compared, the budget of seconds, and the tightest tolerance of C."""
+    """The numbers whose errors are compared, the budget of seconds, and the tightest tolerance of C.
+
+    `as_shares`: errors of a number that vanishes answer nothing.
+    """
 
     wants: tuple[str, ...] = ()  # none: all that the contact has
     budget: float = np.inf  # s
     tightest: float = TIGHTEST
+    as_shares: bool = False
 
     def __post_init__(self) -> None:
         """Raise WrongInput unless the budget is positive."""
@@ -75,12 +79,18 @@ def compute_contact_frontier(
 
     Approximations come first, then C, cheapest first; `given` are the maps of C that the scene names. Errors
     are those of `error_variables`, against the C with the smallest estimates. Raises WrongInput as
-    `require_comparable`, Failure where no C fits into the budget.
+    `require_comparable`, Failure where no C fits into the budget, and before C is solved where the request is
+    of shares and a number vanishes with all approximations.
     """
     scene = load_scene(base)
     wants = require_comparable(scene, request.wants)
-    solver = _Solver(base, scene, options, given)
-    solver.solve(ways_of(scene, request.tightest), request.budget)
+    solver, ways = _Solver(base, scene, options, given), list(ways_of(scene, request.tightest))
+    solver.solve((way for way in ways if way.kind == APPROXIMATION), request.budget)
+    for want in wants if request.as_shares else ():
+        scales = [scale_of(want, solution.numbers) for solution in solver.solved.values()]
+        if scales and not any(scale.notnull().any() for scale in scales):
+            raise vanishing(want.name, "its estimate with any approximation")
+    solver.solve((way for way in ways if way.kind != APPROXIMATION), request.budget)
     references = [way for way in solver.solved if way.kind not in (APPROXIMATION, MAP_OF_C)]
     if not references:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in solver.skipped.items())
@@ -100,6 +110,16 @@ def compute_contact_frontier(
             "module": __name__,
             "versions": json.dumps(versions()),
         }
+    )
+
+
+def vanishing(name: str, least: str) -> Failure:
+    """Return what is raised where a number is nowhere large enough for errors that are shares of itself."""
+    instead = (
+        f"want {name}/limit, a share of friction times load" if name.startswith("F_") else "leave it out"
+    )
+    return Failure(
+        f"{name}: nowhere does it exceed ten times {least}, so its errors are no shares of itself: {instead}"
     )
 
 
@@ -161,20 +181,23 @@ class _Solver:
     walls: dict[int, float] = field(default_factory=dict)  # seconds of all approximations, by elements
     grids: dict[int | None, tuple[Grid, ...]] = field(default_factory=dict)  # of C alone, by elements
     expected: dict[Way, float] = field(default_factory=dict)  # of the models of C [s]
+    start: float = field(default_factory=perf_counter)
 
     def solve(self, ways: Iterable[Way], budget: float) -> None:
-        """Solve ways as long as they fit the budget: approximations first, then C, cheapest first."""
-        start, groups = perf_counter(), _groups(self._distinct(ways))
+        """Solve ways as long as they fit what is left of the budget, approximations first, cheapest first."""
+        groups = _groups(self._distinct(ways))
         while groups:
             group = min(groups, key=self._turn)
             groups.remove(group)
-            predicted, left = self._predicted(group), budget - (perf_counter() - start)
+            predicted, left = self._predicted(group), budget - (perf_counter() - self.start)
             names = [way.name for way in group]
             if predicted > left:
                 reason = f"about {predicted:.0f} s, but {max(left, 0):.0f} s {BEYOND_BUDGET}"
                 self.skipped.update(dict.fromkeys(names, reason))
                 continue
-            self.options.watch.on_stage(f"  {'; '.join(names)}: about {predicted:.0f} s")
+            in_all = min(predicted + sum(map(self._predicted, groups)), left)
+            of_all = "" if group[0].kind == APPROXIMATION else f" of {in_all:.0f} s that are left"
+            self.options.watch.on_stage(f"  {'; '.join(names)}: about {predicted:.0f} s{of_all}")
             self._solve_group(group)
 
     def _turn(self, group: Sequence[Way]) -> tuple[bool, float]:

@@ -52,7 +52,14 @@ def test_every_way_on_half_spaces_is_as_good_as_the_reference(write, tmp_path, m
 
 def test_frontier_page_of_a_wheel_on_a_rail(write, tmp_path, monkeypatch):
     put(monkeypatch, "Bhat")
-    dataset = compute_contact_frontier(write(text()), ContactRequest(), RunOptions(1))
+    said = []
+    options = RunOptions(1, watch=Watch(on_stage=said.append))
+    dataset = compute_contact_frontier(write(text()), ContactRequest(), options)
+    left = [
+        float(re.search(r"about (\d+) s of (\d+) s that are left", one)[2]) for one in said if "  C " in one
+    ]
+    assert len(left) > 1
+    assert left == sorted(left, reverse=True)
     assert "begins with the same cells as C 0.1, 8 elements" in dataset.attrs["skipped"]
     assert np.all(dataset.seconds > 0)
     # B-hat is C here, on the same grid; A is not
@@ -201,6 +208,14 @@ def test_c_is_solved_where_what_is_expected_does_not_decide(write, monkeypatch, 
         assert found.advice == "with C"
     assert asked == [wants, wants]
     assert said == ["what is known of similar contacts does not decide: C is solved"] * 2
+
+
+def test_advice_on_a_number_that_vanishes_is_refused_before_c(write, monkeypatch):
+    """Both bodies are symmetric: nothing pushes them sideways."""
+    monkeypatch.setattr("compare.contact_frontier.compute.first_models", lambda *_: pytest.fail("C"))
+    scene = write(text(motion='motion = "compression"\nfriction = [0.3]'))
+    with pytest.raises(Failure, match=r"F_y: nowhere .* with any approximation, .*: want F_y/limit"):
+        answer(scene, ContactQuestion(("p_max", "F_y"), 0.1), RunOptions(1))
 
 
 def test_ics_that_nothing_chooses_are_refused(write, tmp_path, capsys):
