@@ -18,6 +18,7 @@ from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 DISTANCES = ("rms", "largest", "estimate_rms", "estimate_largest")  # between creep-force curves
+SECONDS_OF_CONTACT = 0.15  # by element across the patch: 1.2 s with 8, without and with friction
 END_OF_CURVE = "_of_curve"  # the end of their names in campaigns: errors have an rms, too
 CURVES_LARGEST = f"largest{END_OF_CURVE}"
 NUMBERS = {name for motion in MOTIONS.values() for name in motion.quantities} | {*OF_CURVE}
@@ -54,4 +55,15 @@ def jobs_of_contact(scene: Scene) -> list[Jobs]:
     return [c_jobs(problem, pair_on_grid(problem, grid)) for grid, _ in grids_of(problem, maps)]
 
 
-CONTACT = ResultKind(contact, jobs_of_contact, require_solvable, NAMES)
+def seconds_of_contacts(scene: Scene) -> float:
+    """Return about how many seconds all contacts of a scene take, besides C."""
+    contact, friction = scene.contact, scene.contact.friction
+    count = len(contact.ics) * len(contact.loadings)
+    if friction is not None:
+        count *= len(friction.coefficients) * (
+            len(friction.longitudinal) if contact.motion == "rolling" else 1
+        )
+    return SECONDS_OF_CONTACT * contact.elements * count
+
+
+CONTACT = ResultKind(contact, jobs_of_contact, require_solvable, NAMES, seconds_of_contacts)

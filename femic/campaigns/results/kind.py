@@ -27,3 +27,4 @@ class ResultKind:
     jobs: Callable[[Scene], list[Jobs]]  # C by body, as far as it is known before the computation
     require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene has no such results
     names: frozenset[str] = frozenset()  # of all variables and dims
+    seconds: Callable[[Scene], float] = lambda _: 1.0  # besides those of C, roughly

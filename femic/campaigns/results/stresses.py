@@ -7,7 +7,7 @@ import xarray as xr
 from compare.stresses.compute import BODIES, HALF_SPACE, TRUE, compute_stresses
 from compare.stresses.contacts import require_stresses, with_one_contact
 from compare.stresses.dataset import OF_DAMAGE, to_dataset, variable_of
-from femic.campaigns.results.contact import jobs_of_contact
+from femic.campaigns.results.contact import jobs_of_contact, seconds_of_contacts
 from femic.campaigns.results.kind import Jobs, ResultKind
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
@@ -16,6 +16,7 @@ SHORT = {"von_mises": "mises", "tresca": "tresca", "principal": "principal", "da
 PLACES = ("s", "depth")
 OF_CONTACTS = ("xi", "p_max")  # numbers that `contact` has of all contacts of the scene, under these names
 DAMAGE = [variable_of(name) for name in OF_DAMAGE if name not in OF_CONTACTS]
+SECONDS_OF_STRESSES = 30.0  # on the lattice in both bodies
 HALF = "half_space_"  # before the names of stresses in half-spaces
 PREFIXES = ("", HALF, "estimate_", *(f"{place}_" for place in PLACES))
 NAMES = frozenset(
@@ -56,4 +57,9 @@ def _jobs(scene: Scene) -> list[Jobs]:
     return jobs_of_contact(with_one_contact(scene))
 
 
-STRESSES = ResultKind(stresses, _jobs, require_stresses, NAMES)
+def _seconds(scene: Scene) -> float:
+    """Return about how many seconds stresses and damage take, besides C."""
+    return SECONDS_OF_STRESSES + seconds_of_contacts(with_one_contact(scene))
+
+
+STRESSES = ResultKind(stresses, _jobs, require_stresses, NAMES, _seconds)

@@ -1,6 +1,7 @@
 """The plan of a campaign: models, seconds and memory, estimated from some of its scenes."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
@@ -18,7 +19,6 @@ from geometries.errors import Failure, WrongInput
 SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart
 COUNTED = 1000  # scenes whose models are counted
 LONGEST = 10.0  # s after which no more scenes are examined: contact on automatic grids takes seconds each
-SECONDS_OF_SCENE = 1.0  # besides its models: approximations, errors
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,18 @@ def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
         reused,
         counted,
         len(models),
-        all_models * per_model + SECONDS_OF_SCENE * left,
+        all_models * per_model + _seconds_besides(first[:SAMPLED]) * left,
         _largest(model_plans),
     )
+
+
+def _seconds_besides(tasks: list[SceneTask]) -> float:
+    """Return the mean seconds of some scenes besides their models, of those that can be built."""
+    seconds = []
+    for task in tasks:
+        with suppress(Failure, WrongInput):
+            seconds.append(sum(registry.KINDS[keep].seconds(task.scene) for keep in task.keys))
+    return sum(seconds) / max(1, len(seconds))
 
 
 def largest_memory(campaign: Campaign) -> float:

@@ -10,7 +10,7 @@ from femic.campaigns.running import plan as planning
 from femic.campaigns.running.plan import sweep_plan
 from femic.reference.run_options import RunOptions
 from tests.coarse import coarse_sections
-from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of, swept
+from tests.femic.campaigns.campaigns import CHEAP, OF_UPPER, campaign_in, errors_of, swept
 
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
@@ -79,6 +79,23 @@ def test_plan_counts_models_and_stored_scenes(real, tmp_path):
     assert 200 < plan.memory < 1000
     plan = sweep_plan(campaign, Store(folder / "store"))
     assert (plan.scenes, plan.reused, plan.models) == (2, 2, 0)
+
+
+def test_plan_counts_each_contact_of_a_scene(tmp_path):
+    """Those of a scene with two ICs, one load, one coefficient and three creepages took 7 s in all."""
+    contact = 'contact = { loads = [1e4], ics = ["A", "Bhat"], elements = 8, friction = [0.2, 0.3], '
+    text = (
+        CHEAP.replace(
+            "[set]\n", f'keep = ["contact"]\n[set]\n{contact}%s }}\nupper = {{ rolling_radius = 400.0 }}\n'
+        )
+        + "[sweep.nu]\nkeys = ['upper.nu']\nvalues = [0.1, 0.2, 0.3, 0.4]\n"
+    )
+    rolling = 'motion = "rolling", longitudinal = [-0.002, 0.0, 0.002]'
+    plan = sweep_plan(campaign_in(tmp_path, text % rolling), Store())
+    assert (plan.scenes, plan.models) == (4, 0)
+    assert plan.seconds == pytest.approx(4 * 14.0, rel=0.3)
+    more = sweep_plan(campaign_in(tmp_path, text % rolling.replace("0.0,", "0.0, 0.001,")), Store())
+    assert more.seconds / plan.seconds == pytest.approx(4 / 3)
 
 
 def test_models_are_counted_for_a_limited_time(real, tmp_path, monkeypatch):
