@@ -11,6 +11,7 @@ import xarray as xr
 
 sys.path.append(str(Path(__file__).parents[1] / "tools" / "attack"))
 import fuzz
+import names
 from commands import COMMANDS, Ended, Place
 from contacts import contacts, summed
 from damages import DAMAGES, damages
@@ -39,6 +40,12 @@ def short(outcomes):
 @pytest.mark.parametrize("change", ["scenes", "campaigns", "tables", "gaps"])
 def test_changed_files_are_taken_or_refused(change, count, tmp_path):
     outcomes = list(getattr(fuzz, change)(tmp_path, count, SEED))
+    assert not short(outcomes)
+    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+
+
+def test_hostile_texts_and_names_do_no_harm(tmp_path):
+    outcomes = [*names.pages(tmp_path / "pages", 12, SEED), *names.names(tmp_path / "names", 12, SEED)]
     assert not short(outcomes)
     assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
 

@@ -3,7 +3,8 @@
     python tools/attack [--only KIND ...] [--share 1.0] [--seed N] [--page]
 
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
-scenes, campaigns, tables of points and gap files are changed at random, strange legal contacts are solved.
+scenes, campaigns, tables of points and gap files are changed at random, pages have hostile texts and
+files odd names, strange legal contacts are solved.
 Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
 docs/numbers/attacks.json, of which docs/evidence/extremes.md shows a table (tools/write_docs.py).
 """
@@ -19,6 +20,7 @@ from time import perf_counter
 from typing import Any
 
 import fuzz
+import names
 from commands import Place
 from contacts import contacts
 from damages import damages
@@ -62,6 +64,8 @@ KINDS = {
     "campaigns": Kind(3000, "campaign files, likewise", of_files(fuzz.campaigns)),
     "tables": Kind(3000, "tables of points (CSV), likewise", of_files(fuzz.tables)),
     "gaps": Kind(3000, "gap files, likewise", of_files(fuzz.gaps)),
+    "pages": Kind(300, "texts of users that mean something to pages", of_files(names.pages)),
+    "names": Kind(200, "profiles and wheelsets in files of odd names", of_files(names.names)),
     "contacts": Kind(
         150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
     ),

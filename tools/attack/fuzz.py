@@ -66,7 +66,7 @@ def _checked(path: Path, *, plan: bool) -> str:
     if scene.contact.loads or scene.contact.approaches:
         require_solvable(scene)
         grids_of(scene.contact_problem)
-    return _by_code(exit_code(["plan", str(path)])) if plan else "taken"
+    return by_code(exit_code(["plan", str(path)])) if plan else "taken"
 
 
 def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
@@ -327,7 +327,8 @@ def outcome(attack: str, read: Callable[[], str]) -> Outcome:
     return Outcome(attack, answer)
 
 
-def _by_code(code: int) -> str:
+def by_code(code: int) -> str:
+    """Return the answer of a command that ended with a code."""
     return "taken" if code == 0 else "refused"
 
 
