@@ -9,7 +9,7 @@ from femic.contact.friction.by_angle import largest_factor
 from femic.contact.loading import Loading
 from femic.contact.pairs.first_touch import hertz
 from femic.contact.pairs.sizing import Sizing
-from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.contact.specification import CREEPAGES, ContactProblem, FrictionSpecification
 
 BEYOND = 3.0  # times the force without slip from which no curve reaches a force: patches are no ellipses
 
@@ -17,8 +17,9 @@ BEYOND = 3.0  # times the force without slip from which no curve reaches a force
 def forces_beyond_creepages(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     """Yield with which friction the force at which ICs are compared is beyond all creepages.
 
-    Without slip forces are the largest. They are Kalker's, of the ellipse of Hertz, which is larger than the
-    patch of bodies that fit each other; circles of other radii beside the crown add to the creepage.
+    It need not be within those of the scene: it is found up to the default ones at least. Without slip forces
+    are the largest. They are Kalker's, of the ellipse of Hertz, which is larger than the patch of bodies that
+    fit each other; circles of other radii beside the crown add to the creepage.
     """
     friction = problem.specification.friction
     if friction is None or problem.specification.extra_gap is not None:
@@ -29,7 +30,7 @@ def forces_beyond_creepages(problem: ContactProblem, sizing: Sizing) -> Iterator
     G, nu = float(combined.G), float(combined.nu)
     b = float(np.clip(ellipse.b, ellipse.a / WIDEST, ellipse.a * WIDEST))
     coefficients = creepage_coefficients(ellipse.a, b, nu)
-    creepage = max(map(abs, friction.longitudinal))
+    creepage = max(*map(abs, friction.longitudinal), *CREEPAGES)
     rise = np.ptp(problem.bodies["lower"].contour.position(np.array([-1.0, 0.0, 1.0]) * ellipse.b)[1])
     beside = float(rise) / problem.bodies["upper"].rolling_radius
     reached, _, _ = coefficients.forces(G, creepage + abs(friction.lateral) + beside, 0.0, 0.0)

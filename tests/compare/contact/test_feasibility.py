@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from compare.contact.compute import compute_contact, require_solvable
+from compare.friction.compute import compute_with_friction
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.pairs.feasibility import impossible
@@ -122,7 +123,7 @@ def test_parallel_cylinders_are_allowed_with_a_gap_that_varies_along_x(tmp_path)
 
 def test_forces_of_rolling_beyond_those_without_slip_are_refused():
     """Kalker's, on the ellipse of Hertz: a crown of another radius beside it adds a millionth."""
-    load, creepage, share = 100.0, 0.004, 0.25
+    load, creepage, share = 100.0, 0.02, 0.25
     ellipse = PointContact(1 / R_ROLL, 1 / R_LOWER - 1 / R_UPPER, MODULUS).at_load(load)
     G = STEEL["E"] / (2 * (1 + STEEL["nu"]))
     without_slip, _, _ = creepage_coefficients(ellipse.a, ellipse.b, STEEL["nu"]).forces(
@@ -138,6 +139,18 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
     (message,) = misfits(1.02 * limit)
     assert message.startswith(f"contact.friction.1 = {1.02 * limit:g}: tractions are compared at F_x = ")
     assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in message
+
+
+def test_the_force_at_which_ics_are_compared_need_not_be_within_the_creepages():
+    """Nobody wrote it: it is that of a curve to creepages that reach it."""
+    few = {"motion": "rolling", "loads": [100.0], "friction": [0.3], "elements": 8}
+    numbers = []
+    for largest in (1e-6, 0.01):
+        of = scene(**few, longitudinal=[-largest, 0.0, largest])
+        require_solvable(of)
+        numbers.append(compute_with_friction(of).equal_creepage.item())
+    assert numbers[0] == pytest.approx(numbers[1], rel=1e-4)
+    assert numbers[0] > 10e-6
 
 
 def test_a_force_beyond_friction_at_any_angle_is_refused():
