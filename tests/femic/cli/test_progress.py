@@ -133,5 +133,5 @@ def test_run_into_a_file_logs_the_steps_of_models(write_scene, tmp_path, monkeyp
 
 def test_names_of_ics_with_exchanges_are_printed_as_they_are(capsys):
     """Rich takes :B: for a picture of a letter, also without markup."""
-    terminal(markup=False, highlight=False).print("  friction 0.2, Bhat+ns:B: 11 loads")
+    terminal().print("  friction 0.2, Bhat+ns:B: 11 loads")
     assert capsys.readouterr().out == "  friction 0.2, Bhat+ns:B: 11 loads\n"
