@@ -131,12 +131,12 @@ def scene_path(name_or_path: str) -> Path:
 
 
 def name_of(path: Path) -> str:
-    """Return the name of a scene or campaign file; raise BadScene for one that no folder can have."""
+    """Return the name of a file that results are named after; raise BadScene for one that no folder can have."""
     name = path.stem
     if not name.strip(" .") or not name.isprintable():
         raise BadScene(
-            f"{str(path)!r}: its name without .toml names the folder of results, and no "
-            f"folder can be called {name!r}: rename it"
+            f"{str(path)!r}: its name without ending names the folder of results, and no folder can be "
+            f"called {name!r}: rename it"
         )
     return name
 
