@@ -1,54 +1,33 @@
-"""Columns of numbers in text files: points of contours, and of extra gaps."""
+"""Columns of numbers in text files: points of contours, and of extra gaps. They are read as profiles are."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from femic.key_types import LARGEST_LENGTH
 from geometries.arrays import Array
-from geometries.errors import WrongInput
+from geometries.profiles.text import number, read_source, split_columns, uncommented
 
 
 def columns(path: Path, headings: Sequence[str]) -> Array:
     """Return lengths [mm] in columns of one of the headings, such as "y, z", shape (rows, columns).
 
-    They are separated by blanks; # begins a comment. Raise WrongInput that names the line with anything else.
+    They are separated by blanks, commas or semicolons; # begins a comment. Raise WrongInput that names the
+    line with anything else.
     """
-    counts = {len(heading.split(", ")) for heading in headings}
-    expected = f"{' or '.join(headings)}, separated by blanks"
-    rows: list[list[float]] = []
-    for number, cells in _lines(path):
-        if len(cells) not in counts or (rows and len(cells) != len(rows[0])):
+    names = {len(heading.split(", ")): heading.split(", ") for heading in headings}
+    source = replace(read_source(path), path=Path(path.name))  # the key is named with its folder
+    rows = list[list[float]]()
+    for line, text in enumerate(source.lines, 1):
+        cells = split_columns(source, line, uncommented(text, "#"))
+        if not cells:
+            continue
+        if len(cells) not in names or (rows and len(cells) != len(rows[0])):
             before = f", {len(rows[0])} before" if rows else ""
-            raise WrongInput(f"line {number}: {len(cells)} columns{before}; give {expected}")
-        rows.append([_length(cell, number) for cell in cells])
+            raise source.wrong(line, f"{len(cells)} columns{before}; give {' or '.join(headings)}")
+        pairs = zip(cells, names[len(cells)], strict=True)
+        rows.append([number(source, line, cell, name) for cell, name in pairs])
     if not rows:
-        raise WrongInput(f"no numbers; give columns {expected}")
+        raise source.refused(f"no numbers; give columns {' or '.join(headings)}")
     return np.array(rows)
-
-
-def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Yield the numbers and cells of lines that have some."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise WrongInput(
-            f"not a text in UTF-8 ({error.reason} at byte {error.start}): save it as such"
-        ) from error
-    for number, line in enumerate(text.splitlines(), start=1):
-        if cells := line.partition("#")[0].split():
-            yield number, cells
-
-
-def _length(cell: str, line: int) -> float:
-    """Return a number of a cell."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = np.nan
-    if "_" in cell or not abs(value) <= LARGEST_LENGTH:
-        raise WrongInput(
-            f"line {line}: {cell[:40]!r}: give a number, at most {LARGEST_LENGTH:g}, such as 1.5 or -2e-3"
-        )
-    return value

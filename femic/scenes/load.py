@@ -92,7 +92,7 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text and the table of a TOML file; raise BadScene for other files."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
         if _depth(table) > DEEPEST:
             raise RecursionError
@@ -131,7 +131,7 @@ def scene_path(name_or_path: str) -> Path:
 
 
 def name_of(path: Path) -> str:
-    """Return the name of a file that results are named after; raise BadScene for one that no folder can have."""
+    """Return the name that results of a file have; raise BadScene for one that no folder can have."""
     name = path.stem
     if not name.strip(" .") or not name.isprintable():
         raise BadScene(

@@ -268,7 +268,7 @@ def load_shifts(name_or_path: str) -> tuple[str, str, ShiftsFile]:
             "`femic shifts --show` prints one with every key"
         )
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
     except ValueError as error:
         raise WrongInput(f"{path}: not TOML: {error}; compare with `femic shifts --show`") from error

@@ -14,6 +14,7 @@ LONGEST = 64  # number of characters of a number
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+QUOTED = re.compile(r"""(["'])\s*([-+.,\deEdD]+)\s*\1""")  # a number
 LINE_END = re.compile(r"\r\n|\r|\n")
 
 
@@ -57,7 +58,7 @@ def _read_bytes(path: Path) -> bytes:
 
 
 def source_of(path: Path, data: bytes) -> Source:
-    """Lines of the bytes of a file. Raises WrongInput where they are no text."""
+    """Lines of the bytes of a file, numbers without quotes. Raises WrongInput where they are no text."""
     data = data.rstrip(b"\x1a")  # end of file of old systems
     if binary := BINARY.search(data):
         line = len(re.findall(rb"\r\n|\r|\n", data[: binary.start()])) + 1
@@ -68,7 +69,7 @@ def source_of(path: Path, data: bytes) -> Source:
         text = data.decode("latin-1")
     if not text.strip():
         raise WrongInput(f"{path}, line 1: the file is empty; it must hold the points of a profile")
-    return Source(path, tuple(LINE_END.split(text)))
+    return Source(path, tuple(LINE_END.split(QUOTED.sub(r"\2", text))))
 
 
 def uncommented(line: str, marks: str) -> str:

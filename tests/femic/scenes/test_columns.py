@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from femic.scenes.columns import columns
+from femic.scenes.load import BUILTIN, load_scene
+from femic.shifts.specification import example, load_shifts
 from geometries.errors import WrongInput
 
 HEADINGS = ("s, gap", "x, s, gap")
@@ -17,7 +19,15 @@ def written(folder, text):
 
 @pytest.mark.parametrize(
     "text",
-    ["1 2\n-3 4e-1\n", "# s gap\n\n1\t2 # here\r\n  -3.0   .4  ", b"\xef\xbb\xbf1 2\n-3 0.4\n"],
+    [
+        "1 2\n-3 4e-1\n",
+        "# s gap\n\n1\t2 # here\r\n  -3.0   .4  ",
+        b"\xef\xbb\xbf1 2\n-3 0.4\n",
+        "1.0D+00 2d0\n-.3E1 4.0d-01\n",
+        '"1","2"\n"-3.0" , "4e-1"\n',
+        "1;2\n-3;0.4",
+        b"# \xb0\n1 2\n-3 0.4",
+    ],
 )
 def test_numbers_are_separated_by_blanks_beside_comments(text, tmp_path):
     np.testing.assert_array_equal(columns(written(tmp_path, text), HEADINGS), [(1, 2), (-3, 0.4)])
@@ -26,21 +36,34 @@ def test_numbers_are_separated_by_blanks_beside_comments(text, tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "no numbers; give columns s, gap or x, s, gap, separated by blanks"),
-        ("# only a comment\n", "no numbers"),
+        ("", "gap.txt, line 1: the file is empty"),
+        ("# only a comment\n", "no numbers; give columns s, gap or x, s, gap"),
         ("1\n", r"line 1: 1 columns; give s, gap or x, s, gap"),
         ("1 2\n\n1 2 3\n", "line 3: 3 columns, 2 before"),
         ("1 2 3 4\n", "line 1: 4 columns; give"),
-        ("1,0 2\n", r"line 1: '1,0': give a number, .* such as 1\.5 or -2e-3"),
-        ("1 nan\n", "line 1: 'nan'"),
-        ("1 2\n1 -inf", "line 2: '-inf'"),
-        ("0x10 2\n", "'0x10'"),
-        ("1_2 2\n", "'1_2'"),
-        ("1 1e13\n", r"'1e13': give a number, at most 1e\+12"),
-        (b"\xff\xfe1\x00 \x002\x00", r"not a text in UTF-8 .*: save it as such"),
-        ("1 2\n".encode("utf-16"), "not a text in UTF-8"),
+        ("1,0 2\n", r"line 1: '1,0 2': looks like decimal commas; write a point"),
+        ('"1,0";"2,0"\n', r"line 1: '1,0;2,0': looks like decimal commas; write a point"),
+        ("1 nan\n", "line 1: gap = nan: not a finite number"),
+        ("1 2\n1 -inf", "line 2: gap = -inf"),
+        ("0x10 2\n", "s = '0x10': not a number"),
+        ("1_2 2\n", "s = '1_2'"),
+        ("1 1e13\n", r"gap = '1e13': larger than 1e\+07"),
+        (b"\xff\xfe1\x00 \x002\x00", "byte 0 is no text; save the file as plain text"),
+        ("1 2\n".encode("utf-16"), "byte 0 is no text"),
     ],
 )
 def test_invalid_files_are_refused_with_the_line(text, reason, tmp_path):
     with pytest.raises(WrongInput, match=reason):
         columns(written(tmp_path, text), HEADINGS)
+
+
+def test_a_scene_may_have_a_byte_order_mark(tmp_path):
+    text = (BUILTIN / "flat.toml").read_text(encoding="utf-8")
+    for encoding in ("utf-8", "utf-8-sig"):
+        (tmp_path / "mine.toml").write_text(text, encoding=encoding)
+        assert load_scene(str(tmp_path / "mine.toml")).text == text
+
+
+def test_a_wheelset_may_have_a_byte_order_mark(tmp_path):
+    (tmp_path / "mine.toml").write_text(example(), encoding="utf-8-sig")
+    assert load_shifts(str(tmp_path / "mine.toml"))[1] == example()

@@ -28,6 +28,16 @@ def disguised(points, unit, *, to_centre, down, backwards, repeated):
     return points[:, ::-1] if backwards else points
 
 
+@pytest.mark.parametrize("quote", ['"', "'"])
+@pytest.mark.parametrize("separator", [",", ";", " , ", "\t"])
+def test_quoted_cells_are_numbers(tmp_path, quote, separator):
+    rows = [line.split() for line in columns_text(SECTIONS["rail"]).splitlines()]
+    text = "\n".join(separator.join(f"{quote}{cell}{quote}" for cell in row) for row in rows)
+    plain = read_profile(save(tmp_path, "a.txt", columns_text(SECTIONS["rail"])), kind="rail", axes="field")
+    quoted = read_profile(save(tmp_path, "b.csv", f'"rail, worn"\n{text}'), kind="rail", axes="field")
+    np.testing.assert_array_equal(quoted.points, plain.points)
+
+
 # --- one section in many disguises -----------------------------------------------------------------
 
 
