@@ -77,15 +77,15 @@ def compute_stresses(
     start = perf_counter()
     require_stresses(scene)
     contacts = solve_contacts(scene, options, given)
+    worn = {}
+    for name, one in contacts.rolling.items() if scene.damage.wears else ():
+        options.watch.on_stage(f"  wear with {name}")
+        worn[name] = worn_of(one.own, scene.damage)
     bodies = {}
     for body in BODIES:
         options.watch.on_stage(f"  stresses in the {body} body")
         bodies[body] = _body_stresses(contacts, body, scene, options)
     damage = {name: damage_of(one, scene.damage) for name, one in contacts.rolling.items()}
-    worn = {}
-    for name, one in contacts.rolling.items() if scene.damage.wears else ():
-        options.watch.on_stage(f"  wear with {name}")
-        worn[name] = worn_of(one.own, scene.damage)
     return StressResults(scene, contacts, bodies, damage, worn, perf_counter() - start)
 
 

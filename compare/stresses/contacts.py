@@ -12,6 +12,7 @@ import numpy as np
 
 from compare.contact.compute import map_names, reference_name, require_solvable
 from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.displaced import displaced
 from femic.contact.pairs.frictionless import solve_frictionless
@@ -23,6 +24,7 @@ from femic.contact.pairs.variations import if_possible, on_larger_elements, with
 from femic.contact.rolling import RollingContact
 from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.damage.estimates import RollingSolution
+from femic.damage.worn import REACH, strips_beside
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -109,6 +111,20 @@ def require_stresses(scene: Scene) -> None:
             f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
         )
     require_solvable(with_one_contact(scene))
+    if scene.damage.wears and scene.damage.spread > 0:
+        _require_room(scene)
+
+
+def _require_room(scene: Scene) -> None:
+    """Raise BadScene where the grid has no strips left for a contact beside those that spread wear needs."""
+    ((grid, _),) = grids_of(with_one_contact(scene).contact_problem)
+    most = (grid.n_s - 1) / 2
+    if strips_beside(scene.damage.spread, grid.ds) > most:
+        raise BadScene(
+            f"{scene.name}: damage.spread = {scene.damage.spread:g} mm: wear is averaged over {REACH:g} "
+            f"times that beside the contact, and its grid has {grid.n_s} strips of {grid.ds:.3g} mm: give "
+            f"less than {most * grid.ds / REACH:.2g} mm, or contact.grid = 'scene' and a longer [grid]"
+        )
 
 
 def with_one_contact(scene: Scene) -> Scene:

@@ -227,14 +227,19 @@ def _spread(depths: Array, spread: float, ds: float) -> Array:
     """Return depths (n_s,) averaged along s; raises WrongInput where the average needs more strips."""
     if spread == 0:
         return depths
-    reach = int(REACH * spread / ds + 0.5)
+    reach = strips_beside(spread, ds)
     if np.any(depths[:reach]) or np.any(depths[len(depths) - reach :]):
         raise WrongInput(
-            f"spread = {spread:g} mm: wear reaches the ends of the grid; {reach} strips are needed beside "
-            "the contact: take more strips, or a smaller spread"
+            f"damage.spread = {spread:g} mm: wear reaches the ends of the grid; {reach} strips are needed "
+            "beside the contact: take more strips, or a smaller spread"
         )
     averaged = scipy.ndimage.gaussian_filter1d(depths, spread / ds, mode="constant", truncate=REACH)
     return np.asarray(averaged)
+
+
+def strips_beside(spread: float, ds: float) -> int:
+    """Return how many strips [mm] are needed on either side of a contact, over which wear is averaged."""
+    return int(REACH * spread / ds + 0.5)
 
 
 def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps) -> float:

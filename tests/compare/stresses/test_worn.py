@@ -1,18 +1,25 @@
 """Wear of the contact of a scene: mass balance, error by steps, as many steps as are stable."""
 
+import re
+
 import numpy as np
 import pytest
 
 from compare.stresses import worn as module
+from compare.stresses.contacts import require_stresses
 from compare.stresses.worn import worn_of
+from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.loading import Loading
 from femic.damage.estimates import RollingSolution
 from femic.damage.laws import STEEL_DENSITY, EnergyLaw
 from femic.damage.specification import DamageSpecification
+from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
+from tests.compare.contact_frontier.scenes import text
 from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
 
+ROLLING = 'motion = "rolling"\nfriction = [0.3]\nics = ["A"]'
 MILD = EnergyLaw(mild=0.7, transition=1e9)
 
 
@@ -61,3 +68,24 @@ def test_there_are_more_steps_where_so_few_are_not_stable(solution, monkeypatch)
     monkeypatch.setattr(module, "MOST_STEPS", worn.steps - 1)
     with pytest.raises(WrongInput, match=r"steps of wear are needed; passages = .* per step"):
         worn_of(solution, damage(passages=20_000.0, steps=2))
+
+
+@pytest.mark.parametrize("spread", [1.0, 30.0])
+def test_wear_that_spreads_beyond_the_grid_is_refused_before_any_work(spread, tmp_path, capsys):
+    """Its room is known before C: refused are spreads for which no strip of contact is left."""
+    path = tmp_path / "mine.toml"
+    damage = f"[damage]\npassages = 2e3\nspread = {spread}\n"
+    path.write_text(text(contact="loads = [2e3]", motion=ROLLING) + damage, encoding="utf-8")
+    assert exit_code(["stresses", str(path), "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert f"damage.spread = {spread:g} mm: " in said
+    least = float(re.search(r"give less than ([\d.e-]+) mm", said)[1])
+    assert 0 < least < spread
+    changed = load_scene(str(path), {"damage": {"spread": 0.9 * least}})
+    require_stresses(changed)
+    assert not (tmp_path / "out").exists()
+
+
+def test_wear_that_reaches_the_ends_of_the_grid_is_refused_by_its_key(solution):
+    with pytest.raises(WrongInput, match=r"damage\.spread = 0\.6 mm: wear reaches the ends of the grid"):
+        worn_of(solution, damage(passages=240.0, steps=4, spread=0.6))
