@@ -13,6 +13,7 @@ from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.grid import grid_misfits
 from femic.scenes.ic_names import is_map
+from femic.scenes.lines import single_load_misfits
 from femic.scenes.scene import Scene
 
 
@@ -50,6 +51,7 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
 def _c_misfits(scene: Scene) -> Iterator[str]:
     """Yield misfits of the engine of C, and of the grid if the scene gives one."""
     if C in scene.contact.ics:
+        yield from single_load_misfits(scene)
         yield from matrix_engine_misfits(scene)
         if not scene.contact.automatic:
             yield from grid_misfits(scene)

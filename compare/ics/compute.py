@@ -18,6 +18,8 @@ from femic.reference.models import Cost, Points
 from femic.reference.plan import ModelPlan, plans
 from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.errors import require_none
+from femic.scenes.lines import single_load_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.patches import OffsetLine
@@ -84,7 +86,8 @@ def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
 
 
 def jobs(scene: Scene) -> dict[str, Job]:
-    """Return the jobs by body: only the bodies and load directions that the scene needs."""
+    """Return the jobs by body: only the bodies and load directions that the scene needs. Raises BadScene."""
+    require_none(scene.name, single_load_misfits(scene))
     points, lines = scene_points(scene)
     return {
         name: Job(scene.bodies[name], scene.patch, scene.components, points, lines, scene.settings)

@@ -33,7 +33,8 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
-    _print("femic run", run_plans(scene, workers), workers, console)
+    with _refusal_printed("femic run", console):
+        _print("femic run", run_plans(scene, workers), workers, console)
     with _refusal_printed("femic matrix", console):
         of_matrices = f" for the models; {expected_seconds(scene):.0f} s for the matrices themselves"
         _print(matrix_title, matrix_plans(scene, workers), workers, console, of_matrices)

@@ -18,7 +18,7 @@ from femic.interface.scenes import NAME, scene_of
 from femic.interface.threads import in_turn
 from femic.scenes.build import misfits
 from femic.scenes.errors import require_none
-from femic.scenes.lines import LineAlongS, LineAlongX
+from femic.scenes.lines import LineAlongS, LineAlongX, single_load_misfits
 from femic.scenes.scene import Scene
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 
@@ -109,5 +109,5 @@ def _scene(
     known = iter(scene.lines)
     all_lines = tuple(line if isinstance(line, OffsetLine) else next(known) for line in lines)
     scene = replace(scene, lines=all_lines, text="")  # no file has these lines
-    require_none(NAME, misfits(scene))
+    require_none(NAME, [*misfits(scene), *single_load_misfits(scene)])
     return scene

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from femic.contact.pairs.given_ics import C
 from femic.contact.specification import APPROACH_SHARE
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
@@ -11,19 +12,15 @@ from femic.scenes.bodies import body_misfits, body_of
 from femic.scenes.calibration import calibration_misfits, calibration_of
 from femic.scenes.contact import contact_misfits, contact_of
 from femic.scenes.effective import effective_misfits, effective_properties
-from femic.scenes.engine import engine_misfits, ratio_misfits
+from femic.scenes.engine import engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
 from femic.scenes.grid import figure_grid, grid_misfits
 from femic.scenes.lines import (
     default_lines,
-    half_sides,
-    line_misfits,
     line_of,
-    patch_misfits,
     patch_of,
-    reach_of,
-    room_of,
+    single_load_misfits,
 )
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import shared
@@ -87,12 +84,6 @@ def check_scene(name: str, text: str, file: SceneFile) -> Scene:
 
 def misfits(scene: Scene) -> Iterator[str]:
     """Yield what does not fit between the tables of a scene that each scene has."""
-    room = room_of(scene)
-    yield from patch_misfits(scene, room)
-    yield from line_misfits(scene, room)
-    reaches = [(f"lines.{k} ({line.name})", reach_of(line, scene)) for k, line in enumerate(scene.lines)]
-    reaches.append(("rotation_reach", scene.settings.rotation_reach))
-    yield from ratio_misfits(half_sides(scene), reaches, scene)
     for name, body in scene.bodies.items():
         yield from body_misfits(name, body, scene.settings.engine.limits.inclination)
     yield from engine_misfits(scene)
@@ -103,8 +94,14 @@ def misfits(scene: Scene) -> Iterator[str]:
 
 
 def _table_misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
-    """Yield what does not fit between the tables of a scene; of some tables only where they are given."""
+    """Yield what does not fit between the tables of a scene; of some tables only where they are given.
+
+    A contact without C has no use for the patch and the lines.
+    """
     yield from misfits(scene)
+    contact = scene.contact
+    if {"patch", "lines"} & file.model_fields_set or C in contact.ics or not contact.loadings:
+        yield from single_load_misfits(scene)
     yield from damage_misfits(scene, file.damage)
     if "grid" in file.model_fields_set:
         yield from grid_misfits(scene)

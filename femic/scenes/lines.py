@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from femic.key_types import Length, Place, Whole
+from femic.scenes.engine import ratio_misfits
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import SceneTable
 from geometries.bodies import Body
@@ -94,6 +95,16 @@ def room_of(scene: Scene) -> Room:
     or_half_length = ", engine.half_length" if np.isfinite(domain.half_length) else ""
     lengths = f"engine.far_radius{or_half_length} and half a turn"
     return Room(size, f"half of the least of {lengths} ({size / 2:g} mm)")
+
+
+def single_load_misfits(scene: Scene) -> Iterator[str]:
+    """Yield why ICs under a single load, on the patch, have no C on the lines of a scene."""
+    room = room_of(scene)
+    yield from patch_misfits(scene, room)
+    yield from line_misfits(scene, room)
+    reaches = [(f"lines.{k} ({line.name})", reach_of(line, scene)) for k, line in enumerate(scene.lines)]
+    reaches.append(("rotation_reach", scene.settings.rotation_reach))
+    yield from ratio_misfits(half_sides(scene), reaches, scene)
 
 
 def patch_misfits(scene: Scene, room: Room) -> Iterator[str]:

@@ -65,5 +65,5 @@ def _described(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.drop_attrs(deep=False)
 
 
-ERRORS = ResultKind(errors, jobs_on_lines, names=OF_ERRORS)
-ICS = ResultKind(ics, jobs_on_lines, names=OF_ICS)
+ERRORS = ResultKind(errors, jobs_on_lines, jobs_on_lines, OF_ERRORS)
+ICS = ResultKind(ics, jobs_on_lines, jobs_on_lines, OF_ICS)

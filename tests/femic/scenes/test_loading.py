@@ -90,7 +90,8 @@ def test_points_have_two_columns(columns, tmp_path):
     np.savetxt(tmp_path / "rail.txt", np.zeros((6, columns)))
     contour = {"kind": "points", "file": str(tmp_path / "rail.txt")}
     with pytest.raises(
-        BadScene, match=rf"upper\.contour\.file = .*rail\.txt: rail\.txt, line 1: {columns} columns; give y, z"
+        BadScene,
+        match=rf"upper\.contour\.file = .*rail\.txt: rail\.txt, line 1: {columns} columns; give y, z",
     ):
         load_scene("flat", {"upper": {"contour": contour}})
 
