@@ -85,7 +85,9 @@ def test_a_steep_end_is_the_flange_back_and_noted():
 
 
 def test_a_wheel_without_flange_back_asks_for_it():
-    with pytest.raises(WrongInput, match=r"wheel\.flange_back is not given, .* y = -69 mm .*: give the y of the flange back"):
+    with pytest.raises(
+        WrongInput, match=r"wheel\.flange_back is not given, .* y = -69 mm .*: give the y of the flange back"
+    ):
         lay_out((RAIL, RAIL), (WHEEL, WHEEL), TRACK, WheelsetDimensions(BACKS, 460.0))
 
 
