@@ -9,7 +9,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+TABLES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = TABLES["project"]
 RECIPE = yaml.safe_load((ROOT / "packaging" / "recipe.yaml").read_text(encoding="utf-8"))
 ON_CONDA = {"dask": "dask-core", "gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
 
@@ -48,3 +49,11 @@ def test_the_version_is_the_same_everywhere():
     assert PROJECT["version"] == RECIPE["package"]["version"] == citation["version"]
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert re.search(rf"^## .*({re.escape(PROJECT['version'])}|[Uu]nreleased)", changes, flags=re.MULTILINE)
+
+
+def test_type_checkers_see_the_annotations_of_all_packages():
+    """A package says with py.typed that it has annotations; the wheel has all files of its packages."""
+    wheel = TABLES["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert set(wheel) == {"packages"}  # nothing is excluded
+    for package in wheel["packages"]:
+        assert (ROOT / package / "py.typed").is_file(), package
