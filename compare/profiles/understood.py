@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -55,15 +56,17 @@ def _of_worn(name: str, worn: Worn) -> Understood:
 
 def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
     """Return a profile by the curve that was made of its points."""
-    is_smoothed = prepared.smoothing.length > 0
-
-    def as_points() -> Profile:
-        if is_smoothed:
-            return sampled(prepared, prepared.length / (len(prepared.places) - 1))
-        return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
-
-    figure = figure_of(prepared, SPACING)
+    figure, is_smoothed = figure_of(prepared, SPACING), prepared.smoothing.length > 0
+    as_points = partial(_smoothed_points if is_smoothed else _given_points, prepared)
     return Understood(prepared.kind, source, file, figure, False, is_smoothed, as_points)
+
+
+def _smoothed_points(prepared: Prepared) -> Profile:
+    return sampled(prepared, prepared.length / (len(prepared.places) - 1))
+
+
+def _given_points(prepared: Prepared) -> Profile:
+    return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
 
 
 def _of_standard(name: str, standard: Standard) -> Understood:
@@ -83,9 +86,8 @@ def _of_standard(name: str, standard: Standard) -> Understood:
         rounding="",
         notes=(f"{len(outline.pieces)} exact pieces by {standard.source}.",),
     )
-    return Understood(
-        standard.kind, standard.title, name, figure, True, False, lambda: standard_profile(name, SPACING)
-    )
+    as_points = partial(standard_profile, name, SPACING)
+    return Understood(standard.kind, standard.title, name, figure, True, False, as_points)
 
 
 def to_dataset(understood: Understood) -> xr.Dataset:

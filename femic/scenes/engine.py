@@ -1,7 +1,8 @@
 """The table [engine] of a scene file: settings of the reference C."""
 
+import copyreg
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -21,6 +22,18 @@ from geometries.patches import Patch
 LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
+
+
+def _engine(name: str) -> Engine:
+    return ENGINES[name]
+
+
+def _reduced(engine: Engine) -> str | tuple[Any, ...]:
+    """Return how a scene with an engine is pickled: by its name, for its record may have local functions."""
+    return (_engine, (engine.name,)) if ENGINES.get(engine.name) is engine else engine.__reduce_ex__(2)
+
+
+copyreg.pickle(Engine, _reduced)
 
 
 class EngineTable(SceneTable):
