@@ -68,7 +68,7 @@ def conformal(folder: Path) -> Iterator[Row]:
     yield case, "p_max, MPa (Hertz)", quadratic["PMAX"], hertz.p_max
     found = solved_at_their_distance(overlaps(folder))
     for case, theirs, ics in (("2: true distance", true, "A"), ("3: numerical ICs", numerical, "C")):
-        p = found.p_0.sel(ics=ics)
+        p = found.p.sel(ics=ics)
         yield f"conforming, {case}", f"sum of p, N ({ics})", theirs["FN"], float(p.sum()) * CONFORMAL.area
         yield f"conforming, {case}", f"p_max, MPa ({ics})", theirs["PMAX"], float(p.max())
 

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
+from compare.contact.dataset import case_names
 from compare.report.looks import symbol_of
 from compare.report.parts import extreme, join_words, onset
 from compare.report.tables import VANISHING, Cell, Column, Row, Table, number_text, numbers, with_estimate
@@ -19,11 +20,9 @@ FAILS = 0.05  # deviation of the largest pressure from which an answer says that
 
 def case_labels(dataset: xr.Dataset) -> list[str]:
     """Return the names of the cases, loads of some kilonewtons in kN."""
-    names = [str(name) for name in dataset.case.values]
-    loads = [float(name.split()[0]) for name in names if name.endswith(" N")]
-    if not loads or max(loads) < KILONEWTON:
-        return names
-    return [f"{load / KILONEWTON:.12g} kN" for load in loads]
+    if dataset.case.attrs["units"] != "N" or float(dataset.case.max()) < KILONEWTON:
+        return case_names(dataset)
+    return [f"{load / KILONEWTON:.12g} kN" for load in dataset.case.values]
 
 
 def largest_case(dataset: xr.Dataset, reference: str) -> int:

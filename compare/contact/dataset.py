@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from operator import itemgetter
 
 import numpy as np
@@ -11,13 +10,30 @@ import xarray as xr
 from compare.contact.compute import ContactResults, reference_name
 from femic.cache.digests import results_digest, versions
 from femic.contact.finite_strain import finite_strain_share
+from femic.contact.loading import Loading, amount
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
 from femic.scenes.scene import Scene
+from geometries.arrays import Array
 
+X = {"units": "mm", "long_name": "place along the direction of rolling"}
+S = {"units": "mm", "long_name": "arc length of the lower contour"}
+SECONDS = {"units": "s", "long_name": "time of the solution, without C"}
+INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
 NUMBERS = ("case", "ics")
 NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
+PREFIXES = {  # before the name of a quantity: what the variable is besides its meaning
+    "": "",
+    "estimate_": ": estimated error",
+    "displaced_": ": with the exact distance of the displaced body",
+    "supported_": ": with other supports",
+    "larger_": ": on elements twice as large",
+    "change_": ": change with the ICs plus their estimated errors",
+    "floor_": ": change where single elements are in another state",
+    "steady_": ": in steady rolling",
+    "estimate_steady_": ": estimated error in steady rolling",
+}
 
 
 def ics_of(dataset: xr.Dataset) -> list[str]:
@@ -38,20 +54,43 @@ def others_of(dataset: xr.Dataset) -> list[str]:
 def variables(
     quantities: Mapping[str, Quantity], dims: str | tuple[str, ...], tables: Mapping[str, object]
 ) -> dict[str, xr.Variable]:
-    """Return variables PREFIX + NAME of quantities; `tables` has nested lists of numbers by prefix."""
+    """Return variables PREFIX + NAME of quantities; `tables` has nested lists of numbers by `PREFIXES`."""
     return {
         prefix + name: xr.Variable(
             dims,
             np.vectorize(itemgetter(name), otypes=[float])(table),
-            {"units": quantity.unit, "long_name": quantity.meaning},
+            {"units": quantity.unit, "long_name": quantity.meaning + PREFIXES[prefix]},
         )
         for prefix, table in tables.items()
         for name, quantity in quantities.items()
     }
 
 
+def case_names(dataset: xr.Dataset) -> list[str]:
+    """Return the cases with their unit: 4000 N, 0.01 mm."""
+    return [amount(value, dataset.case.attrs["units"]) for value in dataset.case.values.tolist()]
+
+
+def pressures(dataset: xr.Dataset, number: int) -> xr.DataArray:
+    """Return the pressures of a case on its own grid, with places `x` and `s` [mm]."""
+    p = dataset.p.isel(case=number)
+    for dim in {"x", "s"}.intersection(p.dims):
+        p = p.dropna(dim, how="all")
+    return p
+
+
+def padded(arrays: Sequence[Array]) -> Array:
+    """Return arrays along a new first dimension, with NaN beyond those that are smaller."""
+    whole = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0)), np.nan)
+    for row, array in zip(whole, arrays, strict=True):
+        row[tuple(map(slice, array.shape))] = array
+    return whole
+
+
 def to_dataset(results: ContactResults) -> xr.Dataset:
-    """Return numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
+    """Return numbers by case, a prescribed load or approach, and ICs, and pressures and gaps by place.
+
+    Each case has a grid of its own: `x` and `s` [mm] are its places, and beyond them all is NaN.
 
     `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
     (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
@@ -68,16 +107,21 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     }
     dataset = xr.Dataset(
         variables(OF_FRICTIONLESS, NUMBERS, tables),
-        coords={"case": [str(loading) for loading in solution.loadings], "ics": list(solution.ics)},
+        coords={"case": _cases(solution.loadings), "ics": list(solution.ics)},
         attrs=_attributes(results),
     )
     dataset["finite_strain_p_max"] = _finite_strain(results, dataset.p_max)
-    dataset["iterations"] = (
-        NUMBERS,
-        [[contact.normal.solution.iterations for contact in row] for row in solved],
-    )
-    dataset["seconds"] = (NUMBERS, [[contact.seconds for contact in row] for row in solved], {"units": "s"})
-    return dataset.merge(xr.merge([_fields(number, row) for number, row in enumerate(solved)]))
+    iterations = [[contact.normal.solution.iterations for contact in row] for row in solved]
+    dataset["iterations"] = NUMBERS, iterations, {"units": "1", "long_name": "iterations for the pressures"}
+    dataset["seconds"] = NUMBERS, [[contact.seconds for contact in row] for row in solved], SECONDS
+    return dataset.assign_coords(_places(solved)).assign(_fields(solved))
+
+
+def _cases(loadings: Sequence[Loading]) -> xr.Variable:
+    """Return what is prescribed: loads [N] or approaches [mm]."""
+    name, unit = ("approach", "mm") if loadings[0].load is None else ("load", "N")
+    values = [float(getattr(loading, name)) for loading in loadings]
+    return xr.Variable("case", values, {"units": unit, "long_name": f"prescribed {name}"})
 
 
 def _finite_strain(results: ContactResults, p_max: xr.DataArray) -> xr.DataArray:
@@ -96,11 +140,7 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
     if not supports:
         return dataset
     loads = dataset["load"].sel(ics="C").values
-    quantities = {
-        name: replace(quantity, meaning=f"{quantity.meaning}, with other supports")
-        for name, quantity in OF_FRICTIONLESS.items()
-    }
-    numbers_by_name = variables(quantities, "supports", {"supported_": list(supports.values())})
+    numbers_by_name = variables(OF_FRICTIONLESS, "supports", {"supported_": list(supports.values())})
     supported = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
     return dataset.merge(supported).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
 
@@ -110,20 +150,28 @@ def _numbers(contact: PairContact | None) -> dict[str, float]:
     return NONE if contact is None else numbers(contact.on_grid, contact.normal)
 
 
-def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
-    """Return pressures and gaps of a case with all ICs: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
-    on_grid, ics = row[0].on_grid, [contact.ics for contact in row]
-    x, s = f"x_{number}", f"s_{number}"
-    p, gap = (np.stack([getattr(contact.normal, name) for contact in row]) for name in ("p", "gap"))
-    inclination = on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips)
-    return xr.Dataset(
-        {
-            f"p_{number}": (("ics", x, s), p, {"units": "MPa"}),
-            f"gap_{number}": (("ics", x, s), gap, {"units": "mm"}),
-            f"inclination_{number}": (s, inclination, {"units": "rad"}),
-        },
-        coords={"ics": ics, x: (x, on_grid.x, {"units": "mm"}), s: (s, on_grid.grid.strips, {"units": "mm"})},
+def _places(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
+    """Return the places of elements of all cases [mm]."""
+    grids = [row[0].on_grid for row in solved]
+    return {
+        "x": xr.Variable(("case", "x"), padded([on_grid.x for on_grid in grids]), X),
+        "s": xr.Variable(("case", "s"), padded([on_grid.grid.strips for on_grid in grids]), S),
+    }
+
+
+def _fields(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
+    """Return pressures and gaps by case, ICs and place, and the inclination of the lower contour."""
+    grids, by_place = [row[0].on_grid for row in solved], ("case", "ics", "x", "s")
+    p, gap = (
+        padded([np.stack([getattr(contact.normal, name) for contact in row]) for row in solved])
+        for name in ("p", "gap")
     )
+    inclinations = [each.undeformed.lower.contour.inclination(each.grid.strips) for each in grids]
+    return {
+        "p": xr.Variable(by_place, p, {"units": "MPa", "long_name": "pressure"}),
+        "gap": xr.Variable(by_place, gap, {"units": "mm", "long_name": "gap between the deformed bodies"}),
+        "inclination": xr.Variable(("case", "s"), padded(inclinations), INCLINATION),
+    }
 
 
 def _attributes(results: ContactResults) -> dict[str, str | float]:

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.answers import case_labels, largest_case
-from compare.contact.dataset import ics_of, others_of, reference_of
+from compare.contact.dataset import ics_of, others_of, pressures, reference_of
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface, chart_of
 from compare.report.looks import drawing_order, looks_of, symbol_of, without_marker
 from compare.report.tables import Column
@@ -90,29 +90,28 @@ def further_numbers(dataset: xr.Dataset) -> Chart:
 
 def _profile(dataset: xr.Dataset, number: int, reference: str) -> list[Panel]:
     """Return pressures along s through the largest, and below them their differences to the reference."""
-    p = dataset[f"p_{number}"]
-    along_x = f"x_{number}"
+    p = pressures(dataset, number)
     at = _section(p.sel(ics=reference).values)
-    across, middle = p.isel({along_x: at}), at == p.sizes[along_x] // 2
-    place = "x = 0" if middle else f"x = {float(p[along_x][at]):.2g} mm"
+    across, middle = p.isel(x=at), at == p.sizes["x"] // 2
+    place = "x = 0" if middle else f"x = {float(p.x[at]):.2g} mm"
     part = loaded_part(across)
-    s = across[f"s_{number}"].values[part]
-    pressures = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
-    differences = {name: (s, p - pressures[reference][1]) for name, (_, p) in pressures.items()}
+    s = across.s.values[part]
+    lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
+    differences = {name: (s, p - lines[reference][1]) for name, (_, p) in lines.items()}
     angle = float(dataset.angle.sel(ics=reference)[number])
     title = f"pressure at {place}, patch over {angle:.0f}°"
-    panels = profile_panels(title, pressures, differences, reference)
-    return panels if len(pressures) > 1 else panels[:1]
+    panels = profile_panels(title, lines, differences, reference)
+    return panels if len(lines) > 1 else panels[:1]
 
 
 def profile_panels(
-    title: str, pressures: Mapping[str, Line], differences: Mapping[str, Line], reference: str
+    title: str, by_ics: Mapping[str, Line], differences: Mapping[str, Line], reference: str
 ) -> list[Panel]:
     """Return panels of pressures along s with ICs, by name, and of their differences to the reference."""
-    looks, symbol = looks_of(pressures), symbol_of(reference)
+    looks, symbol = looks_of(by_ics), symbol_of(reference)
     upper, lower = (
         [Curve(symbol_of(name), *lines[name], looks[name]) for name in drawing_order(lines)]
-        for lines in (pressures, differences)
+        for lines in (by_ics, differences)
     )
     return [
         Panel(title, "s [mm]", "p [MPa]", upper),
@@ -156,15 +155,14 @@ def patches(dataset: xr.Dataset) -> Chart:
 
 def _on_patch(dataset: xr.Dataset, number: int) -> xr.DataArray:
     """Return the pressures of a case about the patches of all ICs, (ics, x, s)."""
-    p = dataset[f"p_{number}"]
+    p = pressures(dataset, number)
     loaded = (p > 0).any("ics")
-    along = f"x_{number}", f"s_{number}"
-    return p.isel({dim: _around(loaded.any(other).values) for dim, other in (along, along[::-1])})
+    return p.isel(x=_around(loaded.any("s").values), s=_around(loaded.any("x").values))
 
 
 def _pressures(dataset: xr.Dataset, number: int) -> Map:
     p, reference, looks = _on_patch(dataset, number), reference_of(dataset), looks_of(ics_of(dataset))
-    x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
+    x, s = p.x.values, p.s.values
     edges = [
         Curve(symbol_of(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
         for name in drawing_order(looks)
@@ -184,9 +182,8 @@ def _differences(dataset: xr.Dataset, number: int) -> Iterator[Map]:
         with_ics = p.sel(ics=name)
         difference = (with_ics - with_reference).where((with_ics > 0) | (with_reference > 0)).values
         title = f"pressure with {symbol_of(name)} minus {symbol_of(reference)}"
-        x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
         limits = -largest, largest
-        yield Map(title, "x [mm]", "s [mm]", x, s, difference, "MPa", "diverging", limits)
+        yield Map(title, "x [mm]", "s [mm]", p.x.values, p.s.values, difference, "MPa", "diverging", limits)
 
 
 def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
@@ -208,10 +205,10 @@ def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
 
 
 def _raised(dataset: xr.Dataset, number: int, name: str, lower: BodySurface) -> Cell:
-    whole, p = dataset[f"p_{number}"], _on_patch(dataset, number).sel(ics=name)
-    x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
-    body = _points(lower, whole[f"x_{number}"].values[[0, -1]], np.linspace(*lower.contour.limits, 200))
-    height = RELIEF * np.ptp(whole[f"s_{number}"].values) * (p.values / float(p.max()) + LIFTED)
+    whole, p = pressures(dataset, number), _on_patch(dataset, number).sel(ics=name)
+    x, s = p.x.values, p.s.values
+    body = _points(lower, whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 200))
+    height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
     raised = _points(lower, x, s) + height * lower.axes(0.0, s)[N][:, None]
     return Surface(symbol_of(name), body, raised, p.where(p > 0).values, "p [MPa]")
 

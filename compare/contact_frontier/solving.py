@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
+from compare.contact.dataset import case_names, to_dataset
 from compare.friction.compute import compute_with_friction
 from compare.friction.supports import grid_of
 from compare.ics.compute import seconds_of
@@ -74,7 +74,7 @@ def _frictionless(scene: Scene, options: RunOptions, given: Mapping[str, Any]) -
     dataset = to_dataset(results)
     seconds = {str(name): float(dataset.seconds.sel(ics=name).sum()) for name in dataset.ics.values}
     grids = tuple(dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()))
-    return _numbers(dataset), seconds, grids
+    return _numbers(dataset).assign_coords(case=case_names(dataset)), seconds, grids
 
 
 def _with_friction(scene: Scene, options: RunOptions, given: Mapping[str, Any]) -> Parts:

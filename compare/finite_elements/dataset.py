@@ -5,6 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from compare.contact.dataset import S, padded
+from geometries.arrays import Array
+
 FE = "FE"  # the name of contact by finite elements among the ICs
 OF_PATCH = ("angle", "a", "b", "p_max")
 APPROACH = "approach"
@@ -35,10 +38,12 @@ def joined(
     dataset["fe_seconds"] = solved.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
-    lines = [_profile(contact, k) for k, contact in enumerate(fe_contacts) if contact is not None]
-    ics_profiles = [_ics_profile(contacts, number) for number in range(len(fe_contacts))]
-    merged = xr.merge([dataset, *lines, *ics_profiles], join="outer")  # there is no profile of FE on grids
-    return merged.assign_attrs(contacts.attrs | {"cells": cells})
+    s, p = (padded(part) for part in zip(*map(_profile, fe_contacts), strict=True))
+    by_fe = {"units": "MPa", "long_name": "pressure by finite elements at x = 0"}
+    dataset = dataset.assign_coords(s_fe=(("case", "s_fe"), s, S))
+    dataset["p_fe"] = ("case", "s_fe"), p, by_fe
+    dataset["p"] = _beside_middle(contacts).reindex(ics=dataset.ics)
+    return dataset.assign_attrs(contacts.attrs | {"cells": cells})
 
 
 def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
@@ -49,18 +54,16 @@ def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
     return xr.concat([case.drop_dims("point").astype(float) for case in cases], "case")
 
 
-def _profile(contact: xr.Dataset, number: int) -> xr.Dataset:
-    """Return pressures by finite elements at x = 0 along s."""
+def _profile(contact: xr.Dataset | None) -> tuple[Array, Array]:
+    """Return arc lengths [mm] and pressures [MPa] by finite elements at x = 0; none without a solution."""
+    if contact is None:
+        return np.zeros(0), np.zeros(0)
     at_middle = np.flatnonzero(contact.x.values < 1e-9 * float(contact.x.max()))
     order = at_middle[np.argsort(contact.s.values[at_middle])]
-    s = f"s_fe_{number}"
-    return xr.Dataset(
-        {f"p_fe_{number}": (s, contact.p.values[order], {"units": "MPa"})},
-        coords={s: (s, contact.s.values[order], {"units": "mm"})},
-    )
+    return contact.s.values[order], contact.p.values[order]
 
 
-def _ics_profile(contacts: xr.Dataset, number: int) -> xr.Dataset:
-    """Return pressures with ICs beside x = 0 along s."""
-    p = contacts[f"p_{number}"]
-    return p.isel({f"x_{number}": p.sizes[f"x_{number}"] // 2}, drop=True).to_dataset(name=f"p_{number}")
+def _beside_middle(contacts: xr.Dataset) -> xr.DataArray:
+    """Return pressures with ICs beside x = 0, (case, ics, s)."""
+    middle = contacts.x.notnull().sum("x") // 2
+    return contacts.p.isel(x=middle).drop_vars("x").assign_attrs(long_name="pressure with ICs beside x = 0")

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.answers import answer_sentences, answer_table, case_labels, numbers_table
-from compare.contact.dataset import ics_of
+from compare.contact.dataset import case_names, ics_of, pressures
 from compare.contact.figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, relative_estimates
@@ -129,7 +129,7 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
         f"{force[name]}, {centre[name]} mm with {symbol_of(name)}" for name in _compared(dataset)
     )
     yield (
-        f"Beside the crown, at {dataset.case.values[worst]}: by finite elements the lateral force on the "
+        f"Beside the crown, at {case_names(dataset)[worst]}: by finite elements the lateral force on the "
         f"upper body is {force[FE]} ± {to:.1g} of the load, the centre of pressure "
         f"{centre[FE]} ± {float(with_fe.estimate_s_centre):.1g} mm; {by_ics}."
     )
@@ -161,21 +161,21 @@ def answer_chart(dataset: xr.Dataset) -> Chart:
 
 def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
     """Return pressures along s at x = 0, and below them differences at the nodes of finite elements."""
-    p = dataset[f"p_{number}"]
+    p, p_fe = pressures(dataset, number), dataset.p_fe.isel(case=number).dropna("s_fe")
     part = loaded_part(p)
-    s = p[f"s_{number}"].values[part]
-    pressures = {name: (s, p.sel(ics=name).values[part]) for name in _compared(dataset)}
-    if f"p_fe_{number}" not in dataset:
-        return profile_panels("pressure at x = 0, without FE", pressures, {}, FE)
-    with_fe, s_fe = (dataset[f"{name}_fe_{number}"].values for name in ("p", "s"))
+    s = p.s.values[part]
+    lines = {name: (s, p.sel(ics=name).values[part]) for name in _compared(dataset)}
+    if not p_fe.size:
+        return profile_panels("pressure at x = 0, without FE", lines, {}, FE)
+    with_fe, s_fe = p_fe.values, p_fe.s_fe.values
     inside = (s_fe >= s[0]) & (s_fe <= s[-1])
     with_fe, s_fe = with_fe[inside], s_fe[inside]
     differences = {
-        name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in pressures.items()
+        name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in lines.items()
     }
     angle = float(dataset.angle.sel(ics=FE)[number])
     title = f"pressure at x = 0, patch over {angle:.0f}°"
-    return profile_panels(title, pressures | {FE: (s_fe, with_fe)}, differences, FE)
+    return profile_panels(title, lines | {FE: (s_fe, with_fe)}, differences, FE)
 
 
 def _table(dataset: xr.Dataset, number: int) -> Table:

@@ -29,10 +29,10 @@ class Loading:
             raise WrongInput(f"approach = {self.approach!r}: must be finite [mm]")
 
     def __str__(self) -> str:
-        return f"{_short(self.load)} N" if self.load is not None else f"{_short(self.approach or 0.0)} mm"
+        return amount(self.load, "N") if self.load is not None else amount(self.approach or 0.0, "mm")
 
 
-def _short(value: float) -> str:
+def amount(value: float, unit: str) -> str:
     """Return a number with six digits if these are all it has, else with as many as tell loadings apart."""
     text = f"{value:g}"
-    return text if float(text) == value else f"{value:.{DISTINCT_DIGITS}g}"
+    return f"{text if float(text) == value else f'{value:.{DISTINCT_DIGITS}g}'} {unit}"

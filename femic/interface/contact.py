@@ -187,11 +187,12 @@ def solve_contact(
     `ics` are names of approximations, "C", which is computed on the contact's grid, and matrices as of
     `compute_matrix` or `label_matrix`, on whose grid all is solved then: their labels decide, in any order.
 
-    The dataset has numbers of contacts over ics and case (a load or an approach), or over ics, friction and
-    `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others with units and
-    meanings, each with its estimated error `estimate_NAME`. Pressures without friction are p_0, p_1, ... over
-    (ics, x_0, s_0) [MPa] by case; with friction, tractions `p` over x, s and direction [MPa] on the upper
-    body, `stick` and `slip` are those at `equal_force`, after the whole distance, or under the last load.
+    The dataset has numbers of contacts over ics and `case`, the prescribed loads [N] or approaches [mm], or
+    over ics, friction and `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others
+    with units and meanings, each with its estimated error `estimate_NAME`. Pressures `p` [MPa] without
+    friction are over case, ics, x and s; each case has a grid of its own, with places `x` and `s` [mm], and
+    NaN beyond it. With friction, tractions `p` over x, s and direction [MPa] on the upper body, `stick` and
+    `slip` are those at `equal_force`, after the whole distance, or under the last load.
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """

@@ -1,6 +1,5 @@
 """Labelled datasets as the functions that take them need them: labels decide, whatever their order."""
 
-import re
 from collections.abc import Hashable, Sequence
 
 import numpy as np
@@ -11,7 +10,6 @@ from geometries.patches import DIRECTIONS
 
 OF_ICS = ("variant", "body", "i", "j", "point")
 OF_CONTACTS = (("shift", "side", "ics"), ("friction", "ics"), ("case", "ics"))
-PARTS = ("p", "gap", "inclination", "x", "s")  # variables of each case, such as p_0
 LEADING = ("friction", "case", "ics", "xi", "distance", "load", "supports")  # dimensions of contacts
 
 
@@ -68,7 +66,7 @@ def ics_by_label(name: str, ics: xr.Dataset, component: str | None = None) -> xr
 
 
 def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
-    """Return contacts with dimensions in the order of `solve_contact`, and each case with its own pressures.
+    """Return contacts with dimensions in the order of `solve_contact`.
 
     Raises WrongInput for a dataset that is not of `solve_contact` or `compute_shifts`.
     """
@@ -78,10 +76,12 @@ def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
             f"{name}: no dimension {', '.join(missing)} with labels: give a dataset of solve_contact or "
             "compute_shifts; .sel(ics=['A']) keeps ics, .sel(ics='A') does not"
         )
-    if "p_max" not in contacts:
-        raise WrongInput(f"{name}: no variable p_max: give a dataset of solve_contact or compute_shifts")
-    contacts = contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
-    return contacts if needed[0] != "case" else _numbered(name, contacts)
+    for variable in ("p_max", *(("p",) if needed[0] == "case" else ())):
+        if variable not in contacts:
+            raise WrongInput(
+                f"{name}: no variable {variable}: give a whole dataset of solve_contact or compute_shifts"
+            )
+    return contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
 
 
 def _rank(dim: Hashable) -> tuple[int, str]:
@@ -89,25 +89,4 @@ def _rank(dim: Hashable) -> tuple[int, str]:
     text = str(dim)
     if text in LEADING:
         return LEADING.index(text), ""
-    along = text.removeprefix("larger_").partition("_")[0]
-    return len(LEADING) + {"x": 0, "s": 1}.get(along, 2), text
-
-
-def _numbered(name: str, contacts: xr.Dataset) -> xr.Dataset:
-    """Return contacts without friction in which p_0, p_1, ... are pressures of the cases in their order."""
-    largest = {
-        int(found[1]): contacts[key].max([dim for dim in contacts[key].dims if dim != "ics"])
-        for key in map(str, contacts.data_vars)
-        if (found := re.fullmatch(r"p_(\d+)", key))
-    }
-    numbers = []
-    for case in contacts.case.values:
-        p_max = contacts.p_max.sel(case=case)
-        own = [k for k, p in largest.items() if np.allclose(p, p_max, rtol=1e-9, equal_nan=True)]
-        if not own:
-            raise WrongInput(f"{name}: no pressures p_0, p_1, ... of the case {case}: give the whole dataset")
-        numbers.append(own[0])
-        del largest[own[0]]
-    contacts = contacts.drop_dims([f"{along}_{k}" for k in largest for along in "xs"])
-    new = {f"{part}_{k}": f"{part}_{case}" for case, k in enumerate(numbers) for part in PARTS}
-    return contacts.rename({old: new[old] for old in map(str, contacts.variables) if old in new})
+    return len(LEADING) + {"x": 0, "s": 1}.get(text.removeprefix("larger_"), 2), text

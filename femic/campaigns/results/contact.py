@@ -1,6 +1,5 @@
 """Numbers of the contact of a scene: without friction, or in a motion with friction."""
 
-import numpy as np
 import xarray as xr
 
 from compare.contact.compute import compute_contact, require_solvable
@@ -31,13 +30,13 @@ NAMES = frozenset(
 def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return numbers of the contact with their estimates, as `femic contact` does, without maps of the patch.
 
-    Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and the
-    dimension of the motion.
+    Those without friction have dims `case` (a load or an approach) and `ics`; with friction they are over
+    friction, ICs and the dimension of the motion.
     """
     if scene.contact.friction is None:
         solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))
         names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]
-        return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
+        return solved[names]
     solved = compute_with_friction(scene, options)
     solved = solved.rename({name: name + END_OF_CURVE for name in DISTANCES if name in solved})
     numbers = solved[[name for name in solved.data_vars if name in NAMES]]

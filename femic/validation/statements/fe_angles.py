@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from compare.contact.dataset import case_names
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH
 from compare.finite_elements.deviations import deviations
 from compare.report.charts import Panel, curves_of
@@ -44,7 +45,7 @@ def _details(runs: Runs) -> Mapping[str, float]:
         of_these = fe_contacts.details(contacts, runs)
         details |= {f"{contacts.scene}, {case}": value for case, value in of_these.items()}
         dataset = runs.fe_contact(contacts)
-        for k, case in enumerate(dataset.case.values):
+        for k, case in enumerate(case_names(dataset)):
             angle, b = (dataset[name].isel(case=k) for name in ("angle", "b"))
             details[f"{contacts.scene}, {case}: Δδ by FE [rad]"] = float(angle.sel(ics=FE))
             turned, moved = (float(one.sel(ics="C") / one.sel(ics=FE)) - 1 for one in (angle, b))

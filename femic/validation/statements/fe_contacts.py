@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
+from compare.contact.dataset import case_names, pressures
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
 from compare.report.charts import Panel, curves_of
@@ -55,7 +56,7 @@ def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[s
     return {
         f"{case}, {name}": float(values.sel(ics="C")[k])
         for name, values in by_name.items()
-        for k, case in enumerate(dataset.case.values)
+        for k, case in enumerate(case_names(dataset))
     }
 
 
@@ -70,7 +71,7 @@ def details(contacts: Contacts, runs: Runs) -> Mapping[str, float]:
         in_unit = name in OF_PLACE
         deviation = (differences if in_unit else deviations)(dataset, name)
         estimate = (estimates if in_unit else relative_estimates)(dataset, name)
-        for k, case in enumerate(dataset.case.values):
+        for k, case in enumerate(case_names(dataset)):
             details |= {
                 f"{case}, {name} by {symbol_of(ics)}": float(deviation.sel(ics=ics)[k])
                 for ics in map(str, deviation.ics.values)
@@ -87,17 +88,17 @@ def panels(contacts: Contacts, runs: Runs) -> list[Panel]:
 
 def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
     """Return pressures across the patch by finite elements and with ICs."""
-    s = dataset[f"s_fe_{number}"].values
-    p = dataset[f"p_{number}"].dropna("ics", how="all")
+    p = pressures(dataset, number).dropna("ics", how="all")
+    p_fe = dataset.p_fe.isel(case=number).dropna("s_fe")
+    s = p_fe.s_fe.values
     with_ics = {
-        symbol_of(str(name)): np.interp(s, p[f"s_{number}"].values, p.sel(ics=name).values)
-        for name in p.ics.values
+        symbol_of(str(name)): np.interp(s, p.s.values, p.sel(ics=name).values) for name in p.ics.values
     }
     return Panel(
-        f"{scene}, {dataset.case.values[number]}",
+        f"{scene}, {case_names(dataset)[number]}",
         "s [mm]",
         "pressure at x = 0 [MPa]",
-        curves_of(s, with_ics | {FE: dataset[f"p_fe_{number}"].values}),
+        curves_of(s, with_ics | {FE: p_fe.values}),
     )
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
+from compare.contact.dataset import case_names, padded, pressures, to_dataset
 from compare.contact.page import write_contact
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
@@ -34,9 +35,12 @@ CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
 
 
 def test_loads_that_hardly_differ_are_separate_cases(tmp_path):
-    """One that is given twice is refused: cases are known by their names."""
+    """One that is given twice is refused: cases are known by their loads."""
     results = compute_contact(scene(loads=[2000.0001, 2e3], elements=8, ics=["A"]))
-    assert list(to_dataset(results).case.values) == ["2000.0001 N", "2000 N"]
+    dataset = to_dataset(results)
+    assert list(dataset.case.values) == [2000.0001, 2e3]
+    assert dataset.case.attrs == {"units": "N", "long_name": "prescribed load"}
+    assert case_names(dataset) == ["2000.0001 N", "2000 N"]
     assert write_contact(results, tmp_path).is_file()
     for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
         with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):
@@ -94,3 +98,25 @@ def test_lateral_force_beyond_the_steepest_flank_is_refused():
         sideways(lateral_force=-0.99 * steepest)
     with pytest.raises(BadScene, match=r"contact\.lateral_force = .*: without friction it is at most"):
         sideways(lateral_force=-1.01 * steepest)
+
+
+def test_arrays_of_cases_end_in_nan_where_others_are_larger():
+    one, other = np.arange(6.0).reshape(2, 3), np.arange(4.0).reshape(4, 1)
+    whole = padded([one, other])
+    assert whole.shape == (2, 4, 3)
+    np.testing.assert_array_equal(whole[0, :2], one)
+    np.testing.assert_array_equal(whole[1, :, :1], other)
+    assert np.isnan(whole).sum() == 2 * 12 - 6 - 4
+
+
+def test_pressures_of_a_case_are_those_on_its_own_grid():
+    places = {
+        "x": (("case", "x"), padded([np.array([-1.0, 0.0, 1.0]), np.zeros(1)])),
+        "s": (("case", "s"), [[0.0, 2.0]] * 2),
+    }
+    p = padded([np.full((1, 3, 2), 5.0), np.full((1, 1, 2), 7.0)])
+    dataset = xr.Dataset({"p": (("case", "ics", "x", "s"), p)}, places | {"ics": ["A"], "case": [1.0, 2.0]})
+    for number, (x, value) in enumerate([([-1.0, 0.0, 1.0], 5.0), ([0.0], 7.0)]):
+        own = pressures(dataset, number)
+        np.testing.assert_array_equal(own.x, x)
+        np.testing.assert_array_equal(own, np.full((1, len(x), 2), value))

@@ -149,7 +149,7 @@ def test_force_moment_and_centre_of_pressure_join_numbers_with_ics():
 @pytest.mark.usefixtures("fe_calls")
 def test_pressures_along_s_are_at_x_0(by_bhat):
     dataset = by_fe(pressed())
-    s, p = dataset.s_fe_1.values, dataset.p_fe_1.values
+    s, p = dataset.s_fe[1].values, dataset.p_fe[1].values
     assert np.all(np.diff(s) > 0)
     assert len(s) == 5
     b = float(by_bhat.b[1])

@@ -142,7 +142,7 @@ def estimates_away(number):
 
 def contacts(**apart):
     """Contacts by C whose numbers are off by so much more than the estimate of finite elements."""
-    case = ["1 N", "2 N"]
+    case = "case", [1.0, 2.0], {"units": "N"}
     numbers = {name: [[BY_FE * (1 + apart.get(name, 0) + KNOWN_TO_FE), BY_FE]] * 2 for name in NUMBERS}
     estimates = {f"estimate_{name}": np.full((2, 2), BY_FE * KNOWN_TO_FE) for name in NUMBERS}
     dataset = xr.Dataset(

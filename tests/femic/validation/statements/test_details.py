@@ -278,15 +278,20 @@ def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
     p = {"C": 100 - 10 * s, "A": 90 + 0 * s, "Bbar": np.nan * s}
     dataset = xr.Dataset(
         {
-            "p_0": (("ics", "s_0"), list(p.values())),
-            "p_fe_0": ("s_fe_0", 101 - 10 * s_fe),
+            "p": (("case", "ics", "s"), [list(p.values())]),
+            "p_fe": (("case", "s_fe"), [101 - 10 * s_fe]),
         },
-        coords={"case": ["58 kN"], "ics": list(p), "s_0": s, "s_fe_0": s_fe},
+        coords={
+            "case": ("case", [58e3], {"units": "N"}),
+            "ics": list(p),
+            "s": (("case", "s"), [s]),
+            "s_fe": (("case", "s_fe"), [s_fe]),
+        },
     )
     runs = SimpleNamespace(fe_contact=lambda _: dataset)
     (panel,) = fe_contacts.panels(fe_contacts.BESIDE, runs)
     drawn = curves_in(panel)
-    assert panel.title == "tall, 58 kN"
+    assert panel.title == "tall, 58000 N"
     assert set(drawn) == {"C", "A", "FE"}
     for label, values in (("C", 100 - 10 * s_fe), ("A", 90 + 0 * s_fe), ("FE", 101 - 10 * s_fe)):
         np.testing.assert_allclose(drawn[label], [s_fe, values])
