@@ -25,6 +25,6 @@ def labelled(pair: PairWithFriction, solved: SolvedCompression) -> xr.Dataset:
         CHANGE: solved.change.points,
         FLOOR: [floors(step, OF_COMPRESSION) for step in solved.steps],
     }
-    coords = {"load": ("load", list(pair.loads), {"units": "N"})}
+    coords = {"load": ("load", list(pair.loads), {"units": "N", "long_name": "prescribed load"})}
     numbers = xr.Dataset(variables(OF_COMPRESSION, "load", tables), coords)
     return numbers.merge(maps(pair, solved.last)).merge(varied_tractions(pair, larger_last, solved.change))

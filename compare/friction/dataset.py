@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from compare.contact.dataset import PREFIXES, S, X
 from femic.contact.estimates import Measured
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -21,6 +22,8 @@ from femic.contact.pairs.variations import Change
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
 
+TRACTION = "traction on the upper body"
+SIMPLIFIED = {"long_name": "whether only the less accurate form was solved"}
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
 FLOOR = "floor_"  # before the names of numbers
 APART = 0.025  # share of a floor that two ICs do not have in common; of some numbers it is another one
@@ -47,16 +50,17 @@ def floors(contact: Measured | None, quantities: Mapping[str, Quantity]) -> dict
 def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:
     """Return tractions, sticking, slip and work of friction of a contact on its grid."""
     on_grid, unit = ("x", "s"), pair.motion.slip_unit
+    work = "MPa" if unit == "1" else f"MPa {unit}"
     return xr.Dataset(
         {
-            "p": ((*on_grid, "direction"), contact.p, {"units": "MPa"}),
-            "stick": (on_grid, contact.stick),
-            "slip": ((*on_grid, "tangential"), contact.slip, {"units": unit}),
-            "work": (on_grid, contact.dissipation, {"units": "MPa" if unit == "1" else f"MPa {unit}"}),
+            "p": ((*on_grid, "direction"), contact.p, {"units": "MPa", "long_name": TRACTION}),
+            "stick": (on_grid, contact.stick, {"long_name": "whether the element sticks"}),
+            "slip": ((*on_grid, "tangential"), contact.slip, {"units": unit, "long_name": "slip"}),
+            "work": (on_grid, contact.dissipation, {"units": work, "long_name": "work of friction"}),
         },
         coords={
-            "x": ("x", pair.on_grid.x, {"units": "mm"}),
-            "s": ("s", pair.on_grid.grid.strips, {"units": "mm"}),
+            "x": ("x", pair.on_grid.x, X),
+            "s": ("s", pair.on_grid.grid.strips, S),
             "direction": list(DIRECTIONS),
             "tangential": list(DIRECTIONS[:2]),
         },
@@ -65,12 +69,22 @@ def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:
 
 def varied_tractions(pair: PairWithFriction, larger: FrictionalContact | None, change: Change) -> xr.Dataset:
     """Return tractions on elements twice as large, NaN without such a contact, and changes of tractions."""
-    x, s = _larger(pair.on_grid.x), _larger(pair.on_grid.grid.strips)
-    p = np.full((len(x), len(s), len(DIRECTIONS)), np.nan) if larger is None else larger.p
-    on_larger, units = (f"{LARGER}x", f"{LARGER}s", "direction"), {"units": "MPa"}
+    places = {f"{LARGER}x": (pair.on_grid.x, X), f"{LARGER}s": (pair.on_grid.grid.strips, S)}
+    coords = {
+        name: (name, _larger(at), attributes | {"long_name": attributes["long_name"] + PREFIXES[LARGER]})
+        for name, (at, attributes) in places.items()
+    }
+    shape = (*(len(at) for _, at, _ in coords.values()), len(DIRECTIONS))
+    p = np.full(shape, np.nan) if larger is None else larger.p
+    units = {
+        prefix: {"units": "MPa", "long_name": TRACTION + PREFIXES[prefix]} for prefix in (LARGER, CHANGE)
+    }
     return xr.Dataset(
-        {f"{LARGER}p": (on_larger, p, units), f"{CHANGE}p": (("x", "s", "direction"), change.p, units)},
-        coords={name: (name, at, {"units": "mm"}) for name, at in zip(on_larger, (x, s), strict=False)},
+        {
+            f"{LARGER}p": ((*coords, "direction"), p, units[LARGER]),
+            f"{CHANGE}p": (("x", "s", "direction"), change.p, units[CHANGE]),
+        },
+        coords=coords,
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import xarray as xr
 
+from compare.contact.dataset import INCLINATION, SECONDS
 from femic.cache.digests import results_digest
 from femic.contact.friction.by_angle import friction_factors, in_words
 from femic.contact.pairs.c_jobs import c_jobs
@@ -13,6 +14,8 @@ from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.reference.matrix.job import MatrixJob
 
+FRICTION = {"units": "1", "long_name": "coefficient of friction"}
+FACTOR = {"units": "1", "long_name": "factor of friction by the contact angle"}
 Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution, which has its `seconds`, as arrays
 
 
@@ -24,11 +27,13 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
         (friction, name): _stored(pair, friction, name, labelled) for name in ics for friction in frictions
     }
     rows = [xr.concat([parts[friction, name] for name in ics], "ics") for friction in frictions]
-    joined = xr.concat(rows, "friction").assign_coords(friction=list(frictions), ics=list(ics))
+    joined = xr.concat(rows, "friction").assign_coords(
+        friction=("friction", list(frictions), FRICTION), ics=list(ics)
+    )
     grid = pair.on_grid.grid
     inclination = pair.on_grid.undeformed.lower.contour.inclination(grid.strips)
-    joined["inclination"] = "s", inclination, {"units": "rad"}
-    joined["friction_factor"] = "s", friction_factors(by_angle, inclination)
+    joined["inclination"] = "s", inclination, INCLINATION
+    joined["friction_factor"] = "s", friction_factors(by_angle, inclination), FACTOR
     c_quality = parts[frictions[0], C].attrs if C in ics else {}
     words = {"friction_by_angle": in_words(by_angle)}
     exact = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
@@ -43,7 +48,7 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
     part = store.get(key)
     if part is None:
         solution = solve(pair, friction, name)
-        part = labelled(pair, solution).assign(seconds=((), solution.seconds, {"units": "s"}))
+        part = labelled(pair, solution).assign(seconds=((), solution.seconds, SECONDS))
         part = part.assign_attrs(_c_quality(pair, name))
         store.put(key, part)
     else:

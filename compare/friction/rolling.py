@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from compare.contact.dataset import reference_of, variables
-from compare.friction.dataset import CHANGE, FLOOR, LARGER, floors, maps, varied_tractions
+from compare.contact.dataset import PREFIXES, reference_of, variables
+from compare.friction.dataset import CHANGE, FLOOR, LARGER, SIMPLIFIED, floors, maps, varied_tractions
 from compare.friction.differences import estimate_of_difference
 from femic.contact.estimates import Numbers
 from femic.contact.pairs.creep_force import CreepForceCurve
@@ -51,10 +51,15 @@ def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
         **variables(OF_ROLLING, "xi", by_creepage),
         **variables(OF_CURVE, (), of_curve),
         **variables(OF_DISPLACED, (), {DISPLACED: solved.displaced}),
-        "simplified": ("xi", [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis]),
+        "simplified": (
+            "xi",
+            [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis],
+            SIMPLIFIED,
+        ),
     }
     varied = varied_tractions(pair, larger.equal.contact if larger else None, solved.change)
-    dataset = xr.Dataset(numbers, coords={"xi": list(xis)})
+    creepages = {"units": "1", "long_name": "longitudinal creepage"}
+    dataset = xr.Dataset(numbers, coords={"xi": ("xi", list(xis), creepages)})
     return dataset.merge(maps(pair, curve.equal.contact)).merge(varied)
 
 
@@ -73,7 +78,7 @@ def with_distances(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
     """Return the longitudinal force, or what goes with it, over friction times load."""
-    return dataset[name].drop_attrs() / (dataset.friction * dataset.attrs["load"])
+    return dataset[name].drop_attrs(deep=False) / (dataset.friction * dataset.attrs["load"])
 
 
 def _from_reference(dataset: xr.Dataset) -> xr.DataArray:
@@ -102,5 +107,7 @@ def _distances(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
             ("", norm(_from_reference(dataset))),
             ("estimate_", estimate.where(others, 0.0)),
         ):
-            distances[prefix + name] = distance.assign_attrs(units="1", long_name=DISTANCES[name])
+            distances[prefix + name] = distance.assign_attrs(
+                units="1", long_name=DISTANCES[name] + PREFIXES[prefix]
+            )
     return distances

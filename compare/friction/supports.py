@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from compare.contact.dataset import variables
+from compare.contact.dataset import PREFIXES, variables
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -32,9 +32,12 @@ def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAU
     supported = xr.Dataset(
         variables(pair.motion.quantities, "supports", {PREFIX: numbers}), coords={"supports": list(points)}
     )
-    return dataset.merge(supported).assign(
-        {f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: places[0]}
-    )
+    own = {"friction": friction, pair.motion.dimension: places[0]}
+    for name, value in own.items():
+        about = dataset[name].attrs
+        meaning = about["long_name"] + PREFIXES[PREFIX]
+        supported[PREFIX + name] = (), value, about | {"long_name": meaning}
+    return dataset.merge(supported)
 
 
 def grid_of(dataset: xr.Dataset) -> Grid:

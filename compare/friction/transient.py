@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.dataset import variables
-from compare.friction.dataset import maps
+from compare.friction.dataset import SIMPLIFIED, maps
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING
 from femic.contact.pairs.solved_transient import SolvedTransient
@@ -26,9 +26,10 @@ def labelled(pair: PairWithFriction, solved: SolvedTransient) -> xr.Dataset:
     numbers = {
         **variables(OF_ROLLING, "distance", by_distance),
         **variables(OF_ROLLING, (), {STEADY: steady, f"estimate_{STEADY}": solved.steady_errors}),
-        "simplified": ("distance", list(path.simplified)),
+        "simplified": ("distance", list(path.simplified), SIMPLIFIED),
     }
-    dataset = xr.Dataset(numbers, coords={"distance": ("distance", path.distances, {"units": "mm"})})
+    rolled = {"units": "mm", "long_name": "rolled distance"}
+    dataset = xr.Dataset(numbers, coords={"distance": ("distance", path.distances, rolled)})
     return dataset.merge(maps(pair, path.last))
 
 

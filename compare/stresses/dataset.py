@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from compare.contact.dataset import provenance
+from compare.contact.dataset import PREFIXES, provenance
 from compare.stresses.compute import TRUE, BodyStresses, Stresses, StressResults
 from compare.stresses.contacts import Contacts
 from compare.stresses.lattice import Lattice
@@ -172,7 +172,8 @@ def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
             if f"{prefix}_{name}" in numbers:
                 numbers[f"{prefix}_{name}"].attrs["units"] = "mm"
         if f"estimate_{name}" in numbers:
-            numbers[f"estimate_{name}"].attrs["units"] = "MPa"
+            meaning = quantity.meaning + PREFIXES["estimate_"]
+            numbers[f"estimate_{name}"].attrs |= {"units": "MPa", "long_name": meaning}
     numbers["section_difference"].attrs["units"] = "1"
     numbers["x_section"].attrs["units"] = "mm"
     return numbers
@@ -206,7 +207,8 @@ def _variables(part: Stresses, dims: Sequence[str], body: str) -> dict[str, Any]
     units, variables = {"units": "MPa"}, dict[str, Any]()
     stresses = np.stack(list(part.stresses.values())).astype("f4")
     variables[f"stress_{body}"] = ("source", *dims, "i", "j"), stresses, units
-    variables[f"estimate_{body}"] = tuple(dims), part.estimate.astype("f4"), units
+    estimated = units | {"long_name": "estimated error of stresses"}
+    variables[f"estimate_{body}"] = tuple(dims), part.estimate.astype("f4"), estimated
     if part.fatigue:
         values = np.stack([one.value for one in part.fatigue.values()])
         variables[f"dang_van_{body}"] = ("source", *dims[1:]), values, units
@@ -250,25 +252,31 @@ def _damage(results: StressResults) -> xr.Dataset:
     )
     for name in damage[0].numbers:
         quantity, factor = OF_DAMAGE[name], NANO if name.startswith("depth_") else 1.0
-        units = {"units": quantity.unit, "long_name": quantity.meaning}
-        variable = variable_of(name)
-        arrays[variable] = "ics", [factor * one.numbers[name] for one in damage], units
-        errors = [factor * one.errors.get(name, np.nan) for one in damage]
-        arrays[f"estimate_{variable}"] = "ics", errors, {"units": quantity.unit}
+        tables = {
+            "": [one.numbers[name] for one in damage],
+            "estimate_": [one.errors.get(name, np.nan) for one in damage],
+        }
+        for prefix, table in tables.items():
+            units = {"units": quantity.unit, "long_name": quantity.meaning + PREFIXES[prefix]}
+            arrays[prefix + variable_of(name)] = "ics", [factor * value for value in table], units
     return arrays
 
 
 def _worn(results: StressResults) -> xr.Dataset:
     """Return what is worn off both bodies after all passages, and the worn contact, by ICs."""
     worn = list(results.worn.values())
-    microns = {"units": "µm", "long_name": "depth worn after all passages and revolutions"}
+    meaning = "depth worn after all passages and revolutions"
     arrays = xr.Dataset(
         {
-            "worn": (("ics", "worn_body", "s"), MICRO * np.stack([one.depths for one in worn]), microns),
+            "worn": (
+                ("ics", "worn_body", "s"),
+                MICRO * np.stack([one.depths for one in worn]),
+                {"units": "µm", "long_name": meaning},
+            ),
             "estimate_worn": (
                 ("ics", "worn_body"),
                 MICRO * np.stack([one.estimates for one in worn]),
-                microns,
+                {"units": "µm", "long_name": meaning + PREFIXES["estimate_"]},
             ),
             "wear_steps": ("ics", [one.steps for one in worn]),
             "turned": ("ics", np.degrees([one.turned for one in worn]), {"units": "deg"}),

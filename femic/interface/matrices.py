@@ -31,6 +31,13 @@ from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.patches import DIRECTIONS
 
+MEANINGS = {
+    "ic": ("mm/MPa", "displacement i of an element per traction j on another"),
+    "estimate": ("mm/MPa", "estimated error of ic"),
+    "lag": ("mm", "distance along x from the loaded element"),
+    "observed": ("mm", "arc length of the displaced strip"),
+    "loaded": ("mm", "arc length of the loaded strip"),
+}
 OF_PAIR = DIMENSIONS[1:]  # lag, observed, loaded, i, j
 SAME_PLACE = 1e-6  # of an element, by which labels may be off
 
@@ -83,16 +90,12 @@ def label_matrix(
     arrays = {"ic": _checked("ics", ics, grid)}
     if estimate is not None:
         arrays["estimate"] = _checked("estimate", estimate, grid)
-    mm, units = {"units": "mm"}, {"units": "mm/MPa"}
+    places = {"lag": grid.lags, "observed": grid.strips, "loaded": grid.strips}
+    attributes = {key: {"units": unit, "long_name": meaning} for key, (unit, meaning) in MEANINGS.items()}
     return xr.Dataset(
-        {key: (OF_PAIR, values, units) for key, values in arrays.items()},
-        coords={
-            "lag": ("lag", grid.lags, mm),
-            "observed": ("observed", grid.strips, mm),
-            "loaded": ("loaded", grid.strips, mm),
-            "i": list(DIRECTIONS),
-            "j": list(DIRECTIONS),
-        },
+        {key: (OF_PAIR, values, attributes[key]) for key, values in arrays.items()},
+        coords={key: (key, at, attributes[key]) for key, at in places.items()}
+        | {"i": list(DIRECTIONS), "j": list(DIRECTIONS)},
         attrs={"ics": name, "dx": grid.dx, "ds": grid.ds},
     )
 

@@ -58,6 +58,15 @@ def test_contact_of_a_pair_equals_that_of_its_scene():
     np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
 
 
+@pytest.mark.parametrize("motion", motions("none", "compression"))
+def test_each_variable_has_a_unit_and_says_what_it_alone_is(motion):
+    variables = femic.solve_contact(PAIR, MOTIONS[motion], ["A"], SETUP).variables
+    names = [one.attrs["long_name"] for one in variables.values() if one.dtype.kind != "U"]
+    assert len({*names}) == len(names)
+    assert all("units" in one.attrs for one in variables.values() if one.dtype.kind in "if")
+    assert variables["estimate_p_max"].attrs["long_name"] == "largest pressure: estimated error"
+
+
 def test_friction_by_angle_is_that_of_a_scene():
     """At a tenth of the coefficient everywhere, the contact bears a tenth of friction times pressure."""
     law = [(0.0, 0.1), (40.0, 0.1)]
