@@ -186,7 +186,7 @@ def quick_start(tmp_path_factory):
 @pytest.mark.slow
 def test_the_quick_start_runs(quick_start):
     blocks, names = quick_start
-    assert blocks == 14
+    assert blocks == 15
     errors = names["errors"].error.sel(variant="C", j="n")
     assert np.all(errors <= 0.1)
     assert names["fitted"].fit.rms.item() < 0.1
@@ -200,7 +200,7 @@ def test_the_quick_start_runs_with_b_hat_as_c_and_without_contacts(tmp_path, mon
     monkeypatch.chdir(tmp_path)
     b_hat_as_c(monkeypatch)
     blocks, names = run_blocks("docs/how-to/python.md", CONTACTS)
-    assert blocks == 14
+    assert blocks == 15
     errors = names["errors"].error
     assert np.all(errors.sel(variant="C", j="n") <= 0.1)
     assert np.all(errors.sel(variant="Bhat", j="n") < 1e-9)
