@@ -19,6 +19,7 @@ from compare.finite_elements.page import (
     write_fe_contact,
 )
 from compare.report import interactive
+from compare.report.tables import number_text
 from tests.pages import widest
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
@@ -112,9 +113,9 @@ def test_details_state_deviations_and_their_onset(dataset):
 
 def test_details_state_lateral_force_and_centre_of_pressure_unless_all_is_symmetric(dataset):
     text = listed(dataset)
-    assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in text
+    assert "lateral force on the upper body is −0.250 ± 5e-05 of the load" in text
     assert (
-        "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm with A and -0.200, -0.80 mm with C." in text
+        "the centre of pressure −0.90 ± 0.05 mm; −0.600, −2.00 mm with A and −0.200, −0.80 mm with C." in text
     )
     assert "Beside the crown" not in listed(symmetric(dataset))
 
@@ -125,8 +126,8 @@ def symmetric(dataset):
 
 def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetric(dataset, path, tmp_path):
     """At the least load M_x of C is -1800 N mm, and -2250 by finite elements."""
-    assert "-1800.000 ± 0.050<br><small>+450</small>" in path.read_text(encoding="utf-8")
-    assert "-0.800 ± 0.050<br><small>+0.1</small>" in path.read_text(encoding="utf-8")
+    assert "−1800.000 ± 0.050<br><small>+450</small>" in path.read_text(encoding="utf-8")
+    assert "−0.800 ± 0.050<br><small>+0.1</small>" in path.read_text(encoding="utf-8")
     page = write_fe_contact(symmetric(dataset), tmp_path).read_text(encoding="utf-8")
     assert '<th class="name">s_c [mm]</th><td>0</td><td>0</td><td>0</td>' in page
 
@@ -135,7 +136,7 @@ def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
     table = answer_table(dataset, "FE", ["A", "C"])
     assert [head.title for head in table.heads][4:] == ["p_max: A over FE [%]", "p_max: C over FE [%]"]
     assert [[cell.text for cell in row.filled][4:] for row in table.rows] == [
-        [f"{100 * OFF['A'][k]:+.1f}", f"{100 * OFF['C'][k]:+.1f}"] for k in range(3)
+        [number_text(100 * OFF[name][k], "+.1f") for name in ("A", "C")] for k in range(3)
     ]
     assert {row.filled[0].text for row in table.rows} == {"10.000 ± 0.050"}
 

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from compare.finite_elements.dataset import OF_PATCH
+from femic.validation.estimates.studies import STUDIES
 from femic.validation.statements.changes import CHANGES
 from femic.validation.statements.curves import ACROSS, BESIDE, CONVEX, THROUGH
 from femic.validation.statements.elements import ELEMENTS
@@ -281,12 +282,8 @@ EXACT = {  # the threshold, and C for a value
     (23, "centre"): (0.2, lambda v: contacts(s_centre=v / BY_FE)),
     (23, "approach"): (0.02, lambda v: contacts(approach=v)),
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
-    (25, "held frictionless"): (0.95, known),
-    (25, "held rolling"): (0.95, known),
-    (25, "held differences"): (0.95, known),
-    (25, "width frictionless"): (10.0, wide),
-    (25, "width rolling"): (10.0, wide),
-    (25, "width differences"): (10.0, wide),
+    **{(25, f"held {study}"): (0.95, known) for study in STUDIES},
+    **{(25, f"width {study}"): (10.0, wide) for study in STUDIES},
     **normal_makers.EXACT,
     **MADE,
 }
