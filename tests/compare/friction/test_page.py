@@ -13,6 +13,7 @@ from compare.friction.pages import PAGES, main_chart
 from compare.friction.shown import abscissa, difference, shown, vanishes, worst_friction
 from compare.report import interactive, static
 from compare.report.looks import symbol_of
+from compare.report.tables import MINUS, number_text
 from tests.compare.friction.scenes import scene
 from tests.pages import widest
 
@@ -64,7 +65,7 @@ def test_page_and_file_of_rolling_agree(rolled, tmp_path):
     }
     assert rolling_page.summary(written) in page.replace("&#39;", "'")
     for name in ("A", "Bhat"):
-        text = f"{100 * float(written.zero_creepage.sel(ics=name, friction=0.5)):.3f}"
+        text = number_text(100 * written.zero_creepage.sel(ics=name, friction=0.5), ".3f")
         assert f"<td>{text}" in page
     assert np.all(written.F_x.diff("xi") > 0)
 
@@ -143,7 +144,7 @@ def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
     for name in ("A", "Bhat"):
         curve, cells = at.sel(ics=name), rows[symbol_of(name)]
         for text, key, factor in ((cells[1], "zero_creepage", 100), (cells[3], "slope", 1e-5)):
-            value, estimate = map(float, text.split(" ± "))
+            value, estimate = map(float, text.replace(MINUS, "-").split(" ± "))
             assert estimate == pytest.approx(factor * float(curve[f"estimate_{key}"]), rel=0.05)
             assert value == pytest.approx(factor * float(curve[key]), abs=estimate / 10)
     largest, known = map(float, rows["A"][0].split(" ± "))
@@ -257,7 +258,7 @@ def test_remarks_state_the_effect_of_the_displaced_wheel_if_known(rolled):
         displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
     )
     text = " ".join(rolling_page.remarks(moved))
-    assert "would move the creepage without force by -0.003% and change p_max by -3.0%, with B̂." in text
+    assert "would move the creepage without force by 0% and change p_max by −3.0%, with B̂." in text
     unknown = rolled.assign(displaced_zero_creepage=np.nan * rolled.zero_creepage)
     assert "displaced wheel" not in " ".join(rolling_page.remarks(unknown))
 

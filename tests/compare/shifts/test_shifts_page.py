@@ -207,12 +207,12 @@ def test_planar_contact_is_compared_and_never_a_reference(dataset):
     assert "planar" not in reference_names(planar).values
     text = answers.summary(planar)
     assert text.startswith("Half-space ICs (A)")
-    assert "planar contact is off by up to -54 % (1 mm, left wheel)" in text
+    assert "planar contact is off by up to −54 % (1 mm, left wheel)" in text
     rows = {row.name: [cell.text for cell in row.filled] for row in answers.answer_table(planar).rows}
     assert rows["planar"][:3] == ["no shift"] * 3
     alone = planar.sel(ics=["A", "planar"])
     assert "Only one kind of ICs, A," in answers.summary(alone)
-    assert "planar contact is off by up to -50 %" in answers.summary(alone)
+    assert "planar contact is off by up to −50 %" in answers.summary(alone)
 
 
 def test_limits_that_hold_at_all_shifts_are_said_once(dataset):
@@ -233,7 +233,7 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
         "1000",
         "+20.00",
     ]
-    assert cells["B̂"][-1] == "+0.00"
+    assert cells["B̂"][-1] == "0.00"
     assert table.rows[0].filled[-1].below == "2 mm, left"
 
 
