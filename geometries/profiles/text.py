@@ -14,7 +14,7 @@ LONGEST = 64  # number of characters of a number
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
-QUOTED = re.compile(r"""(["'])\s*([-+.,\deEdD]+)\s*\1""")  # a number
+QUOTED = re.compile(r"""(?<![^\s,;])(["'])[ \t]*([-+]?\.?\d[-+.,\deEdD]*)[ \t]*\1(?![^\s,;])""")  # a number
 LINE_END = re.compile(r"\r\n|\r|\n")
 
 
