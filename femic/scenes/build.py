@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from femic.contact.pairs.given_ics import C
 from femic.contact.specification import APPROACH_SHARE
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
@@ -100,7 +99,7 @@ def _table_misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
     """
     yield from misfits(scene)
     contact = scene.contact
-    if {"patch", "lines"} & file.model_fields_set or C in contact.ics or not contact.loadings:
+    if {"patch", "lines"} & file.model_fields_set or "C" in contact.ics or not contact.loadings:
         yield from single_load_misfits(scene)
     yield from damage_misfits(scene, file.damage)
     if "grid" in file.model_fields_set:
