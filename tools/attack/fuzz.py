@@ -30,7 +30,7 @@ from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
 from geometries.errors import Failure, WrongInput
 
-LONGEST = 30  # seconds that a file may take to be read
+LONGEST = 120  # seconds that a file may take to be read, and plans to be made, on a busy machine
 SOLVED = 40  # of so many gap files one is solved with
 PLANNED = 50  # of so many scenes one is planned
 GENTLE = 0.9  # share of changes that stay within types and sizes
