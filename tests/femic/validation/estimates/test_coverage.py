@@ -5,6 +5,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
@@ -14,7 +15,7 @@ from femic.validation.estimates.coverage import by_regime, comparisons, coverage
 from femic.validation.estimates.studies import STUDIES, GridComparison
 from geometries.errors import Failure
 
-MORE = (("frictionless", 40), ("rolling", 16), ("differences", 8), ("frictionless differences", 16))
+MORE = (("frictionless", 40), ("rolling", 16), ("differences", 24), ("frictionless differences", 16))
 USEFUL = 15.0  # most median of estimate over error of so few contacts; 10 of many (statement 25)
 FLAT = ("A",)  # whose products are fast
 
@@ -38,10 +39,14 @@ def test_estimates_of_a_few_random_contacts_hold(study, count):
 @pytest.mark.slow
 @pytest.mark.parametrize(("study", "count"), MORE)
 def test_estimates_of_random_contacts_hold_and_are_of_use(study, count):
-    """Each number by itself: nineteen in twenty are within their estimates, which are not far too wide."""
+    """Each number by itself: nineteen in twenty are within their estimates, which are not far too wide.
+
+    So few contacts may have more misses by chance than one in twenty: as many as in 99 % of such samples.
+    """
     contacts = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
     for name, cover in coverage_by_number(contacts).items():
-        assert cover.held >= 0.95 or cover.held * count >= count - 1, name
+        known = sum(np.isfinite(contact.estimates[name]) for contact in contacts)  # others are exact
+        assert round((1 - cover.held) * known) <= binom.ppf(0.99, known, 0.05), name
         assert cover.worst < 3, name
         assert not cover.median > USEFUL, name  # NaN of numbers that are exact
 
