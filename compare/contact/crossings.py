@@ -45,7 +45,7 @@ BEYOND = 180.0  # degrees, of patches that reach the end of a contour: more than
 LOAD_ACCURACY = 0.01  # of a load, relative: the angle goes like its third root or slower
 ANGLE_ACCURACY = 0.05  # of the load that has an angle on the grid, relative
 MISSED, MISSED_OF_LENGTHS = 0.02, 0.1  # shares of an error that elements may miss
-APART = {"a": 0.01, "b": 0.02}  # shares of the accuracy of readings of edges that two ICs have not in common
+APART = {"a": 0.01, "b": 0.02}  # shares of the accuracy of a reading that two ICs do not have in common
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ class PairDeviations:
         return share, estimate
 
     def _of_length(self, number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
-        """Return the error of the error of a half-length or half-width that is due to the elements.
+        """Return by how much elements may falsify the error of a half-length or half-width.
 
         Readings of edges err nearly alike on the same elements, less so the more both contacts differ; on
         elements four times as large they are too crude.
@@ -219,7 +219,7 @@ class PairDeviations:
 
 
 def _of_elements(number: str, ours: Sequence[Measured], theirs: Sequence[Measured]) -> float:
-    """Return the error of the error of another number that is due to the elements, which may miss a part."""
+    """Return by how much elements may falsify the error of another number, of which they may miss a part."""
     shares = _shares(number, ours, theirs)
     return MISSED * abs(shares[0]) + (from_grids(*shares) if len(shares) > 1 else 0.0)
 

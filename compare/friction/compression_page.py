@@ -102,7 +102,7 @@ def answer(dataset: xr.Dataset) -> Table:
             "" if is_reference else signed(away.sel(ics=name), known),
             "" if is_reference else with_estimate(largest.sel(ics=name), known_largest.sel(ics=name)),
             with_estimate(contact.p_max, contact.estimate_p_max),
-            "" if is_reference else f"{number_text(percent_change(contact.p_max, p_max), '+.1f')}",
+            "" if is_reference else number_text(percent_change(contact.p_max, p_max), "+.1f"),
         ]
         rows.append(Row(symbol_of(name), cells))
     return Table("ICs", columns, rows)

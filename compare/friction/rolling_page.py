@@ -156,7 +156,7 @@ def answer(dataset: xr.Dataset) -> Table:
                 zero.factor * reference.estimate_zero_creepage,
             ),
             _estimated(curve, "slope", slope.factor),
-            "" if is_reference else f"{number_text(percent_change(curve.slope, reference.slope), '+.1f')}",
+            "" if is_reference else number_text(percent_change(curve.slope, reference.slope), "+.1f"),
         ]
         rows.append(Row(symbol_of(name), cells))
     return Table("ICs", columns, rows)

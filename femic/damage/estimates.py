@@ -1,8 +1,8 @@
 """Estimated errors of wear and fatigue numbers of a contact in steady rolling at a prescribed force.
 
 As those of the contact itself (`femic.contact.estimates`): from the same contact on elements twice and four
-times as large, from what ICs changed by their own estimates make of it, and from elements whose state is
-uncertain. In addition
+times as large, from what ICs changed by their own estimates and the distance of the displaced bodies make of
+it, and from elements whose state is uncertain. In addition
 
 - numbers in proportion to the work of friction are known to the share by which the work on slip differs from
   that of the rigid motion: where little of a contact slides, grids miss much of its slip, and changes from
@@ -89,9 +89,10 @@ def estimated_errors(
 ) -> dict[str, float]:
     """Return the estimated errors of the numbers of a contact, by name.
 
-    `larger` are those on elements twice and four times as large, `changed` those with changed ICs; None:
-    there is no such contact. nan where the contact on elements twice as large is not known, or a changed
-    one; and for numbers in proportion to the work where the grid has none, but the rigid motion does.
+    `larger` are those on elements twice and four times as large, `changed` those with changed ICs or another
+    distance; None: there is no such contact. nan where the contact on elements twice as large is not known,
+    or a changed one; and for numbers in proportion to the work where the grid has none, but the rigid motion
+    does.
     """
     kinds = {name: KINDS.get(name, replace(WORN, scale=name)) for name in own.numbers if name not in FOLLOW}
     kinds |= OF_CONTACT

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.friction.dataset import floors
 from compare.friction.differences import (
     MISSED,
     estimate_of_difference,
     on_larger_elements,
     with_changed_ics,
 )
-from femic.contact.estimates import SAFETY
+from femic.contact.estimates import SAFETY, Measured, Scale
+from femic.contact.pairs.quantities import OF_ROLLING, kinds
 
 VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
 
@@ -67,6 +69,18 @@ def test_grids_that_agree_by_luck_leave_floors_of_both_and_a_share_of_the_differ
     """Floors add up, whatever the signs of errors; those of other ICs do not count."""
     given = contacts().assign(floor_q=("ics", [0.3, 100.0, 0.5]))
     assert estimate_of_difference(given, apart) == pytest.approx(MISSED * 30.0 + 0.3 + 0.5)
+
+
+def test_two_contacts_have_most_of_their_floors_in_common_but_not_all():
+    """Of each number that elements can change."""
+    of_all = kinds(OF_ROLLING)
+    floors_of = {floor for kind in of_all.values() for floor in kind.floors}
+    scales = {kind.scale: Scale(2.0, 2.0) for kind in of_all.values()}
+    contact = Measured(dict.fromkeys(OF_ROLLING, 2.0), scales, dict.fromkeys(floors_of, 0.1), ("p_max",))
+    apart = floors(contact, OF_ROLLING)
+    assert apart.pop("p_max") == 0  # it is exact
+    for name, part in apart.items():
+        assert 0.01 < part / contact.floor(name, of_all[name]) < 0.2, name
 
 
 @pytest.mark.parametrize("error", [3.0, -3.0, 40.0])

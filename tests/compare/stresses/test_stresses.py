@@ -150,6 +150,8 @@ def test_estimates_contain_what_the_linearised_distance_does(rolling):
         damage_of(one, results.scene.damage).errors for one in (solved, replace(solved, changed=()))
     )
     assert known["p_max"] - without["p_max"] == pytest.approx(moved, rel=0.1)
+    forces = [one.contact.force[0] for one in (solved.own, solved.changed[0])]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-5)  # it is prescribed
     assert all(known[name] > without[name] for name in known)
 
 
