@@ -29,8 +29,8 @@ FLOOR = "floor_"  # before the names of numbers
 APART = 0.025  # share of a floor that two ICs do not have in common; of some numbers it is another one
 APART_OF = (
     dict.fromkeys(("area", "sliding_share"), 0.1)
-    | dict.fromkeys(("F_x", "dissipation"), 0.05)
-    | dict.fromkeys(("M_z", "approach", "a"), 0.0125)
+    | dict.fromkeys(("F_x", "dissipation"), 0.035)
+    | dict.fromkeys(("M_x", "M_z", "approach", "a"), 0.0125)
 )
 
 
