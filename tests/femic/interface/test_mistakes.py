@@ -38,6 +38,16 @@ def ics(*arguments, **named):
 
 
 MISTAKES = {  # the field and the value, or what is allowed, as regular expressions
+    # materials, patches, grids
+    "modulus is text": (lambda: femic.Material("210e3", 0.3), "E = '210e3': give a number"),
+    "nu is None": (lambda: femic.Material(210e3, None), "nu = None: give a number"),
+    "modulus is a list": (lambda: femic.Material([210e3], 0.3), r"E = \[210000\.0\]: give a number"),
+    "patch of text": (lambda: femic.Patch("0.3", 0.2), r"a = '0\.3': give a number"),
+    "patch at None": (lambda: femic.Patch(0.3, 0.2, None), "s = None: give a number"),
+    "patch of a tuple": (lambda: femic.Patch((0.3, 0.2), 0.2), r"a = \(0\.3, 0\.2\)"),
+    "grid of text": (lambda: femic.Grid("8", 8, 0.5, 0.5), "n_x = '8': give a whole number"),
+    "grid of half elements": (lambda: femic.Grid(8, 8.5, 0.5, 0.5), r"n_s = 8\.5: give a whole number"),
+    "grid of None": (lambda: femic.Grid(8, 8, None, 0.5), "dx = None: give a number"),
     # contours
     "radius is text": (lambda: femic.arc("10", 60.0), "radius = '10': give a number"),
     "radius is None": (lambda: femic.arc(None, 60.0), "radius = None: give a number"),
@@ -371,6 +381,9 @@ TAKEN = {  # arguments of public names that are taken
     | {"outline": None},
     femic.Pair: {"upper": WHEEL, "lower": RAIL, "effective": {}, "curvature_apart": False}
     | {"reference_length": None},
+    femic.Material: {"E": 210e3, "nu": 0.3},
+    femic.Patch: {"a": 0.3, "b": 0.2, "s": 0.0},
+    femic.Grid: {"n_x": 8, "n_s": 8, "dx": 0.5, "ds": 0.5, "s": 0.0},
     femic.load_pair: {"name_or_path": "flat"},
     femic.line_along_x: {"s": 0.0, "reach": 5.0, "points": 9},
     femic.line_along_s: {"x": 0.0, "reach": 5.0, "points": 9},
@@ -415,7 +428,7 @@ WRONG_VALUES = (
 )
 OTHERS = {  # names of which no argument is tried
     *("plane", "FittedPair", "Failure", "WrongInput"),
-    *("Material", "Patch", "Grid", "load_scene"),  # refuse other types by Python's TypeError
+    "load_scene",  # refuses other types by Python's TypeError
 }
 
 
