@@ -26,7 +26,8 @@ from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.damage.estimates import RollingSolution
 from femic.damage.worn import REACH, strips_beside
 from femic.reference.run_options import RunOptions
-from femic.scenes.errors import BadScene
+from femic.scenes.engine import body_limit_misfits
+from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
 from femic.stresses.tractions import SurfaceTractions
 from geometries.arrays import Array
@@ -110,6 +111,7 @@ def require_stresses(scene: Scene) -> None:
         raise BadScene(
             f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
         )
+    require_none(scene.name, body_limit_misfits(scene))
     require_solvable(with_one_contact(scene))
     if scene.damage.wears and scene.damage.spread > 0:
         _require_room(scene)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from femic.cli.terminal import terminal
-from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, whole_number
 from femic.late import lazy_imports
 from femic.reference.matrix.job import Discount
 from femic.scenes.ic_names import AUTO, ICName
@@ -22,7 +22,9 @@ def matrix(
     scene: SceneName,
     /,
     *,
-    strip: Annotated[int | None, Parameter(help="loaded strip of the maps; default: the patch's")] = None,
+    strip: Annotated[
+        int | None, Parameter(help="loaded strip of the maps; default: the patch's", converter=whole_number)
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""

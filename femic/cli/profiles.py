@@ -13,7 +13,7 @@ from rich.table import Table
 
 from femic.cache import folders
 from femic.cli.terminal import terminal
-from femic.cli.work import OUT, TABLE_WIDTH, announce
+from femic.cli.work import OUT, TABLE_WIDTH, announce, whole_number
 from femic.late import lazy_imports
 from femic.scenes.load import name_of
 from femic.scenes.profiles import Reading, prepared_file
@@ -47,10 +47,14 @@ class FileOptions:
     ] = None
     unit: Annotated[str | None, Parameter(help=f"{', '.join(UNITS)}; where the file does not show it")] = None
     surface: Annotated[
-        int | None, Parameter(help="number of the running surface, where a file has several")
+        int | None,
+        Parameter(help="number of the running surface, where a file has several", converter=whole_number),
     ] = None
     section: Annotated[
-        int | None, Parameter(help="of a list of sections (.slcs, .slcw): the number of the section")
+        int | None,
+        Parameter(
+            help="of a list of sections (.slcs, .slcw): the number of the section", converter=whole_number
+        ),
     ] = None
     section_at: Annotated[
         float | None, Parameter(help="instead of --section: its position, in the unit of the list")

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from femic.cli.terminal import terminal
-from femic.cli.work import DEFAULT_WORK, Work, announce
+from femic.cli.work import DEFAULT_WORK, Work, announce, whole_numbers
 from femic.late import lazy_imports
 from femic.validation.extremes.cases import PARTS, Part
 from femic.validation.extremes.cases import available as extremes_available
@@ -25,7 +25,8 @@ TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
 def validate(
     *,
     only: Annotated[
-        tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
+        tuple[int, ...] | None,
+        Parameter(help="numbers of statements; default: all", consume_multiple=True, converter=whole_numbers),
     ] = None,
     tolerance: Annotated[float, Parameter(help="of C")] = TOLERANCE,
     work: Work = DEFAULT_WORK,

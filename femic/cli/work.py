@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 from uuid import uuid4
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 from rich.console import Console
 
@@ -18,6 +18,7 @@ from femic.late import Late
 from femic.reference.run_options import RunOptions, cores
 from femic.scenes import plausibility
 from femic.scenes.scene import Scene
+from femic.scenes.values import WHOLE
 from geometries.errors import WrongInput
 
 OUT = Path("out")  # the folder of all results, unless another is given
@@ -26,10 +27,26 @@ TABLE_WIDTH = 130  # characters
 
 SceneName = Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")]
 MOST_WORKERS = 1024
+
+
+def whole_numbers(_: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
+    """Return the whole numbers that stand after an option; raise ValueError for others, such as 1.5."""
+    wrong = [token.value for token in tokens if not WHOLE.fullmatch(token.value)]
+    if wrong:
+        raise ValueError(f"{wrong[0]!r} is no whole number")
+    return tuple(int(token.value) for token in tokens)
+
+
+def whole_number(kind: Any, tokens: Sequence[Token]) -> int:
+    """Return the whole number that stands after an option; raise ValueError as `whole_numbers` does."""
+    return whole_numbers(kind, tokens)[0]
+
+
 Workers = Annotated[
     int | None,
     Parameter(
         help="parallel processes or threads; default: one per core",
+        converter=whole_number,
         validator=Number(gte=1, lte=MOST_WORKERS),
     ),
 ]

@@ -1,17 +1,16 @@
 """The tables [lower] and [upper] of a scene file: material and surface of a body."""
 
-from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from femic.key_types import LARGEST_LENGTH, Amount, Length
+from femic.key_types import LARGEST_LENGTH, LEAST_LENGTH, Amount, Length
 from femic.scenes.contours import AnyContour
 from femic.scenes.errors import BadScene
 from femic.scenes.outlines import OutlineTable
 from femic.scenes.profiles import ProfileTable
-from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
+from femic.scenes.scene_table import SceneTable
 from geometries.bodies import Body, Domain
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -31,10 +30,10 @@ class BodyTable(SceneTable):
     E: Amount = Field(description="Young's modulus [MPa]")
     nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")
     contour: AnyContour = Field(description="contact contour in (y, z)")
-    rolling_radius: Annotated[float, Field(ge=20), AfterValidator(_finite_or_prismatic)] = Field(
+    rolling_radius: Annotated[float, Field(ge=LEAST_LENGTH), AfterValidator(_finite_or_prismatic)] = Field(
         np.inf,
-        description="radius of the circle through the contact centre [mm], 20 ... inf (solid engine: 50); "
-        "inf: prismatic",
+        description="radius of the circle through the contact centre [mm]; for C and stresses 20 ... inf "
+        "(solid engine: 50); inf: prismatic",
     )
     hub_radius: Length | None = Field(
         None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
@@ -73,11 +72,3 @@ def _check_profile(profile: ProfileTable, side: int, rolling_radius: float) -> N
             f"contour: turned by {np.degrees(profile.turn):.4g} degrees; the axis of a body of revolution "
             "stays along y: leave out rail_inclination and turn_deg, and turn the other body"
         )
-
-
-def body_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
-    """Yield the errors of the contour of a body; `limit` is the largest inclination [degrees]."""
-    contour = body.contour
-    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
-    if steepest > limit * (1 + LIMIT_SLACK):
-        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit:g}: cut it there"

@@ -7,7 +7,7 @@ import numpy as np
 from femic.contact.specification import APPROACH_SHARE
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
-from femic.scenes.bodies import body_misfits, body_of
+from femic.scenes.bodies import body_of
 from femic.scenes.calibration import calibration_misfits, calibration_of
 from femic.scenes.contact import contact_misfits, contact_of
 from femic.scenes.effective import effective_misfits, effective_properties
@@ -83,8 +83,6 @@ def check_scene(name: str, text: str, file: SceneFile) -> Scene:
 
 def misfits(scene: Scene) -> Iterator[str]:
     """Yield what does not fit between the tables of a scene that each scene has."""
-    for name, body in scene.bodies.items():
-        yield from body_misfits(name, body, scene.settings.engine.limits.inclination)
     yield from engine_misfits(scene)
     yield from contact_misfits(scene)
     yield from stress_misfits(scene)

@@ -16,7 +16,7 @@ from femic.reference.solid.pardiso import available as direct_available
 from femic.reference.solid.record import SOLID
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
-from geometries.bodies import Domain
+from geometries.bodies import Body, Domain
 from geometries.patches import Patch
 
 LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
@@ -117,8 +117,7 @@ class EngineTable(SceneTable):
 
 
 def engine_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what the engine of a scene cannot do."""
-    yield from _limit_misfits(scene)
+    """Yield settings that the engine of a scene does not have."""
     if scene.fields and not scene.settings.engine.fields:
         yield f"fields = true: only {kinds_that(lambda engine: engine.fields)} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
@@ -126,7 +125,8 @@ def engine_misfits(scene: Scene) -> Iterator[str]:
 
 
 def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
-    """Yield the misfit of an engine that has no IC matrices, and so no C for contact."""
+    """Yield why the engine has no C of these bodies on a grid, and so none for contact."""
+    yield from body_limit_misfits(scene)
     engine = scene.settings.engine
     if engine.matrices is None:
         yield (
@@ -136,13 +136,11 @@ def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
         )
 
 
-def _limit_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what only another engine can do.
-
-    What no engine can do is excluded by the limits of keys.
-    """
-    limits, patch = scene.settings.engine.limits, scene.patch
+def body_limit_misfits(scene: Scene) -> Iterator[str]:
+    """Yield bodies beyond the limits of the engine: they have no C, and no stresses of its models."""
+    limits = scene.settings.engine.limits
     for name, body in scene.bodies.items():
+        yield from _steepness_misfits(name, body, limits.inclination)
         nu, radius = body.material.nu, body.rolling_radius
         if nu > limits.nu:
             remedy = _use(other for other in ENGINES.values() if other.limits.nu >= nu)
@@ -156,7 +154,11 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
         if body.outline is not None and not scene.settings.engine.outlines:
             remedy = _use(other for other in ENGINES.values() if other.outlines)
             yield f"{name}.outline: {remedy}, or leave it out"
-    aspect = patch.a / patch.b
+
+
+def aspect_misfits(scene: Scene) -> Iterator[str]:
+    """Yield a patch that is more elongated than the engine allows."""
+    limits, aspect = scene.settings.engine.limits, scene.patch.a / scene.patch.b
     elongation = max(aspect, 1 / aspect) * (1 - LIMIT_SLACK)
     if elongation > limits.aspect:
         remedy = _use(other for other in ENGINES.values() if other.limits.aspect >= elongation)
@@ -166,10 +168,20 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
         )
 
 
+def _steepness_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
+    """Yield a contour that is steeper than a limit [degrees]."""
+    contour = body.contour
+    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
+    if steepest > limit * (1 + LIMIT_SLACK):
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit:g}: cut it there"
+
+
 def _use(capable: Iterable[Engine]) -> str:
     """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
-    return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
+    if not names:
+        return "C and stresses (A, B and Bhat need neither) have no engine"
+    return f"use engine.kind = {' or '.join(names)} (without check)"
 
 
 def ratio_misfits(

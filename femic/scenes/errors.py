@@ -16,6 +16,6 @@ def bad_scene(name: object, errors: Iterable[str]) -> BadScene:
 
 
 def require_none(scene: object, misfits: Iterable[str]) -> None:
-    """Raise BadScene with all misfits, if there are any."""
-    if lines := list(misfits):
+    """Raise BadScene with all misfits, each once, if there are any."""
+    if lines := list(dict.fromkeys(misfits)):
         raise bad_scene(scene, lines)

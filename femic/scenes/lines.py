@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from femic.key_types import Length, Place, Whole
-from femic.scenes.engine import ratio_misfits
+from femic.scenes.engine import aspect_misfits, body_limit_misfits, ratio_misfits
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import SceneTable
 from geometries.bodies import Body
@@ -100,6 +100,8 @@ def room_of(scene: Scene) -> Room:
 def single_load_misfits(scene: Scene) -> Iterator[str]:
     """Yield why ICs under a single load, on the patch, have no C on the lines of a scene."""
     room = room_of(scene)
+    yield from body_limit_misfits(scene)
+    yield from aspect_misfits(scene)
     yield from patch_misfits(scene, room)
     yield from line_misfits(scene, room)
     reaches = [(f"lines.{k} ({line.name})", reach_of(line, scene)) for k, line in enumerate(scene.lines)]

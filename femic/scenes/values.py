@@ -11,11 +11,13 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AbstractTable, Array, Float, Integer
 
 from femic.scenes.errors import BadScene
+from geometries.profiles.named import NAMED
+from geometries.profiles.text import as_float
 
 Value = bool | int | float | str | list[Any]
 
 WHOLE = re.compile(r"[+-]?[0-9]+")
-DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][+-]?[0-9]+)?")  # D: of Fortran
 LARGEST_WHOLE = 2**53  # beyond, floats do not have all whole numbers
 SHOWN = 40  # characters of a text that messages show
 
@@ -23,9 +25,12 @@ SHOWN = 40  # characters of a text that messages show
 def value_of(text: str) -> Value:
     """Return the value of a text as TOML has it: a number, true or false, a list; other text is text.
 
-    Numbers are plain decimals, also .5, 05 and 1.; raises BadScene for others, such as 0x10, 1_2, nan.
+    Numbers are plain decimals, also .5, 05, 1. and 1.5D3; raises BadScene for others, such as 0x10, 1_2, nan.
+    Names of profiles of the package are text: 60E1 is a rail.
     """
     text = text.strip()
+    if text in NAMED:
+        return text
     if DECIMAL.fullmatch(text):
         return _number(text)
     if _is_number(text):
@@ -43,7 +48,7 @@ def value_of(text: str) -> Value:
 
 def _number(text: str) -> int | float:
     """Return a plain decimal number; raise BadScene where it is too large."""
-    value = float(text)
+    value = as_float(text)
     if not np.isfinite(value):
         raise BadScene(f"{text[:SHOWN]}: is too large for a number")
     return int(text) if WHOLE.fullmatch(text) and abs(value) <= LARGEST_WHOLE else value

@@ -60,7 +60,7 @@ def test_a_store_has_no_trace_of_its_check(tmp_path):
 
 
 @pytest.mark.parametrize("command", ["run", "contact", "sweep", "shifts", "compare", "plan"])
-@pytest.mark.parametrize("number", ["-1", "0", "1" + 400 * "0"])
+@pytest.mark.parametrize("number", ["-1", "0", "1.5", "1e2", "1" + 400 * "0"])
 def test_impossible_numbers_of_workers_are_refused(command, number, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert exit_code([command, "flat", "--workers", number]) == WRONG_INPUT

@@ -76,7 +76,10 @@ WRONG = {
     "flank": (lambda: femic.arc(10.0, 95.0), r"flank_inclination_deg = 95\.0.*at most 85"),
     "axis": (lambda: femic.ellipse(-1.0, 2.0), r"b_el = -1\.0"),
     "order of points": (lambda: femic.through_points([0, 2, 1, 3], [0, 0, 0, 0]), "y must grow"),
-    "rolling radius": (lambda: femic.Body(femic.plane(), STEEL, 5.0), r"rolling_radius = 5\.0.*at least 20"),
+    "rolling radius": (
+        lambda: femic.Body(femic.plane(), STEEL, -5.0),
+        r"rolling_radius = -5\.0.*at least 1e-12",
+    ),
     "incompressible": (lambda: femic.Body(femic.plane(), femic.Material(1e3, 0.5)), r"nu = 0\.5"),
     "hub": (lambda: femic.Body(femic.plane(), STEEL, 500.0, 50.0), r"hub_radius = 50\.0.*at least 0\.2"),
     "contour": (lambda: femic.Body("plane", STEEL), "contour = 'plane': give what is made with arc"),

@@ -19,7 +19,7 @@ EXPONENT = (1e-3, 1000.0), (0.0, -1.0, 1001.0, INF, NAN)
 RANGES = {  # key: (values allowed, values refused)
     "lower.E": AMOUNT,
     "upper.nu": ((0.0, 0.4999), (-1e-9, 0.49991, NAN)),
-    "lower.rolling_radius": ((20.0, 1e12, INF), (19.99, -50.0, 1.01e12, NAN)),
+    "lower.rolling_radius": ((1e-12, 1e12, INF), (0.0, -50.0, 1.01e12, NAN)),
     "upper.hub_radius": LENGTH,
     "lower.contour.radius": ((1e-12, 1e12, -1e-12, -1e12), (0.0, 0.99e-12, -1.01e12, INF, NAN)),
     "lower.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1, NAN)),

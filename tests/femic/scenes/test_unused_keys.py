@@ -1,5 +1,6 @@
 """Keys that nobody wrote stop no calculation without use for them: a contact by A needs no lines."""
 
+import numpy as np
 import pytest
 
 import femic
@@ -67,3 +68,41 @@ def test_contact_in_python_is_the_same_at_any_scale():
         found = femic.solve_contact(femic.Pair(wheel, rail), motion, ["A"], setup)
         p_max.append(float(found.p_max.squeeze()))
     assert p_max[0] == pytest.approx(p_max[1], rel=1e-3)
+
+
+def ball_on_plane(nu=0.28, radius=2.0):
+    """Crossed cylinders of the same radius [mm]: in contact a ball on a plane."""
+    rail = femic.Body(femic.arc(radius, 60.0), femic.Material(210e3, nu))
+    return femic.Pair(femic.Body(femic.plane(), rail.material, rolling_radius=radius), rail)
+
+
+def test_a_small_ball_has_a_contact_by_a_and_no_c():
+    """Limits of engines are those of C and stresses: a ball of 4 mm by A is that of Hertz."""
+    load, radius = 10.0, 2.0  # N, mm
+    found = femic.solve_contact(ball_on_plane(radius=radius), femic.Frictionless(loads=[load]), ["A"])
+    modulus = 210e3 / (2 * (1 - 0.28**2))
+    hertz = (6 * load * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
+    assert float(found.p_max.squeeze()) == pytest.approx(hertz, abs=float(found.estimate_p_max.squeeze()))
+    with pytest.raises(femic.WrongInput, match=r"upper\.rolling_radius = 2: .* no engine below 20"):
+        femic.solve_contact(ball_on_plane(radius=radius), femic.Frictionless(loads=[load]), ["A", "C"])
+
+
+def test_what_needs_an_engine_refuses_what_it_does_not_solve():
+    """Nearly incompressible bodies are beyond the solid engine: only C and stresses ask for it."""
+    options = femic.Options(engine="solid")
+    motion, pair = femic.Frictionless(loads=[10.0]), ball_on_plane(nu=0.495, radius=60.0)
+    femic.solve_contact(pair, motion, ["A"], femic.ContactSetup(elements=8), options)
+    others = (
+        lambda: femic.compute_matrix(pair, femic.Grid(4, 4, 0.1, 0.1), "C", options),
+        lambda: femic.compute_ics(pair, femic.Patch(0.1, 0.1), [femic.line_along_x(0.2)], options=options),
+        lambda: femic.solve_contact(pair, motion, ["A", "C"], options=options),
+    )
+    for compute in others:
+        with pytest.raises(femic.WrongInput, match=r"lower\.nu = 0\.495: use engine\.kind = 'harmonic'"):
+            compute()
+
+
+def test_stresses_need_an_engine(write, capsys):
+    text = A_ALONE.replace("radius = 20.0", "radius = 2.0")
+    assert exit_code(["stresses", write(text), "--workers", "1"]) == WRONG_INPUT
+    assert "upper.rolling_radius = 2: C and stresses" in capsys.readouterr().err

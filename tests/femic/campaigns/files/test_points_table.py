@@ -43,6 +43,11 @@ def test_values_are_read_as_toml(read):
     ]
 
 
+def test_a_rail_is_no_number_and_fortran_writes_exponents_with_d(read):
+    """60E1 would be 600."""
+    assert read("flank,ratio\n60E1,2.1D5\n54E1,-21d-4\n") == [("60E1", 2.1e5), ("54E1", -2.1e-3)]
+
+
 def test_a_table_has_as_many_points_as_rows(read):
     assert read("flank\n" + "\n".join(map(str, range(1000))), ["flank"]) == [(k,) for k in range(1000)]
 
