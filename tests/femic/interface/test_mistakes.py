@@ -1,9 +1,9 @@
 """Realistic mistakes with public names: refused with the field and a remedy, and nothing is computed."""
 
+import sys
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,20 +11,9 @@ import xarray as xr
 
 import femic
 
-STEEL = femic.Material(E=210e3, nu=0.3)
-WHEEL = femic.Body(femic.arc(10.6, 60.0), STEEL, rolling_radius=500.0)
-RAIL = femic.Body(femic.arc(10.0, 60.0), STEEL)
-PAIR = femic.Pair(WHEEL, RAIL)
-PATCH = femic.Patch(0.3, 0.2)
-LINE = femic.line_along_x(1.6, 6.0, 9)
-GRID = femic.Grid(n_x=4, n_s=3, dx=0.6, ds=0.4)
-PRESSED = femic.Frictionless([1e3])
-ROLLING = femic.Rolling(1e3, 0.3)
-RING = femic.Profile(standard="60E1")
-CONE = femic.Profile(standard="cone-1-20")
-MATRIX = femic.compute_matrix(PAIR, GRID, "A")
-ICS = femic.compute_ics(PAIR, PATCH, [LINE], ["A"])
-GAP = [[-1.0, 0.0], [1.0, 1e-3]]
+sys.path.append(str(Path(__file__).parents[3] / "tools" / "attack"))
+import mistakes
+from mistakes import CONE, GAP, GRID, ICS, LINE, MATRIX, PAIR, PATCH, PRESSED, RAIL, RING, STEEL, WHEEL
 
 
 def setup(**keys):
@@ -316,7 +305,7 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     ),
     "rail and wheel exchanged": (
         lambda: femic.compute_shifts(CONE, RING, [0.0]),
-        "rail: the profile of a wheel",
+        "rail = .cone-1-20.: the profile of a wheel",
     ),
     "scene is a name": (
         lambda: femic.run_scene("flat", "out"),
@@ -324,14 +313,6 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     ),
     "scene is a pair": (lambda: femic.run_scene(PAIR, "out"), "scene = a Pair"),
     "folder is None": (lambda: femic.run_scene(femic.load_scene("flat"), None), "out = None"),
-}
-COMPUTE = {  # what computes, by the module that calls it
-    "ics": ("compute", "approximations_dataset"),
-    "matrices": ("matrices", "matrix"),
-    "contact": ("compute_contact", "compute_with_friction"),
-    "calibration": ("calibrate",),
-    "scenes": ("run.run_scene",),
-    "shifts": ("compute.compute_shifts",),
 }
 
 
@@ -343,15 +324,10 @@ def in_folder(monkeypatch, tmp_path):
 
 
 @pytest.fixture
-def computed(monkeypatch):
-    """What computes raises this instead."""
-    for module, names in COMPUTE.items():
-        for name in names:
-            monkeypatch.setattr(f"femic.interface.{module}.{name}", Mock(side_effect=Computed))
-
-
-class Computed(BaseException):
-    """Something was computed."""
+def computed():
+    """What computes raises `Computed` instead."""
+    with mistakes.computing_nothing():
+        yield
 
 
 @pytest.mark.usefixtures("computed")
@@ -362,50 +338,6 @@ def test_a_mistake_is_refused_with_its_field_before_any_work(call, message, in_f
     assert not list(in_folder.iterdir())
 
 
-MINE = femic.label_matrix(MATRIX.ic, GRID, "mine")
-TAKEN = {  # arguments of public names that are taken
-    femic.arc: {"radius": 10.0, "flank_inclination_deg": 60.0},
-    femic.ellipse: {"b_el": 10.0, "d_el": 9.0, "flank_inclination_deg": (60.0, 50.0)},
-    femic.through_points: {"y": [0.0, 1.0, 2.0, 3.0], "z": [0.0] * 4, "y_centre": 1.0},
-    femic.Body: {"contour": femic.plane(), "material": STEEL, "rolling_radius": 460.0, "hub_radius": None}
-    | {"outline": None},
-    femic.Pair: {"upper": WHEEL, "lower": RAIL, "effective": {}, "curvature_apart": False}
-    | {"reference_length": None},
-    femic.load_pair: {"name_or_path": "flat"},
-    femic.line_along_x: {"s": 0.0, "reach": 5.0, "points": 9},
-    femic.line_along_s: {"x": 0.0, "reach": 5.0, "points": 9},
-    femic.points: {"x": [0.0, 1.0], "s": 0.0, "name": "mine"},
-    femic.compute_ics: {"pair": PAIR, "patch": PATCH, "lines": [LINE], "ics": ["A"], "bodies": ["lower"]}
-    | {"components": ["nn"], "options": femic.Options()},
-    femic.compare_ics: {"ics": ICS},
-    femic.Options: {"tolerance": 0.01, "engine": "harmonic", "far_radius": None, "most_unknowns": 10_000}
-    | {"workers": 1, "store": None, "report": None},
-    femic.Frictionless: {"loads": [1e3], "approaches": (), "lateral_force": None},
-    femic.Rolling: {"load": 1e3, "friction": 0.3, "longitudinal": [0.0], "lateral": 0.0, "spin": 0.0}
-    | {"equal_force": 0.5, "friction_by_angle": ()},
-    femic.TransientRolling: {"load": 1e3, "friction": 0.3, "creepage": 0.1, "lateral": 0.0, "spin": 0.0}
-    | {"distance": None, "friction_by_angle": ()},
-    femic.Compression: {"loads": [1e3], "friction": 0.3, "friction_by_angle": ()},
-    femic.ContactSetup: {"elements": 8, "grid": None, "shift": 0.0, "flanks": True, "gap": "linear"}
-    | {"extra_gap": GAP},
-    femic.solve_contact: {"pair": PAIR, "motion": PRESSED, "ics": ["A"], "setup": femic.ContactSetup()}
-    | {"options": femic.Options()},
-    femic.compute_matrix: {"pair": PAIR, "grid": GRID, "ics": "A", "discount": "none"}
-    | {"options": femic.Options()},
-    femic.label_matrix: {"ics": MATRIX.ic, "grid": GRID, "name": "mine", "estimate": None},
-    femic.write_for_contact: {"pair": PAIR, "ics": MINE, "path": "mine.txt", "approach": None},
-    femic.fit_bhat_prime: {"pair": PAIR, "patch": PATCH, "bodies": ["combined"], "properties": ["mismatch_k"]}
-    | {"components": ["xn"], "curvature_apart": False, "options": femic.Options()},
-    femic.plot_ics: {"ics": ICS, "component": "nn"},
-    femic.plot_contact: {"contact": ICS},
-    femic.plot_profile: {"profile": RING},
-    femic.Profile: {"file": None, "standard": "60E1", "kind": None, "axes": None, "unit": None}
-    | {"surface": None, "section": None, "section_at": None, "tolerance": 0.0},
-    femic.write_profile: {"profile": RING, "path": "mine.prr"},
-    femic.compute_shifts: {"rail": RING, "wheel": CONE, "shifts": [0.0], "tables": None}
-    | {"options": femic.Options()},
-    femic.run_scene: {"scene": femic.load_scene("flat"), "out": "out", "options": femic.Options()},
-}
 WRONG_VALUES = (
     *(None, "", "text", "1", b"1", True, 0, -1, 1.5, 10**400, np.nan, np.inf, 1j, object(), print, iter([1])),
     *([], [None], ["x"], [[1, 2], [3]], [np.nan], [10**400], (1, 2, 3), {}, {"a": 1}, {1: 2}, range(3)),
@@ -417,15 +349,33 @@ OTHERS = {  # names of which no argument is tried
     *("plane", "FittedPair", "Failure", "WrongInput"),
     *("Material", "Patch", "Grid", "load_scene"),  # refuse other types by Python's TypeError
 }
+NAMES = [*mistakes.ARGUMENTS]
 
 
 def test_all_public_names_are_tried():
-    assert {public.__name__ for public in TAKEN} == set(femic.__all__) - OTHERS
+    assert {public.__name__ for public in NAMES} - {"at"} == set(femic.__all__) - OTHERS
+
+
+@pytest.mark.parametrize("public", NAMES, ids=lambda public: public.__name__)
+def test_right_values_are_taken_and_wrong_ones_refused_with_field_and_value(public, in_folder):
+    known = [*mistakes.mistakes_with(public)]
+    assert known
+    with mistakes.computing_nothing(), suppress(mistakes.Computed):
+        public(**taken(public))
+    for path in in_folder.iterdir():
+        path.unlink()
+    outcomes = [mistakes.outcome(mistake, in_folder) for mistake in known]
+    assert not [(each.attack, each.short) for each in outcomes if each.short]
 
 
 @pytest.mark.usefixtures("computed", "in_folder")
-@pytest.mark.parametrize("public", TAKEN, ids=lambda public: public.__name__)
+@pytest.mark.parametrize("public", NAMES, ids=lambda public: public.__name__)
 def test_any_value_of_any_argument_is_taken_or_refused_as_documented(public):
-    for name, value in product(TAKEN[public], WRONG_VALUES):
-        with suppress(femic.WrongInput, Computed):
-            public(**TAKEN[public] | {name: value})
+    for name, value in product(taken(public), WRONG_VALUES):
+        with suppress(femic.WrongInput, mistakes.Computed):
+            public(**taken(public) | {name: value})
+
+
+def taken(public):
+    """Arguments that are taken."""
+    return {name: argument.taken for name, argument in mistakes.ARGUMENTS[public].items()}
