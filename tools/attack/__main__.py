@@ -4,7 +4,8 @@
 
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
 scenes, campaigns, tables of points and gap files are changed at random, pages have hostile texts and
-files odd names, strange legal contacts are solved.
+files odd names, strange legal contacts are solved, profiles are damaged, public names of Python get wrong
+arguments, and labelled arrays come in any order.
 Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
 docs/numbers/attacks.json, of which docs/evidence/extremes.md shows a table (tools/write_docs.py).
 """
@@ -25,16 +26,19 @@ from commands import Place
 from contacts import contacts
 from damages import damages
 from kills import kills
+from labels import labels
 from mistakes import mistakes
 from outcomes import Outcome, row_of, text_of_row
 from races import races
+from stresses import stresses
+from wheelsets import shifts
 
 from femic.cache.digests import results_digest, versions
 
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-COMMAND, INTERFACE = "femic.cli.contact", "femic.interface.contact"
+COMMAND, SHIFTS, INTERFACE = "femic.cli.contact", "femic.cli.shifts", "femic.interface.contact"
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 
@@ -71,6 +75,13 @@ KINDS = {
     "contacts": Kind(
         150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
     ),
+    "shifts": Kind(
+        900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts), SHIFTS
+    ),
+    "stresses": Kind(
+        600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.stresses"
+    ),
+    "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels), INTERFACE),
     "mistakes": Kind(
         4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes), INTERFACE
     ),
