@@ -5,7 +5,7 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 import xarray as xr
 
-from geometries.arrays import Array
+from geometries.arrays import Indices
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS
 
@@ -88,7 +88,7 @@ def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
     return contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
 
 
-def _growing(places: xr.DataArray, dim: str) -> Array:
+def _growing(places: xr.DataArray, dim: str) -> Indices:
     """Return the order in which places grow along a dimension: those of the case that has most of them."""
     of_cases = places.transpose(..., dim).values.reshape(-1, places.sizes[dim])
     most = int(np.argmax(np.sum(np.isfinite(of_cases), axis=1)))
