@@ -1,8 +1,21 @@
 """Errors on which a user can act: wrong input, and results that could not be computed."""
 
+from collections.abc import Collection
+from numbers import Integral, Number, Real
+from typing import Any
+
 
 class WrongInput(ValueError):
     """An input that cannot be used; the message names the field, the value and the remedy."""
+
+
+def require_numbers(noun: Any, *, whole: Collection[str] = ()) -> None:
+    """Raise WrongInput for fields of a dataclass that are no numbers, or no whole ones."""
+    for name, value in vars(noun).items():
+        kind = Integral if name in whole else Real
+        if not isinstance(value, kind) or isinstance(value, bool):
+            shown = repr(value) if isinstance(value, Number | str | bytes | None) else type(value).__name__
+            raise WrongInput(f"{name} = {shown}: give a {'whole ' if name in whole else ''}number")
 
 
 class Failure(RuntimeError):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometries.arrays import Array
-from geometries.errors import WrongInput
+from geometries.errors import WrongInput, require_numbers
 from geometries.patches import Patch
 
 
@@ -20,6 +20,7 @@ class Grid:
     s: float = 0.0
 
     def __post_init__(self) -> None:
+        require_numbers(self, whole=("n_x", "n_s"))
         if not (self.n_x >= 1 and self.n_s >= 1):
             raise WrongInput(f"n_x = {self.n_x!r}, n_s = {self.n_s!r}: at least one element each")
         self.patch(0)  # raises for sides that are not positive

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from geometries.arrays import Array
-from geometries.errors import WrongInput
+from geometries.errors import WrongInput, require_numbers
 
 
 @dataclass(frozen=True)
@@ -15,6 +15,7 @@ class Material:
     nu: float
 
     def __post_init__(self) -> None:
+        require_numbers(self)
         if not 0 < self.E < math.inf:
             raise WrongInput(f"E = {self.E!r}: Young's modulus must be positive and finite [MPa]")
         if not 0 <= self.nu <= 0.5:

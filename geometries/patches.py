@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from geometries.arrays import Array, Indices
-from geometries.errors import WrongInput
+from geometries.errors import WrongInput, require_numbers
 
 DirectionName = Literal["x", "s", "n"]
 DIRECTIONS: tuple[DirectionName, ...] = get_args(DirectionName)  # names of the directions 0, 1, 2
@@ -41,6 +41,7 @@ class Patch:
     s: float = 0.0
 
     def __post_init__(self) -> None:
+        require_numbers(self)
         if not (0 < self.a < np.inf and 0 < self.b < np.inf):
             raise WrongInput(
                 f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive and finite [mm]"

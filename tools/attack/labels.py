@@ -123,8 +123,10 @@ def drawn_contact(chance: np.random.Generator, _: Path) -> str:
 
 
 def gap(chance: np.random.Generator, _: Path) -> str:
-    columns = np.column_stack([chance.uniform(-4, 4, (30, 2)), chance.uniform(-0.02, 0.02, 30)])
-    columns = columns[:, int(chance.integers(2)) :]
+    on_grid = np.stack(np.meshgrid(np.linspace(-4, 4, 6), np.linspace(-3, 3, 5)), axis=-1).reshape(-1, 2)
+    places = on_grid if chance.random() < 0.5 else chance.uniform(-4, 4, (30, 2))
+    columns = np.column_stack([places, chance.uniform(-0.02, 0.02, 30)])
+    columns = columns[:, int(places is not on_grid and chance.integers(2)) :]
     x, s = np.linspace(-4, 4, 33)[:, None], np.linspace(-4, 4, 29)
     one, other = (
         extra_gap(femic.ContactSetup(extra_gap=rows).extra_gap).at(x, s)

@@ -163,6 +163,21 @@ CREEPAGE = (*NUMBER, 1.0, -1.0, 2.0)
 OPTIONS = noun(femic.Options)
 NUMBER_OR_NONE = [value for value in POSITIVE if value is not None]
 ARGUMENTS: Mapping[Callable[..., Any], Mapping[str, Argument]] = {
+    femic.Material: {"E": needed(210e3, *POSITIVE), "nu": needed(0.3, *NUMBER, -0.1, 0.51, 30)},
+    femic.Patch: {"a": needed(0.3, *POSITIVE), "b": needed(0.2, *POSITIVE), "s": needed(0.0, *NUMBER)},
+    femic.Grid: {
+        "n_x": needed(4, *WHOLE),
+        "n_s": needed(3, *WHOLE),
+        "dx": needed(0.6, *POSITIVE),
+        "ds": needed(0.4, *POSITIVE),
+        "s": needed(0.0, *NUMBER),
+    },
+    femic.load_scene: {
+        "name_or_path": needed("flat", *PATH, "", "flatt", "nowhere.toml", Path("nowhere")),
+        "changes": Argument(
+            None, (*MAPPING, {"lower": 1.0}, {"lower": {"E": "210e3"}}, {"lower": {"nu": 0.6}}, {"lowr": {}})
+        ),
+    },
     femic.arc: {"radius": needed(10.0, *NUMBER, 0.0), "flank_inclination_deg": needed(60.0, *FLANKS)},
     femic.ellipse: {
         "b_el": needed(10.0, *POSITIVE),
@@ -330,7 +345,7 @@ ARGUMENTS: Mapping[Callable[..., Any], Mapping[str, Argument]] = {
         "tolerance": needed(0.0, *NUMBER, -1.0, 2.0, "cv", 0.01),
     },
     RING.at: {
-        "y_centre": Argument(0.0, (*NUMBER, 1000.0)),
+        "y_centre": Argument(0.0, (*NUMBER, 1000.0, None)),
         "s_centre": Argument(None, (*NUMBER, 1.0)),
         "rail_inclination": needed(0.0, *NUMBER, "1:40", 40.0),
         "turn_deg": needed(0.0, *NUMBER, 1000.0),

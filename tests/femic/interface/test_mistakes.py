@@ -264,7 +264,6 @@ WRONG_VALUES = (
 )
 OTHERS = {  # names of which no argument is tried
     *("plane", "FittedPair", "Failure", "WrongInput"),
-    *("Material", "Patch", "Grid", "load_scene"),  # refuse other types by Python's TypeError
 }
 NAMES = [*mistakes.ARGUMENTS]
 
