@@ -1,5 +1,6 @@
 """Errors on which a user can act: wrong input, and results that could not be computed."""
 
+import sys
 from collections.abc import Collection
 from numbers import Integral, Number, Real
 from typing import Any
@@ -16,6 +17,8 @@ def require_numbers(noun: Any, *, whole: Collection[str] = ()) -> None:
         if not isinstance(value, kind) or isinstance(value, bool):
             shown = repr(value) if isinstance(value, Number | str | bytes | None) else type(value).__name__
             raise WrongInput(f"{name} = {shown}: give a {'whole ' if name in whole else ''}number")
+        if isinstance(value, int) and name not in whole and abs(value) > sys.float_info.max:
+            raise WrongInput(f"{name} = {str(value)[:20]}...: give a finite number")
 
 
 class Failure(RuntimeError):

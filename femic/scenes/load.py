@@ -44,8 +44,8 @@ def load_scene(name_or_path: str | Path, changes: Mapping[str, Any] | None = Non
     if changes:
         table = merged(table, changes)
         make_files_absolute(table, SceneFile)
-        text = tomlkit.dumps(table)
-    return build_scene(name_of(path), text, parse(table, path))
+    file = parse(table, path)
+    return build_scene(name_of(path), tomlkit.dumps(table) if changes else text, file)
 
 
 def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

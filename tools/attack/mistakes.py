@@ -55,6 +55,7 @@ COMPUTE = {  # what computes, by the module that calls it
 
 LARGEST = 1e300  # of numbers that a float can have
 WORDS_FOR = {"name_or_path": "scene"}  # in messages
+TOGETHER = ("give either", "must grow")  # of what keys mean together
 OF_ARRAYS = ("of shape", "of shapes", "rows of unequal length", "one point")
 OF_LABELLED = ("dataset", "dimension", "labels along", "without", "no variable", "no coordinate")
 
@@ -471,6 +472,7 @@ def _fields(name: str, value: Any) -> Iterator[str]:
 def _signs(value: Any) -> Iterator[str]:
     """Yield texts of which a message about a value has one: itself, its class, its shape, or an entry."""
     yield str(value) if isinstance(value, Path) else repr(value)[:40]
+    yield from TOGETHER
     if isinstance(value, str) and value.strip():
         yield value
     if isinstance(value, type):
