@@ -20,10 +20,14 @@ class Grid:
     s: float = 0.0
 
     def __post_init__(self) -> None:
-        require_numbers(self)
+        require_numbers(self, whole=("n_x", "n_s"))
         if not (self.n_x >= 1 and self.n_s >= 1):
             raise WrongInput(f"n_x = {self.n_x!r}, n_s = {self.n_s!r}: at least one element each")
-        self.patch(0)  # raises for sides that are not positive
+        for name in ("dx", "ds"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise WrongInput(f"{name} = {getattr(self, name)!r}: must be positive and finite [mm]")
+        if not np.isfinite(self.s):
+            raise WrongInput(f"s = {self.s!r}: must be finite [mm]")
 
     @property
     def lags(self) -> Array:

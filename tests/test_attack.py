@@ -2,6 +2,7 @@
 
 import random
 import sys
+from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,8 +17,11 @@ from commands import COMMANDS, Ended, Place
 from contacts import contacts, summed
 from damages import DAMAGES, damages
 from kills import broken, kills
+from labels import labels
 from outcomes import Outcome, row_of, text_of_row
 from races import races
+from stresses import stresses
+from wheelsets import shifts
 
 from geometries.contours import arc
 from geometries.errors import WrongInput
@@ -48,6 +52,30 @@ def test_hostile_texts_and_names_do_no_harm(tmp_path):
     outcomes = [*names.pages(tmp_path / "pages", 12, SEED), *names.names(tmp_path / "names", 12, SEED)]
     assert not short(outcomes)
     assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+
+
+@pytest.mark.parametrize("attack", [shifts, stresses])
+def test_changed_wheelsets_and_stresses_are_taken_or_refused(attack, tmp_path, monkeypatch):
+    """Without the first of each, which is solved: the slow test has them."""
+    monkeypatch.setattr(f"{attack.__module__}.SOLVED", 1000)
+    monkeypatch.setattr(stresses.__module__ + ".WHOLE", 1000)
+    outcomes = list(islice(attack(tmp_path, 30, SEED), 1, None))
+    assert not short(outcomes)
+    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("attack", "answer"), [(shifts, "solved"), (stresses, "run")])
+def test_some_wheelsets_and_stresses_are_solved(attack, answer, tmp_path):
+    outcomes = list(attack(tmp_path, 1, SEED + 1))
+    assert not short(outcomes)
+    assert [outcome.answer for outcome in outcomes] == [answer]
+
+
+def test_labelled_arrays_give_the_same_in_any_order(tmp_path):
+    outcomes = list(labels(tmp_path, 7, SEED))
+    assert not short(outcomes)
+    assert {outcome.answer for outcome in outcomes} == {"the same"}
 
 
 def test_strange_contacts_obey_mechanics():

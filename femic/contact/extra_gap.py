@@ -65,7 +65,8 @@ def extra_gap(columns: Array) -> ExtraGap:
             f"{len(places)} points on one line, not at one x: give points beside it, too, or columns s, "
             "gap of a profile that is the same at all x"
         )
-    return Scattered(places, gap)
+    order = np.lexsort(places.T)  # triangles of points on a grid depend on their order
+    return Scattered(places[order], gap[order])
 
 
 def _profile(places: Array, gap: Array) -> Profile:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, fields
 from functools import cache, wraps
 from inspect import signature
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -48,7 +49,7 @@ WORDS: dict[Any, str] = {
     str: "text",
     NoneType: "None",
 }
-SHOWN = (numbers.Number, str, bytes, list, tuple, set, dict, NoneType, os.PathLike)  # values in messages
+SHOWN = (numbers.Number, np.bool_, str, bytes, list, tuple, set, dict, NoneType, os.PathLike)  # in messages
 MADE_BY = {  # classes that are not public, by their names
     "SceneTable": "arc, ellipse, plane, through_points or Profile.at",
     "Scene": "load_scene",
@@ -136,6 +137,25 @@ def array(name: str, value: Any) -> np.ndarray:
     for at in np.argwhere(~np.isfinite(values)):
         raise WrongInput(f"{name}{_index(at)} = {values[tuple(at)]}: give finite numbers")
     return values
+
+
+def new_file(path: str | Path) -> Path:
+    """Return the path of a file to be written; raise WrongInput where no file can be."""
+    path, fault = Path(path), ""
+    try:
+        if path.is_dir():
+            fault = "is a folder: give the name of a file"
+        elif not path.parent.is_dir():
+            fault = f"no folder {path.parent}: make it"
+        else:
+            path.lstat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:  # names that are too long or have a null character
+        fault = f"{getattr(error, 'strerror', None) or error}: give another name"
+    if fault:
+        raise WrongInput(f"path = {shown(str(path))}: {fault}")
+    return path
 
 
 def shown(value: Any) -> str:

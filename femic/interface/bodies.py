@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties
-from femic.interface.arguments import array, check_fields, with_checked_arguments
+from femic.interface.arguments import MADE_BY, array, check_fields, shown, with_checked_arguments
 from femic.scenes import contours
 from femic.scenes.bodies import BodyTable
 from femic.scenes.effective import effective_properties
@@ -121,6 +121,10 @@ class Body:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if not hasattr(self.contour, "contour"):  # another table, such as that of a line
+            raise WrongInput(
+                f"contour = {shown(self.contour)}: give what is made with {MADE_BY['SceneTable']}"
+            )
         table = checked(BodyTable, self.table)
         contour = table.contour.contour()
         bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
@@ -164,7 +168,11 @@ class Pair:
     def __post_init__(self) -> None:
         check_fields(self)
         if self.curvature_apart and "combined" not in self.effective:
-            raise WrongInput("curvature_apart: only where effective properties of 'combined' are given")
+            raise WrongInput(
+                "curvature_apart = True: only where effective properties of 'combined' are given"
+            )
+        if self.reference_length is not None and self.reference_length <= 0:
+            raise WrongInput(f"reference_length = {self.reference_length!r}: must be positive [mm]")
 
     @property
     def tables(self) -> dict[str, Any]:

@@ -141,6 +141,7 @@ class ContactSetup:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        checked(ContactTable, self.tables["contact"])
         _ = self.added_gap  # raises for points that have no gap between them
 
     @property

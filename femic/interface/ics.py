@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from approx.halfspace import observers
+from approx.variants import VARIANTS
 from compare.ics.compute import compute
 from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
 from femic.interface.arguments import array, with_checked_arguments
@@ -20,6 +21,7 @@ from femic.scenes.build import misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX, single_load_misfits
 from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 
 Line = LineAlongX | LineAlongS | OffsetLine
@@ -74,6 +76,11 @@ def compute_ics(
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
+    for k, name in enumerate(ics):
+        if name not in (*VARIANTS, "C"):
+            raise WrongInput(f"ics[{k}] = {name!r}: give one of {', '.join(VARIANTS)}, C")
+        if name in ics[:k]:
+            raise WrongInput(f"ics = {list(ics)}: {name} given twice: name each once")
     variants = [name for name in ics if name != "C"] or ["A"]
     tables = {"variants": variants, "bodies": bodies, "components": components}
     scene = _scene(pair, patch, lines, options, tables)
@@ -94,7 +101,10 @@ def compare_ics(ics: xr.Dataset) -> xr.Dataset:
 
     Raises WrongInput without C, and without nn.
     """
-    return errors_in(ics_by_label("ics", ics))
+    ics = ics_by_label("ics", ics)
+    if "estimate" not in ics and "C" in ics.variant:
+        raise WrongInput("ics: no variable estimate, the error of C: give a whole dataset of compute_ics")
+    return errors_in(ics)
 
 
 def _scene(

@@ -5,6 +5,7 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 import xarray as xr
 
+from geometries.arrays import Indices
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS
 
@@ -81,7 +82,17 @@ def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
             raise WrongInput(
                 f"{name}: no variable {variable}: give a whole dataset of solve_contact or compute_shifts"
             )
+    for dim in ("x", "s"):
+        if dim in contacts.dims and dim in contacts.coords:
+            contacts = contacts.isel({dim: _growing(contacts[dim], dim)})
     return contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
+
+
+def _growing(places: xr.DataArray, dim: str) -> Indices:
+    """Return the order in which places grow along a dimension: those of the case that has most of them."""
+    of_cases = places.transpose(..., dim).values.reshape(-1, places.sizes[dim])
+    most = int(np.argmax(np.sum(np.isfinite(of_cases), axis=1)))
+    return np.argsort(of_cases[most], kind="stable")
 
 
 def _rank(dim: Hashable) -> tuple[int, str]:

@@ -8,13 +8,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from approx.matrix import matrix
+from approx.variants import forms_of
 from compare.export import contact_file
 from compare.export.export import to_contact
 from compare.export.grid import distances_after, write_distances
 from compare.matrix.file import DIMENSIONS
 from compare.matrix.jobs import matrix_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.interface.arguments import array, with_checked_arguments
+from femic.interface.arguments import array, new_file, with_checked_arguments
 from femic.interface.bodies import Pair
 from femic.interface.labels import by_label
 from femic.interface.options import DEFAULT, Options
@@ -61,6 +62,7 @@ def compute_matrix(
     """
     scene = replace(_scene(pair, grid, options), discount=discount)
     if ics != "C":
+        _require_forms(ics)
         return label_matrix(matrix(ics, scene.pair, grid), grid, ics)
     references = matrices(matrix_jobs(scene), options.run, combined=True)
     contour = scene.bodies["lower"].contour
@@ -123,7 +125,7 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
         if len(own) != len(places) or not np.allclose(own, places, rtol=0, atol=SAME_PLACE * size):
             raise WrongInput(f"{name}: {along} = {_first(own)}: {words} mm are needed, in any order")
     for variable in ("ic", *({"estimate"} & set(labelled.data_vars))):
-        _require_finite(variable, labelled[variable].values)
+        _require_finite(f"{name}: {variable}", labelled[variable].values)
     return labelled
 
 
@@ -131,7 +133,7 @@ def name_of(labelled: xr.Dataset) -> str:
     """Return the name of a labelled matrix; raise WrongInput where it has lost its labels."""
     if missing := {"ics", "dx", "ds"} - set(labelled.attrs):
         raise WrongInput(
-            f"a matrix without attributes {', '.join(sorted(missing))}: label it by label_matrix"
+            f"ics: a matrix without attributes {', '.join(sorted(missing))}: label it by label_matrix"
         )
     return str(labelled.attrs["ics"])
 
@@ -155,12 +157,7 @@ def write_for_contact(
     `contact_distances.txt` beside the file, x fastest, as CONTACT takes them with N = 0. `femic export`
     prints what else has to be set there. Raises WrongInput.
     """
-    ics, path = ordered("ics", ics), Path(path)
-    if path.is_dir() or not path.parent.is_dir():
-        fault = (
-            "is a folder: give the name of a file" if path.is_dir() else f"no folder {path.parent}: make it"
-        )
-        raise WrongInput(f"path = {str(path)!r}: {fault}")
+    ics, path = ordered("ics", ics), new_file(path)
     scene = _scene(pair, grid_of(ics), DEFAULT)
     try:
         contact_file.write(to_contact(scene, ics.ic.values), path)
@@ -176,6 +173,14 @@ def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
     scene = scene_of(pair, options, {"grid": asdict(grid)})
     require_none(NAME, grid_misfits(scene))
     return scene
+
+
+def _require_forms(ics: str) -> None:
+    """Raise WrongInput for what is no name of approximations."""
+    try:
+        forms_of(ics)
+    except WrongInput as error:
+        raise WrongInput(f"ics: {error}") from error
 
 
 def _checked(name: str, given: ArrayLike | xr.DataArray, grid: Grid) -> Array:

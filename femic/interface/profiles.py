@@ -1,21 +1,20 @@
 """Profiles of rails and wheels: read or standard, how they were understood, placed as contours, written."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
 import xarray as xr
 
 from compare.profiles.understood import Understood, of_file, of_package, to_dataset
-from femic.interface.arguments import check_fields, with_checked_arguments
+from femic.interface.arguments import check_fields, new_file, shown, with_checked_arguments
 from femic.interface.bodies import checked, given
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
 from geometries.errors import WrongInput
 from geometries.profiles import files
+from geometries.profiles.named import NAMED
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
-
-AS_IT_IS = Reading()
 
 
 @dataclass(frozen=True)
@@ -43,12 +42,11 @@ class Profile:
     def __post_init__(self) -> None:
         check_fields(self)
         if (self.file is None) == (self.standard is None):
-            raise WrongInput("give either file or standard, one of them")
-        if self.standard is not None and self._reading != AS_IT_IS:
             raise WrongInput(
-                f"standard = {self.standard!r}: leave out kind, axes, unit, surface, section and tolerance, "
-                "which are of files"
+                f"file = {shown(self.file)}, standard = {shown(self.standard)}: give either, one of them"
             )
+        if self.standard is not None:
+            self._require_standard()
         object.__setattr__(self, "understood", self._understood())
 
     @property
@@ -94,6 +92,20 @@ class Profile:
         contour.contour()  # raises for places that are not on the profile
         return contour
 
+    def _require_standard(self) -> None:
+        """Raise WrongInput for a profile that is not in the package, and for keys of files."""
+        if self.standard not in NAMED:
+            raise WrongInput(f"standard = {self.standard!r}: give one of {', '.join(NAMED)}, or a file")
+        for key in fields(self):
+            if (
+                key.name not in ("standard", "understood")
+                and (value := getattr(self, key.name)) != key.default
+            ):
+                raise WrongInput(
+                    f"{key.name} = {shown(value)}: is of files, and standard = {self.standard!r} is of the "
+                    "package: leave it out"
+                )
+
     @property
     def _reading(self) -> Reading:
         """How the file is read."""
@@ -114,4 +126,4 @@ def write_profile(profile: Profile, path: str | Path) -> None:
 
     Reading the file gives the same points [mm]. Raises WrongInput.
     """
-    files.write_profile(profile.understood.as_points(), path)
+    files.write_profile(profile.understood.as_points(), new_file(path))

@@ -49,7 +49,7 @@ def compute_shifts(
 def _table(profile: Profile, kind: Kind) -> dict[str, Any]:
     """Return the keys of a profile in a specification; raise WrongInput for one of the other kind."""
     if (seen := profile.understood.kind) != kind:
-        raise WrongInput(f"{kind}: the profile of a {seen}")
+        raise WrongInput(f"{kind} = {profile.standard or str(profile.file)!r}: the profile of a {seen}")
     if profile.standard is not None:
         return {"profile": profile.standard}
     of_file = {key: getattr(profile, key) for key in ("axes", "unit", "surface", "section", "section_at")}

@@ -16,6 +16,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute
 from femic.scenes.messages import messages
 from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 
 BUILTIN = Path(__file__).parent / "builtin"
 DEEPEST = 30  # tables and lists within each other; a scene has 5
@@ -27,20 +28,24 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in BUILTIN.glob("*.toml"))
 
 
-def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
+def load_scene(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return the scene of a built-in name or a TOML file, with some keys changed; raise WrongInput.
 
     `changes` has the keys of a scene file; names of files in it are relative to the working directory, as in
     `scene_from_table`. A table in it replaces only those keys that it names; one that
     names a `kind` replaces the whole table.
     """
-    path = scene_path(name_or_path)
+    if not isinstance(name_or_path, str | Path):
+        raise WrongInput(f"name_or_path = {name_or_path!r}: give text or a pathlib.Path")
+    if not isinstance(changes, Mapping | None):
+        raise WrongInput(f"changes = {changes!r}: give a mapping (dict) or None")
+    path = scene_path(str(name_or_path))
     text, table = read_scene(path)
     if changes:
         table = merged(table, changes)
         make_files_absolute(table, SceneFile)
-        text = tomlkit.dumps(table)
-    return build_scene(name_of(path), text, parse(table, path))
+    file = parse(table, path)
+    return build_scene(name_of(path), tomlkit.dumps(table) if changes else text, file)
 
 
 def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -72,6 +72,8 @@ def message(detail: ErrorDetails) -> str:
     """Return one error as a line: field = value: reason; remedy."""
     field = _field(detail)
     kind = detail["type"]
+    if not field:  # about the whole table: its reason names the keys
+        return _reason(detail)
     if kind == "extra_forbidden":
         key = str(detail["loc"][-1])
         similar = get_close_matches(key, sorted(_keys() - {key}), n=1)
@@ -84,6 +86,8 @@ def message(detail: ErrorDetails) -> str:
 
 def _reason(detail: ErrorDetails) -> str:
     """Return the reason why a value is wrong."""
+    if detail["type"] == "too_short":
+        return f"give at least {detail['ctx']['min_length']} entries"
     for limit, words in LIMITS.items():
         if limit in detail.get("ctx", {}):
             return f"Input should be {words} {detail['ctx'][limit]:g}"

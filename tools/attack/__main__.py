@@ -4,7 +4,8 @@
 
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
 scenes, campaigns, tables of points and gap files are changed at random, pages have hostile texts and
-files odd names, strange legal contacts are solved.
+files odd names, strange legal contacts are solved, profiles are damaged, public names of Python get wrong
+arguments, and labelled arrays come in any order.
 Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
 docs/numbers/attacks.json, of which docs/evidence/extremes.md shows a table (tools/write_docs.py).
 """
@@ -25,15 +26,19 @@ from commands import Place
 from contacts import contacts
 from damages import damages
 from kills import kills
+from labels import labels
+from mistakes import mistakes
 from outcomes import Outcome, row_of, text_of_row
 from races import races
+from stresses import stresses
+from wheelsets import shifts
 
 from femic.cache.digests import results_digest, versions
 
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-MODULE = "femic.cli.contact"  # whose code is attacked, with what it imports
+COMMAND, SHIFTS, INTERFACE = "femic.cli.contact", "femic.cli.shifts", "femic.interface.contact"
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 
@@ -44,6 +49,7 @@ class Kind:
     count: int
     meaning: str
     attack: Attack
+    module: str = COMMAND  # whose code is attacked, with what it imports
 
 
 def of_files(change: Callable[[Path, int, int], Iterator[Outcome]]) -> Attack:
@@ -69,6 +75,16 @@ KINDS = {
     "contacts": Kind(
         150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
     ),
+    "shifts": Kind(
+        900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts), SHIFTS
+    ),
+    "stresses": Kind(
+        600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.stresses"
+    ),
+    "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels), INTERFACE),
+    "mistakes": Kind(
+        4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes), INTERFACE
+    ),
 }
 
 
@@ -81,7 +97,7 @@ def main() -> int:
             rows[name] = attacked(name, place, options.share, options.seed)
             sys.stdout.write(f"{text_of_row(rows[name])}\n")
     if options.page:
-        keep({name: row | provenance(options.seed) for name, row in rows.items()})
+        keep({name: row | provenance(options.seed, KINDS[name].module) for name, row in rows.items()})
     return int(any(row["short"] for row in rows.values()))
 
 
@@ -109,9 +125,9 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
     return row_of(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 
-def provenance(seed: int) -> dict[str, Any]:
+def provenance(seed: int, module: str) -> dict[str, Any]:
     """Return seed and versions behind the numbers; a sample goes out of date with no single module."""
-    return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(MODULE)}
+    return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(module)}
 
 
 def keep(rows: dict[str, dict[str, Any]]) -> None:

@@ -55,7 +55,7 @@ def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     path = folder / "scene.toml"
     for number in range(count):
         chance = random.Random(f"scene {seed} {number}")
-        path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
+        path.write_text(changed(bases, chance), encoding="utf-8", errors="replace")
         yield outcome(f"scene {number}", lambda plan=number % PLANNED == 0: _checked(path, plan=plan))
 
 
@@ -82,7 +82,7 @@ def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     path = folder / "campaign.toml"
     for number in range(count):
         chance = random.Random(f"campaign {seed} {number}")
-        path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
+        path.write_text(changed(bases, chance), encoding="utf-8", errors="replace")
         yield outcome(f"campaign {number}", lambda: _computable(path))
 
 
@@ -243,7 +243,7 @@ def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
     return {key: sorted(words) for key, words in points.items()}
 
 
-def _changed(bases: Sequence[str], chance: random.Random) -> str:
+def changed(bases: Sequence[str], chance: random.Random) -> str:
     """Return the text of one of some tables with some changes; now and then of the text itself."""
     text = chance.choice(bases)
     if chance.random() < 0.1:
@@ -310,11 +310,11 @@ def _roughly(value: Any, chance: random.Random) -> Any:
 # --- what femic says -------------------------------------------------------------------------------------
 
 
-def outcome(attack: str, read: Callable[[], str]) -> Outcome:
-    """Return what femic answers where a file is read: taken, or refused with a message."""
+def outcome(attack: str, read: Callable[[], str], seconds: int = LONGEST) -> Outcome:
+    """Return what femic answers where a file is read: taken, or refused with a message, in some seconds."""
     printed = io.StringIO()
     try:
-        with limited(), redirect_stdout(printed), redirect_stderr(printed):
+        with limited(seconds), redirect_stdout(printed), redirect_stderr(printed):
             answer = read()
     except (WrongInput, Failure, OSError) as error:  # what commands print as a message
         return Outcome(attack, "refused", "" if str(error).strip() else "without a message")
@@ -333,14 +333,14 @@ def by_code(code: int) -> str:
 
 
 @contextmanager
-def limited() -> Iterator[None]:
-    """Raise RuntimeError in what takes longer than `LONGEST` seconds."""
+def limited(seconds: int = LONGEST) -> Iterator[None]:
+    """Raise RuntimeError in what takes longer."""
 
     def late(*_: object) -> None:
-        raise RuntimeError(f"does not end in {LONGEST} s")
+        raise RuntimeError(f"does not end in {seconds} s")
 
     before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(LONGEST)
+    signal.alarm(seconds)
     try:
         yield
     finally:

@@ -25,6 +25,17 @@ def test_gap_is_linear_between_points_of_any_spacing(size, away):
     np.testing.assert_allclose(result, plane(X, S), rtol=0, atol=1e-9)
 
 
+def test_gap_on_a_grid_does_not_depend_on_the_order_of_its_points():
+    """Each square of a grid has two diagonals: which one bounds triangles must not follow from the order."""
+    chance = np.random.default_rng(3)
+    x, s = (places.ravel() for places in np.meshgrid(np.linspace(-4, 4, 7), np.linspace(-3, 3, 5)))
+    columns = np.column_stack([x, s, chance.uniform(-0.02, 0.02, x.size)])
+    at = np.linspace(-4, 4, 33)[:, None], np.linspace(-3, 3, 29)
+    for _ in range(5):
+        other = extra_gap(chance.permutation(columns)).at(*at)
+        np.testing.assert_array_equal(other, extra_gap(columns).at(*at))
+
+
 def test_gap_is_linear_on_a_narrow_band():
     """A millionth as wide as it is long."""
     narrow = LATTICE * [1e-6, 1.0]

@@ -86,7 +86,7 @@ WRONG = {
     "workers": (lambda: femic.Options(workers=0), "workers = 0: at least 1"),
     "curvature": (
         lambda: femic.Pair(of_python().upper, of_python().lower, curvature_apart=True),
-        "curvature_apart: only where",
+        "curvature_apart = True: only where",
     ),
     "tolerance": (lambda: femic.Options(tolerance=2.0), r"tolerance = 2\.0.*at most 1"),
     "engine": (lambda: femic.Options(engine="magic"), "engine = 'magic'.*'harmonic' or 'solid'"),

@@ -163,6 +163,11 @@ def test_a_figure_of_contacts_has_the_pressures_of_its_cases(loads, pressed):
     for name, contact in (("case", loads), ("friction", pressed)):
         turned = contact.transpose("ics", ..., name)
         xr.testing.assert_identical(contacts_by_label("contact", turned), contact)
+    for contact in (loads, pressed):
+        turned = contact.isel(
+            x=slice(None, None, -1), s=np.random.default_rng(1).permutation(contact.sizes["s"])
+        )
+        xr.testing.assert_identical(contacts_by_label("contact", turned), contact)
     exchanged = contacts_by_label("contact", loads.isel(case=[1, 0]))
     largest = [np.nanmax(pressure.values) for (pressure,) in surfaces(exchanged).steps.values()]
     np.testing.assert_array_equal(largest, loads.p_max.sel(ics="Bhat", case=[4e3, 1e3]))

@@ -1,9 +1,9 @@
 """Realistic mistakes with public names: refused with the field and a remedy, and nothing is computed."""
 
+import sys
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,20 +11,9 @@ import xarray as xr
 
 import femic
 
-STEEL = femic.Material(E=210e3, nu=0.3)
-WHEEL = femic.Body(femic.arc(10.6, 60.0), STEEL, rolling_radius=500.0)
-RAIL = femic.Body(femic.arc(10.0, 60.0), STEEL)
-PAIR = femic.Pair(WHEEL, RAIL)
-PATCH = femic.Patch(0.3, 0.2)
-LINE = femic.line_along_x(1.6, 6.0, 9)
-GRID = femic.Grid(n_x=4, n_s=3, dx=0.6, ds=0.4)
-PRESSED = femic.Frictionless([1e3])
-ROLLING = femic.Rolling(1e3, 0.3)
-RING = femic.Profile(standard="60E1")
-CONE = femic.Profile(standard="cone-1-20")
-MATRIX = femic.compute_matrix(PAIR, GRID, "A")
-ICS = femic.compute_ics(PAIR, PATCH, [LINE], ["A"])
-GAP = [[-1.0, 0.0], [1.0, 1e-3]]
+sys.path.append(str(Path(__file__).parents[3] / "tools" / "attack"))
+import mistakes
+from mistakes import CONE, GAP, GRID, ICS, LINE, MATRIX, PAIR, PATCH, PRESSED, RAIL, RING, STEEL, WHEEL
 
 
 def setup(**keys):
@@ -38,36 +27,18 @@ def ics(*arguments, **named):
 
 
 MISTAKES = {  # the field and the value, or what is allowed, as regular expressions
-    # materials, patches, grids
-    "modulus is text": (lambda: femic.Material("210e3", 0.3), "E = '210e3': give a number"),
-    "nu is None": (lambda: femic.Material(210e3, None), "nu = None: give a number"),
-    "modulus is a list": (lambda: femic.Material([210e3], 0.3), r"E = \[210000\.0\]: give a number"),
-    "patch of text": (lambda: femic.Patch("0.3", 0.2), r"a = '0\.3': give a number"),
-    "patch at None": (lambda: femic.Patch(0.3, 0.2, None), "s = None: give a number"),
-    "patch of a tuple": (lambda: femic.Patch((0.3, 0.2), 0.2), r"a = \(0\.3, 0\.2\)"),
-    "grid of text": (lambda: femic.Grid("8", 8, 0.5, 0.5), "n_x = '8': give a whole number"),
-    "grid of half elements": (lambda: femic.Grid(8, 8.5, 0.5, 0.5), r"n_s = 8\.5: give a whole number"),
-    "grid of None": (lambda: femic.Grid(8, 8, None, 0.5), "dx = None: give a number"),
     # contours
     "radius is text": (lambda: femic.arc("10", 60.0), "radius = '10': give a number"),
-    "radius is None": (lambda: femic.arc(None, 60.0), "radius = None: give a number"),
     "radius is NaN": (lambda: femic.arc(np.nan, 60.0), "radius = nan"),
-    "radius is infinite": (lambda: femic.arc(np.inf, 60.0), "radius = inf"),
-    "radius is a truth value": (lambda: femic.arc(True, 60.0), "radius = True: give a number"),
     "radius is a list": (lambda: femic.arc([10.0], 60.0), r"radius = \[10\.0\]: give a number"),
-    "radius is complex": (lambda: femic.arc(10 + 0j, 60.0), r"radius = \(10\+0j\): give a number"),
     "radius is huge": (lambda: femic.arc(10**400, 60.0), "radius = 1000.*finite"),
     "three flanks": (lambda: femic.arc(10.0, (1.0, 2.0, 3.0)), r"flank_inclination_deg = \(1\.0.*2 values"),
     "one flank in a list": (lambda: femic.arc(10.0, [20.0]), r"flank_inclination_deg = \[20\.0\]"),
-    "flank is text": (lambda: femic.arc(10.0, "20"), "flank_inclination_deg = '20'"),
     "a flank is None": (lambda: femic.arc(10.0, (20.0, None)), r"flank_inclination_deg\[1\] = None"),
-    "axis is zero": (lambda: femic.ellipse(0.0, 1.0), r"b_el = 0\.0"),
-    "axis is text": (lambda: femic.ellipse(1.0, "1.0"), r"d_el = '1\.0': give a number"),
     "lengths differ": (
         lambda: femic.through_points([0, 1, 2], [0, 0]),
         r"y and z of shapes \(3,\) and \(2,\)",
     ),
-    "points of text": (lambda: femic.through_points(["0", "1", "2"], [0, 0, 0]), r"y\[0\] = '0'"),
     "a point is None": (
         lambda: femic.through_points([0, None, 2], [0, 0, 0]),
         r"y\[1\] = None: give numbers",
@@ -77,7 +48,6 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     "ragged points": (lambda: femic.through_points([[0, 1], [2]], [0, 1]), "y: rows of unequal length"),
     "points in a table": (lambda: femic.through_points([[0, 1], [1, 2]], [[0, 1], [1, 2]]), "two lists"),
     "one number": (lambda: femic.through_points(1.0, 2.0), "two lists"),
-    "centre is text": (lambda: femic.through_points([0, 1, 2], [0, 0, 0], "1"), "y_centre = '1'"),
     "masked points": (
         lambda: femic.through_points(np.ma.masked_equal([0.0, 1.0, 2.0], 1.0), [0, 0, 0]),
         r"y\[1\] = nan",
@@ -85,105 +55,62 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     # bodies
     "contour is None": (lambda: femic.Body(None, STEEL), "contour = None: give what is made with arc"),
     "contour is a profile": (lambda: femic.Body(RING, STEEL), "contour = a Profile: give .*Profile.at"),
-    "contour is a radius": (lambda: femic.Body(10.0, STEEL), r"contour = 10\.0"),
-    "contour is a line": (lambda: femic.Body(LINE, STEEL), "contour"),
     "material is a number": (lambda: femic.Body(femic.plane(), 210e3), r"material = 210000\.0: .*Material"),
-    "material is a mapping": (lambda: femic.Body(femic.plane(), {"E": 1}), "material = {'E': 1}: .*Material"),
     "material is the class": (lambda: femic.Body(femic.plane(), femic.Material), "material = the class Mat"),
     "material and contour exchanged": (lambda: femic.Body(STEEL, femic.plane()), "contour = a Material"),
-    "rolling radius is None": (lambda: femic.Body(femic.plane(), STEEL, None), "rolling_radius = None"),
-    "rolling radius is text": (lambda: femic.Body(femic.plane(), STEEL, "460"), "rolling_radius = '460'"),
-    "rolling radius is NaN": (lambda: femic.Body(femic.plane(), STEEL, np.nan), "rolling_radius = nan"),
-    "hub is text": (lambda: femic.Body(femic.plane(), STEEL, 460.0, "90"), "hub_radius = '90'"),
     "outline is text": (lambda: femic.Body(femic.plane(), STEEL, outline="60E1"), "outline = '60E1': .*dict"),
     "outline is unknown": (lambda: femic.Body(femic.plane(), STEEL, outline={"standard": "61E1"}), "61E1"),
     "body for a pair": (lambda: femic.Pair(WHEEL, STEEL), "lower = a Material: give a femic.Body"),
     "contours for a pair": (lambda: femic.Pair(femic.plane(), RAIL), "upper = .*: give a femic.Body"),
-    "effective is a list": (lambda: femic.Pair(WHEEL, RAIL, []), r"effective = \[\]: give a mapping"),
     "effective is a number": (lambda: femic.Pair(WHEEL, RAIL, {"combined": 0.1}), r"effective\['combined'\]"),
-    "length is text": (lambda: femic.Pair(WHEEL, RAIL, reference_length="1"), "reference_length = '1'"),
     "apart is text": (
         lambda: femic.Pair(WHEEL, RAIL, curvature_apart="no"),
         "curvature_apart = 'no': .*True",
     ),
-    "pair is None": (lambda: femic.load_pair(None), "name_or_path = None"),
     "pair is no scene": (lambda: femic.load_pair("nowhere.toml"), "nowhere.toml"),
     "pair is no word": (lambda: femic.load_pair(""), "scene"),
     # lines and points
-    "line at text": (lambda: femic.line_along_x("0"), "s = '0': give a number"),
     "line of halves": (lambda: femic.line_along_x(0.0, points=10.5), r"points = 10\.5: give a whole number"),
-    "line without points": (lambda: femic.line_along_x(0.0, points=0), "points = 0"),
-    "line back": (lambda: femic.line_along_s(0.0, reach=-1.0), r"reach = -1\.0"),
-    "line at NaN": (lambda: femic.line_along_s(np.nan), "x.*nan"),
     "points that differ": (lambda: femic.points([1.0, 2.0], [1.0, 2.0, 3.0]), "x, s: .*shapes"),
-    "points are text": (lambda: femic.points("here", 0.0), "x = 'here': give numbers"),
-    "points are empty": (lambda: femic.points([], []), r"x = \[\]"),
     "points are labelled": (lambda: femic.points(xr.DataArray(np.ones((2, 2))), 0.0), "x: a DataArray"),
     "name is a number": (lambda: femic.points(0.0, 0.0, 3), "name = 3: give text"),
     # ICs
     "no lines": (lambda: ics(PATCH, [], ["A"]), r"lines = \[\]: give at least one entry"),
-    "lines are None": (lambda: ics(PATCH, None, ["A"]), "lines = None: give a list"),
     "line in no list": (lambda: ics(PATCH, LINE, ["A"]), "lines = a LineAlongX: give a list"),
-    "lines are numbers": (lambda: ics(PATCH, [1.6], ["A"]), r"lines\[0\] = 1\.6: .*line_along_x"),
-    "a line is None": (lambda: ics(PATCH, [LINE, None], ["A"]), r"lines\[1\] = None"),
     "patch is a tuple": (lambda: ics((0.3, 0.2), [LINE], ["A"]), r"patch = \(0\.3, 0\.2\): .*femic.Patch"),
     "patch is a grid": (lambda: ics(GRID, [LINE], ["A"]), "patch = a Grid: give a femic.Patch"),
     "patch and lines exchanged": (lambda: ics([LINE], PATCH, ["A"]), "patch = "),
     "pair is a body": (lambda: femic.compute_ics(RAIL, PATCH, [LINE]), "pair = a Body: give a femic.Pair"),
-    "pair is a name": (lambda: femic.compute_ics("flat", PATCH, [LINE]), "pair = 'flat'"),
     "ICs in no list": (lambda: ics(PATCH, [LINE], "Bhat"), "ics = 'Bhat': give a list, each entry text"),
     "no ICs": (lambda: ics(PATCH, [LINE], []), r"ics = \[\]"),
-    "ICs of numbers": (lambda: ics(PATCH, [LINE], [1]), r"ics\[0\] = 1: give text"),
-    "ICs are a set": (lambda: ics(PATCH, [LINE], {"A"}), "ics = {'A'}: give a list"),
     "ICs are unknown": (lambda: ics(PATCH, [LINE], ["Hertz"]), "'Hertz'"),
     "bodies in no list": (lambda: ics(PATCH, [LINE], ["A"], bodies="lower"), "bodies = 'lower': give a list"),
-    "no bodies": (lambda: ics(PATCH, [LINE], ["A"], bodies=[]), r"bodies = \[\]"),
     "bodies are unknown": (lambda: ics(PATCH, [LINE], ["A"], bodies=["rail"]), "'rail'"),
-    "components in no list": (lambda: ics(PATCH, [LINE], ["A"], components="nn"), "components = 'nn'"),
     "options are a mapping": (lambda: ics(PATCH, [LINE], ["A"], options={}), "options = {}: .*femic.Options"),
-    "options are None": (lambda: ics(PATCH, [LINE], ["A"], options=None), "options = None"),
-    "scene for comparison": (lambda: femic.compare_ics(None), "ics = None: give an xarray.Dataset"),
     "matrix for comparison": (lambda: femic.compare_ics(MATRIX), "ics: ic has the dimensions lag"),
     "variable for comparison": (lambda: femic.compare_ics(ICS.ic), "ics = a DataArray"),
     "nothing to compare": (lambda: femic.compare_ics(xr.Dataset()), "ics: .*without the variable ic"),
     # options
     "workers are halves": (lambda: femic.Options(workers=1.5), r"workers = 1\.5: give a whole number"),
-    "workers are text": (lambda: femic.Options(workers="2"), "workers = '2'"),
-    "workers are None": (lambda: femic.Options(workers=None), "workers = None"),
     "workers are negative": (lambda: femic.Options(workers=-1), "workers = -1: at least 1"),
-    "tolerance is None": (lambda: femic.Options(tolerance=None), "tolerance = None"),
     "tolerance is in percent": (lambda: femic.Options(tolerance=5), "tolerance = 5.*at most 1"),
     "tolerance is text": (lambda: femic.Options(tolerance="1%"), "tolerance = '1%'"),
-    "engine is None": (lambda: femic.Options(engine=None), "engine = None: give text"),
     "engine is unknown": (lambda: femic.Options(engine="fem"), "engine = 'fem': .*'harmonic'"),
-    "far radius": (lambda: femic.Options(far_radius=-1.0), r"far_radius = -1\.0"),
-    "unknowns": (lambda: femic.Options(most_unknowns=1e6), r"most_unknowns = 1000000\.0: .*whole"),
     "store is unknown": (lambda: femic.Options(store="foo://x"), "store = 'foo://x': .*foo.*give a folder"),
     "store is a file": (lambda: femic.Options(store=__file__), "store = .*is a file: give a folder"),
-    "store is a number": (lambda: femic.Options(store=3), "store = 3"),
     "report is text": (lambda: femic.Options(report="print"), "report = 'print': give a function"),
     # motions
     "loads in no list": (lambda: femic.Frictionless(1e3), r"loads = 1000\.0: give a list"),
-    "loads are text": (lambda: femic.Frictionless(["1e3"]), r"loads\[0\] = '1e3': give a number"),
     "loads are NaN": (lambda: femic.Frictionless([np.nan]), r"loads\[0\].*nan: give a finite number"),
-    "loads are None": (lambda: femic.Frictionless(None), "loads = None"),
     "loads are a table": (lambda: femic.Frictionless(np.ones((2, 2))), r"loads\[0\] = array of shape"),
-    "lateral force is text": (lambda: femic.Frictionless([1e3], lateral_force="1"), "lateral_force = '1'"),
     "friction is None": (lambda: femic.Rolling(1e3, None), "friction = None: give a number or a list"),
-    "no friction": (lambda: femic.Rolling(1e3, []), r"friction = \[\]"),
-    "friction is text": (lambda: femic.Rolling(1e3, "0.3"), r"friction = '0\.3'"),
-    "a friction is None": (lambda: femic.Rolling(1e3, [0.3, None]), r"friction\[1\] = None"),
     "friction is negative": (lambda: femic.Rolling(1e3, -0.3), r"friction = -0\.3"),
-    "load is None": (lambda: femic.Rolling(None, 0.3), "load = None"),
     "load is negative": (lambda: femic.Rolling(-1e3, 0.3), r"load = -1000\.0"),
     "loads of rolling": (
         lambda: femic.Rolling([1e3, 2e3], 0.3),
         r"load = \[1000\.0, 2000\.0\]: give a number",
     ),
     "creepage in no list": (lambda: femic.Rolling(1e3, 0.3, 0.001), r"longitudinal = 0\.001: give a list"),
-    "no creepages": (lambda: femic.Rolling(1e3, 0.3, []), r"longitudinal = \[\]"),
-    "spin is None": (lambda: femic.Rolling(1e3, 0.3, spin=None), "spin = None"),
-    "force beyond": (lambda: femic.Rolling(1e3, 0.3, equal_force=1.5), r"equal_force = 1\.5"),
     "angles of friction": (
         lambda: femic.Rolling(1e3, 0.3, friction_by_angle=[(0.0, 1.0, 2.0)]),
         r"friction_by_angle\[0\] = ",
@@ -192,21 +119,14 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         lambda: femic.Compression([1e3], 0.3, [0.0, 1.0]),
         r"friction_by_angle\[0\] = 0\.0: give 2 values",
     ),
-    "distance is zero": (lambda: femic.TransientRolling(1e3, 0.3, distance=0.0), r"distance = 0\.0"),
     "creepages of transient": (lambda: femic.TransientRolling(1e3, 0.3, [0.001]), r"creepage = \[0\.001\]"),
-    "no loads of compression": (lambda: femic.Compression([], 0.3), r"loads = \[\]"),
     # contact
     "gap is NaN": (lambda: setup(extra_gap=[[-1.0, np.nan], [1.0, 0.0]]), r"extra_gap\[0, 1\] = nan"),
-    "gap is infinite": (lambda: setup(extra_gap=[[-1.0, 0.0], [1.0, np.inf]]), r"extra_gap\[1, 1\] = inf"),
     "gap is ragged": (lambda: setup(extra_gap=[[-1.0, 0.0], [1.0]]), "extra_gap: rows of unequal length"),
-    "gap is flat": (lambda: setup(extra_gap=[0.0, 1.0]), r"extra_gap of shape \(2,\): \(n, 2\) or \(n, 3\)"),
     "gap is wide": (lambda: setup(extra_gap=np.ones((3, 4))), r"extra_gap of shape \(3, 4\)"),
     "gap is transposed": (lambda: setup(extra_gap=np.ones((2, 9))), r"extra_gap of shape \(2, 9\)"),
     "gap at one point": (lambda: setup(extra_gap=[[0.0, 1.0]]), "extra_gap: one point: give two"),
     "gap twice": (lambda: setup(extra_gap=[[0.0, 1.0], [0.0, 2.0]]), "extra_gap: points 1 and 2"),
-    "gap is a file": (lambda: setup(extra_gap="gap.csv"), "extra_gap = 'gap.csv': give numbers"),
-    "gap has None": (lambda: setup(extra_gap=[[0.0, None], [1.0, 0.0]]), r"extra_gap\[0, 1\] = None"),
-    "gap is empty": (lambda: setup(extra_gap=[]), r"extra_gap = \[\]"),
     "gap is a table": (
         lambda: setup(
             extra_gap=xr.Dataset({"gap": ("s", [0.0, 1.0]), "s": [0.0, 1.0]}).to_dataframe().reset_index()
@@ -215,21 +135,14 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     ),
     "gap is labelled": (lambda: setup(extra_gap=xr.DataArray(GAP)), "extra_gap: a DataArray"),
     "kind of gap": (lambda: setup(gap="precise"), "gap = 'precise': give 'linear' or 'exact'"),
-    "elements are halves": (lambda: setup(elements=8.5), r"elements = 8\.5: give a whole number"),
-    "elements are text": (lambda: setup(elements="8"), "elements = '8'"),
-    "shift is None": (lambda: setup(shift=None), "shift = None"),
-    "shift is NaN": (lambda: setup(shift=np.nan), "shift.*nan"),
     "grid is a tuple": (lambda: setup(grid=(8, 8, 0.5, 0.5)), r"grid = \(8, 8.*: give a femic.Grid"),
     "flanks are text": (lambda: setup(flanks="no"), "flanks = 'no': give True or False"),
-    "contact of a body": (lambda: femic.solve_contact(RAIL, PRESSED), "pair = a Body"),
     "contact of a load": (
         lambda: femic.solve_contact(PAIR, 1e3),
         r"motion = 1000\.0: give a femic.Frictionless",
     ),
     "contact of a class": (lambda: femic.solve_contact(PAIR, femic.Rolling), "motion = the class Rolling"),
     "contact with an IC": (lambda: femic.solve_contact(PAIR, PRESSED, "Bhat"), "ics = 'Bhat': give a list"),
-    "contact with nothing": (lambda: femic.solve_contact(PAIR, PRESSED, []), r"ics = \[\]"),
-    "contact with None": (lambda: femic.solve_contact(PAIR, PRESSED, [None]), r"ics\[0\] = None"),
     "contact with an array": (
         lambda: femic.solve_contact(PAIR, PRESSED, [MATRIX.ic.values]),
         r"ics\[0\] = array",
@@ -251,13 +164,9 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         "setup = an Options: give a femic.ContactSetup",
     ),
     # matrices
-    "grid is a patch": (lambda: femic.compute_matrix(PAIR, PATCH, "A"), "grid = a Patch: give a femic.Grid"),
     "grid of halves": (lambda: femic.compute_matrix(PAIR, femic.Grid(4.5, 3, 0.6, 0.4), "A"), r"n_x = 4\.5"),
     "matrix of a list": (lambda: femic.compute_matrix(PAIR, GRID, ["A"]), r"ics = \['A'\]: give text"),
-    "matrix of None": (lambda: femic.compute_matrix(PAIR, GRID, None), "ics = None"),
     "discount": (lambda: femic.compute_matrix(PAIR, GRID, discount="rigid"), "discount = 'rigid': give 'app"),
-    "label text": (lambda: femic.label_matrix("A", GRID, "mine"), "ics = 'A': give numbers"),
-    "label None": (lambda: femic.label_matrix(None, GRID, "mine"), "ics = None: give"),
     "label NaN": (lambda: femic.label_matrix(np.full((4, 3, 3, 3, 3), np.nan), GRID, "m"), "ics.* = nan"),
     "label another shape": (
         lambda: femic.label_matrix(np.ones((4, 3, 3)), GRID, "m"),
@@ -278,25 +187,18 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         lambda: femic.write_for_contact(PAIR, MATRIX, "."),
         r"path = '\.': is a folder",
     ),
-    "file without a path": (lambda: femic.write_for_contact(PAIR, MATRIX, None), "path = None: give text"),
     # fits
-    "fit without bodies": (lambda: femic.fit_bhat_prime(PAIR, PATCH, bodies=[]), r"bodies = \[\]"),
-    "fit of a body": (lambda: femic.fit_bhat_prime(PAIR, PATCH, bodies="lower"), "bodies = 'lower'"),
     "fit of a property": (lambda: femic.fit_bhat_prime(PAIR, PATCH, properties=["E"]), "'E'"),
     "fit at lines": (lambda: femic.fit_bhat_prime(PAIR, [LINE]), "patch = "),
     # figures
-    "figure of None": (lambda: femic.plot_ics(None), "ics = None"),
     "figure of a contact": (lambda: femic.plot_contact(ICS), "contact: no dimension case"),
     "figure of a matrix": (lambda: femic.plot_ics(MATRIX), "ics: ic has the dimensions lag"),
-    "figure of a number": (lambda: femic.plot_ics(ICS, 3), "component = 3: give text"),
     "figure of the component": (lambda: femic.plot_ics(ICS, "zz"), "component = 'zz': one of xx"),
     "figure of a file": (
         lambda: femic.plot_profile("rail.prr"),
         "profile = 'rail.prr': give a femic.Profile",
     ),
     # profiles
-    "file is a number": (lambda: femic.Profile(60), "file = 60: give text"),
-    "standard is a file": (lambda: femic.Profile(standard=["60E1"]), r"standard = \['60E1'\]"),
     "kind of profile": (
         lambda: femic.Profile("a.prr", kind="track"),
         "kind = 'track': give 'rail' or 'wheel'",
@@ -307,10 +209,8 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         lambda: femic.Profile("a.prr", tolerance="cv"),
         "tolerance = 'cv': .*'cross-val",
     ),
-    "place is text": (lambda: RING.at("0"), "y_centre = '0': give a number"),
     "place is NaN": (lambda: RING.at(np.nan), "y_centre.*nan"),
     "inclination as a ratio": (lambda: RING.at(0.0, rail_inclination="1:40"), "rail_inclination = '1:40'"),
-    "written None": (lambda: femic.write_profile(RING, None), "path = None"),
     "written name": (lambda: femic.write_profile("60E1", "x.prr"), "profile = '60E1': give a femic.Profile"),
     # wheelsets, scenes
     "rail is a name": (
@@ -318,30 +218,18 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
         "rail = '60E1': give a femic.Profile",
     ),
     "shift in no list": (lambda: femic.compute_shifts(RING, CONE, 0.0), r"shifts = 0\.0: give a list"),
-    "no shifts": (lambda: femic.compute_shifts(RING, CONE, []), r"shifts = \[\]"),
-    "shifts are text": (lambda: femic.compute_shifts(RING, CONE, ["0"]), r"shifts\[0\] = '0'"),
     "tables in a list": (
         lambda: femic.compute_shifts(RING, CONE, [0.0], tables=[]),
         r"tables = \[\]: .*dict",
     ),
     "rail and wheel exchanged": (
         lambda: femic.compute_shifts(CONE, RING, [0.0]),
-        "rail: the profile of a wheel",
+        "rail = .cone-1-20.: the profile of a wheel",
     ),
     "scene is a name": (
         lambda: femic.run_scene("flat", "out"),
         "scene = 'flat': give what is made with load_sc",
     ),
-    "scene is a pair": (lambda: femic.run_scene(PAIR, "out"), "scene = a Pair"),
-    "folder is None": (lambda: femic.run_scene(femic.load_scene("flat"), None), "out = None"),
-}
-COMPUTE = {  # what computes, by the module that calls it
-    "ics": ("compute", "approximations_dataset"),
-    "matrices": ("matrices", "matrix"),
-    "contact": ("compute_contact", "compute_with_friction"),
-    "calibration": ("calibrate",),
-    "scenes": ("run.run_scene",),
-    "shifts": ("compute.compute_shifts",),
 }
 
 
@@ -353,15 +241,10 @@ def in_folder(monkeypatch, tmp_path):
 
 
 @pytest.fixture
-def computed(monkeypatch):
-    """What computes raises this instead."""
-    for module, names in COMPUTE.items():
-        for name in names:
-            monkeypatch.setattr(f"femic.interface.{module}.{name}", Mock(side_effect=Computed))
-
-
-class Computed(BaseException):
-    """Something was computed."""
+def computed():
+    """What computes raises `Computed` instead."""
+    with mistakes.computing_nothing():
+        yield
 
 
 @pytest.mark.usefixtures("computed")
@@ -372,53 +255,6 @@ def test_a_mistake_is_refused_with_its_field_before_any_work(call, message, in_f
     assert not list(in_folder.iterdir())
 
 
-MINE = femic.label_matrix(MATRIX.ic, GRID, "mine")
-TAKEN = {  # arguments of public names that are taken
-    femic.arc: {"radius": 10.0, "flank_inclination_deg": 60.0},
-    femic.ellipse: {"b_el": 10.0, "d_el": 9.0, "flank_inclination_deg": (60.0, 50.0)},
-    femic.through_points: {"y": [0.0, 1.0, 2.0, 3.0], "z": [0.0] * 4, "y_centre": 1.0},
-    femic.Body: {"contour": femic.plane(), "material": STEEL, "rolling_radius": 460.0, "hub_radius": None}
-    | {"outline": None},
-    femic.Pair: {"upper": WHEEL, "lower": RAIL, "effective": {}, "curvature_apart": False}
-    | {"reference_length": None},
-    femic.Material: {"E": 210e3, "nu": 0.3},
-    femic.Patch: {"a": 0.3, "b": 0.2, "s": 0.0},
-    femic.Grid: {"n_x": 8, "n_s": 8, "dx": 0.5, "ds": 0.5, "s": 0.0},
-    femic.load_pair: {"name_or_path": "flat"},
-    femic.line_along_x: {"s": 0.0, "reach": 5.0, "points": 9},
-    femic.line_along_s: {"x": 0.0, "reach": 5.0, "points": 9},
-    femic.points: {"x": [0.0, 1.0], "s": 0.0, "name": "mine"},
-    femic.compute_ics: {"pair": PAIR, "patch": PATCH, "lines": [LINE], "ics": ["A"], "bodies": ["lower"]}
-    | {"components": ["nn"], "options": femic.Options()},
-    femic.compare_ics: {"ics": ICS},
-    femic.Options: {"tolerance": 0.01, "engine": "harmonic", "far_radius": None, "most_unknowns": 10_000}
-    | {"workers": 1, "store": None, "report": None},
-    femic.Frictionless: {"loads": [1e3], "approaches": (), "lateral_force": None},
-    femic.Rolling: {"load": 1e3, "friction": 0.3, "longitudinal": [0.0], "lateral": 0.0, "spin": 0.0}
-    | {"equal_force": 0.5, "friction_by_angle": ()},
-    femic.TransientRolling: {"load": 1e3, "friction": 0.3, "creepage": 0.1, "lateral": 0.0, "spin": 0.0}
-    | {"distance": None, "friction_by_angle": ()},
-    femic.Compression: {"loads": [1e3], "friction": 0.3, "friction_by_angle": ()},
-    femic.ContactSetup: {"elements": 8, "grid": None, "shift": 0.0, "flanks": True, "gap": "linear"}
-    | {"extra_gap": GAP},
-    femic.solve_contact: {"pair": PAIR, "motion": PRESSED, "ics": ["A"], "setup": femic.ContactSetup()}
-    | {"options": femic.Options()},
-    femic.compute_matrix: {"pair": PAIR, "grid": GRID, "ics": "A", "discount": "none"}
-    | {"options": femic.Options()},
-    femic.label_matrix: {"ics": MATRIX.ic, "grid": GRID, "name": "mine", "estimate": None},
-    femic.write_for_contact: {"pair": PAIR, "ics": MINE, "path": "mine.txt", "approach": None},
-    femic.fit_bhat_prime: {"pair": PAIR, "patch": PATCH, "bodies": ["combined"], "properties": ["mismatch_k"]}
-    | {"components": ["xn"], "curvature_apart": False, "options": femic.Options()},
-    femic.plot_ics: {"ics": ICS, "component": "nn"},
-    femic.plot_contact: {"contact": ICS},
-    femic.plot_profile: {"profile": RING},
-    femic.Profile: {"file": None, "standard": "60E1", "kind": None, "axes": None, "unit": None}
-    | {"surface": None, "section": None, "section_at": None, "tolerance": 0.0},
-    femic.write_profile: {"profile": RING, "path": "mine.prr"},
-    femic.compute_shifts: {"rail": RING, "wheel": CONE, "shifts": [0.0], "tables": None}
-    | {"options": femic.Options()},
-    femic.run_scene: {"scene": femic.load_scene("flat"), "out": "out", "options": femic.Options()},
-}
 WRONG_VALUES = (
     *(None, "", "text", "1", b"1", True, 0, -1, 1.5, 10**400, np.nan, np.inf, 1j, object(), print, iter([1])),
     *([], [None], ["x"], [[1, 2], [3]], [np.nan], [10**400], (1, 2, 3), {}, {"a": 1}, {1: 2}, range(3)),
@@ -428,17 +264,34 @@ WRONG_VALUES = (
 )
 OTHERS = {  # names of which no argument is tried
     *("plane", "FittedPair", "Failure", "WrongInput"),
-    "load_scene",  # refuses other types by Python's TypeError
 }
+NAMES = [*mistakes.ARGUMENTS]
 
 
 def test_all_public_names_are_tried():
-    assert {public.__name__ for public in TAKEN} == set(femic.__all__) - OTHERS
+    assert {public.__name__ for public in NAMES} - {"at"} == set(femic.__all__) - OTHERS
+
+
+@pytest.mark.parametrize("public", NAMES, ids=lambda public: public.__name__)
+def test_right_values_are_taken_and_wrong_ones_refused_with_field_and_value(public, in_folder):
+    known = [*mistakes.mistakes_with(public)]
+    assert known
+    with mistakes.computing_nothing(), suppress(mistakes.Computed):
+        public(**taken(public))
+    for path in in_folder.iterdir():
+        path.unlink()
+    outcomes = [mistakes.outcome(mistake, in_folder) for mistake in known]
+    assert not [(each.attack, each.short) for each in outcomes if each.short]
 
 
 @pytest.mark.usefixtures("computed", "in_folder")
-@pytest.mark.parametrize("public", TAKEN, ids=lambda public: public.__name__)
+@pytest.mark.parametrize("public", NAMES, ids=lambda public: public.__name__)
 def test_any_value_of_any_argument_is_taken_or_refused_as_documented(public):
-    for name, value in product(TAKEN[public], WRONG_VALUES):
-        with suppress(femic.WrongInput, Computed):
-            public(**TAKEN[public] | {name: value})
+    for name, value in product(taken(public), WRONG_VALUES):
+        with suppress(femic.WrongInput, mistakes.Computed):
+            public(**taken(public) | {name: value})
+
+
+def taken(public):
+    """Arguments that are taken."""
+    return {name: argument.taken for name, argument in mistakes.ARGUMENTS[public].items()}

@@ -181,10 +181,13 @@ def test_the_figure_of_a_study_has_its_pressures(study):
 
 
 WRONG = {
-    "nothing": (femic.Profile, "give either file or standard"),
-    "both": (lambda: femic.Profile("a.prr", "60E1"), "give either file or standard"),
-    "smoothed standard": (lambda: femic.Profile(standard="60E1", tolerance=0.01), "'60E1': leave out"),
-    "standard": (lambda: femic.Profile(standard="61E1"), "'61E1': not among .*60E1"),
+    "nothing": (femic.Profile, "file = None, standard = None: give either"),
+    "both": (lambda: femic.Profile("a.prr", "60E1"), "file = 'a.prr', standard = '60E1': give either"),
+    "smoothed standard": (
+        lambda: femic.Profile(standard="60E1", tolerance=0.01),
+        "tolerance = 0.01: is of files.* leave it out",
+    ),
+    "standard": (lambda: femic.Profile(standard="61E1"), "standard = '61E1': give one of .*60E1"),
     "no file": (lambda: femic.Profile("nowhere.prr"), "nowhere.prr"),
     "no place": (RAIL.at, "either y_centre or s_centre"),
     "beside": (lambda: RAIL.at(99.0), r"y_centre = 99\.0"),
@@ -199,7 +202,10 @@ WRONG = {
         ),
         "turn",
     ),
-    "wheel as rail": (lambda: femic.compute_shifts(CONE, CONE, [0.0]), "rail: the profile of a wheel"),
+    "wheel as rail": (
+        lambda: femic.compute_shifts(CONE, CONE, [0.0]),
+        "rail = 'cone-1-20': the profile of a wheel",
+    ),
     "key": (lambda: femic.compute_shifts(RAIL, CONE, [0.0], tables={"contact": {"lod": 1}}), "lod"),
     "shifts": (lambda: femic.compute_shifts(RAIL, CONE, [1.0, 0.0]), "shifts must grow"),
 }

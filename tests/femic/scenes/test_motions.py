@@ -22,7 +22,7 @@ REFUSED = {  # changes of the scene `rolling`, the message
     ),
     "no load": (contact(loads=[]), r"contact\.loads = \[\]: motion = 'rolling' needs a load"),
     "two loads": (contact(loads=[1.0, 2.0]), r"contact\.loads = \[1\.0, 2\.0\]: .* has one load: give one"),
-    "no friction": (contact(friction=[]), r"contact\.friction = \[\]: .*at least 1 item"),
+    "no friction": (contact(friction=[]), r"contact\.friction = \[\]: .*at least 1 entries"),
     "smooth": (contact(friction=[0.0]), r"contact\.friction\.0 = 0\.0: .*greater than 0"),
     "friction twice": (contact(friction=[0.3, 0.3]), r"contact\.friction = .*0\.3 given twice"),
     "angles that fall": (
