@@ -19,7 +19,7 @@ from compare.export.grid import (
     on_contact_grid,
     write_distances,
 )
-from compare.matrix.page import write_matrix
+from compare.matrix.compute import compute_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.c_jobs import c_jobs
@@ -134,7 +134,7 @@ def _file_content(
         return approximated(scene, specification.ics)
     if specification.discount != scene.discount or on_grid.offset or not own_grid:
         return to_contact(scene, discounted_matrix(scene, specification.discount, options))
-    write_matrix(scene, out, options=options)
+    compute_matrix(scene, out / "matrix.nc", options)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 

@@ -8,8 +8,7 @@ import xarray as xr
 from compare.calibration.compute import calibrate, to_dataset
 from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import Pair
-from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import scene_of
+from femic.interface.options import DEFAULT, Options, scene_of
 from femic.interface.threads import in_turn
 from geometries.patches import Patch
 

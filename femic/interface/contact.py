@@ -17,8 +17,7 @@ from femic.contact.specification import FrictionSpecification
 from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.interface.bodies import Pair, checked, given
 from femic.interface.matrices import grid_of, name_of, ordered
-from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import NAME, scene_of
+from femic.interface.options import DEFAULT, NAME, Options, scene_of
 from femic.interface.threads import in_turn
 from femic.scenes.build import misfits
 from femic.scenes.contact import ContactTable

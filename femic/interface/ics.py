@@ -14,8 +14,7 @@ from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
 from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair, checked
 from femic.interface.labels import ics_by_label
-from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import NAME, scene_of
+from femic.interface.options import DEFAULT, NAME, Options, scene_of
 from femic.interface.threads import in_turn
 from femic.scenes.build import misfits
 from femic.scenes.errors import require_none

@@ -18,8 +18,7 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.interface.arguments import array, new_file, with_checked_arguments
 from femic.interface.bodies import Pair
 from femic.interface.labels import by_label
-from femic.interface.options import DEFAULT, Options
-from femic.interface.scenes import NAME, scene_of
+from femic.interface.options import DEFAULT, NAME, Options, scene_of
 from femic.interface.threads import in_turn
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column

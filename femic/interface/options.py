@@ -1,6 +1,6 @@
 """How C is computed: the accuracy, the engine, and what is kept of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,14 @@ from fsspec.core import url_to_fs
 
 from femic.cache.store import Store
 from femic.interface.arguments import check_fields
-from femic.interface.bodies import checked, given
+from femic.interface.bodies import Pair, checked, given, plain
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.engine import EngineTable
+from femic.scenes.load import scene_from_table
+from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+
+NAME = "pair"  # of scenes that Python describes, in messages
 
 
 @dataclass(frozen=True)
@@ -68,3 +72,8 @@ def _require_place(store: str) -> None:
 
 
 DEFAULT = Options()
+
+
+def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
+    """Return the scene of a pair with further tables; raise WrongInput for what does not fit together."""
+    return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)

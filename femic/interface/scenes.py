@@ -1,23 +1,12 @@
 """Scenes of pairs that Python describes, and of files."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from compare.ics import run
 from femic.interface.arguments import with_checked_arguments
-from femic.interface.bodies import Pair, plain
 from femic.interface.options import DEFAULT, Options
 from femic.interface.threads import in_turn
-from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
-
-NAME = "pair"  # of scenes that Python describes, in messages
-
-
-def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
-    """Return the scene of a pair with further tables; raise WrongInput for what does not fit together."""
-    return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)
 
 
 @with_checked_arguments

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import femic
-from femic.interface.scenes import scene_of
+from femic.interface.options import scene_of
 from femic.scenes.load import builtin_names, load_scene
 
 STEEL = femic.Material(E=210e3, nu=0.3)

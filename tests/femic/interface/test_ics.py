@@ -14,7 +14,7 @@ from approx.matrix import matrix
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from femic.interface.matrices import grid_of
-from femic.interface.scenes import scene_of
+from femic.interface.options import scene_of
 from geometries.patches import COMPONENTS
 from tests.femic.reference.stand_ins import b_hat_as_c
 

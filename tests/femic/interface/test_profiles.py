@@ -5,7 +5,7 @@ import pytest
 
 import femic
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.interface.scenes import scene_of
+from femic.interface.options import scene_of
 from geometries.profiles.standards import standard_profile
 from tests.samples import ERROR, write_head
 
