@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
-from approx.hat import over_hat, over_hat_lags
-from approx.rectangle import checked_lengths, over_lags, over_rectangle
+from approx.kernels import checked_lengths, over_hat, over_hat_lags, over_lags, over_rectangle
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants

@@ -1,8 +1,12 @@
-"""Two bodies in contact: approximations of one of them, or of the displacement difference of both."""
+"""Two bodies in contact: approximations of one of them, or of the displacement difference of both.
+
+Approximations on a grid: ICs of all pairs of elements, sorted by lag along x and by strips.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
@@ -11,7 +15,7 @@ from approx.halfspace import HalfSpace, observers
 from approx.variants import assembled, needed
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
-from geometries.patches import Patch
+from geometries.patches import Grid, Patch
 from geometries.surfaces import Surface
 
 Points = tuple[ArrayLike, ArrayLike]
@@ -107,3 +111,19 @@ class Pair:
         """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""
         of_bodies = {"upper": bool(self.upper.effective), "lower": bool(self.lower.effective)}
         return of_bodies[body] if body in of_bodies else bool(self.effective) or all(of_bodies.values())
+
+
+def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:
+    """ICs per unit traction on one strip [mm/MPa] at all lags and strips, shape (3, 3, n_x, n_s)."""
+    return columns([variant], solid, grid, strip)[variant]
+
+
+def columns(variants: Sequence[str], solid: Solid | Pair, grid: Grid, strip: int) -> dict[str, Array]:
+    """Return the columns of several variants; what they have in common is computed once."""
+    return solid.approximations(variants, grid.patch(strip), (grid.lags[:, None], grid.strips))
+
+
+def matrix(variant: str, solid: Solid | Pair, grid: Grid) -> Array:
+    """Return the IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, directions."""
+    by_strip = [column(variant, solid, grid, strip) for strip in range(grid.n_s)]
+    return np.moveaxis(np.stack(by_strip), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

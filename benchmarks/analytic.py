@@ -16,11 +16,12 @@ from tracemalloc import get_traced_memory, start, stop
 import numpy as np
 from tables import print_table
 
-from approx import hat, rectangle
+from approx import kernels as hat
+from approx import kernels as rectangle
 from approx.effective import EffectiveProperties, Transition
 from approx.halfspace import HalfSpace, ics_from_integrals
 from approx.variants import VARIANTS, approximate
-from femic.validation.extremes import exact
+from compare.validation.extremes import analytic as exact
 from geometries.contours import arc
 from geometries.materials import Material, both_bodies, one_body
 from geometries.patches import Patch
@@ -81,7 +82,7 @@ def worst_error(form: Form, cases: Sequence[Case]) -> float:
     constants, worst = one_body(STEEL, UPPER), 0.0
     with np.errstate(all="ignore"):
         for patch, x, s in cases:
-            integrals = np.array([float(v) for v in exact.integrals(patch, x, s)])
+            integrals = np.array([float(v) for v in exact.exact_integrals(patch, x, s)])
             truth = ics_from_integrals(constants, integrals)
             got = ics_from_integrals(constants, form(patch, np.array(x), np.array(s)))
             errors = np.abs(got - truth)[truth != 0] / np.abs(truth[truth != 0])

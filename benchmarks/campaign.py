@@ -9,15 +9,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
-from compare.ics.compute import compute
+from compare.campaigns import tasks
+from compare.campaigns.cluster import ClusterSize, local_cluster
+from compare.campaigns.collected import Collected
+from compare.campaigns.load import load_campaign
+from compare.campaigns.run import compute_sweep
 from femic.cache.store import Store
-from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.files.load import load_campaign
-from femic.campaigns.running import tasks
-from femic.campaigns.running.cluster import ClusterSize, local_cluster
-from femic.campaigns.running.run import compute_sweep
-from femic.reference.models import peak_memory
+from femic.reference.engine import peak_memory
 from femic.reference.run_options import RunOptions
+from femic.results.ics import compute
 
 SCENES = """
 scene = "geometry1"

@@ -15,16 +15,15 @@ import xarray as xr
 from campaign import campaign_in
 from distributed import as_completed
 
+from compare.campaigns import collected as outcomes
+from compare.campaigns.cluster import ClusterSize, local_cluster
+from compare.campaigns.collected import Collected, SceneOutcome
+from compare.campaigns.results import registry
+from compare.campaigns.results.kind import ResultKind
+from compare.campaigns.run import compute_sweep
+from compare.campaigns.tasks import tasks_of
 from femic.cache.store import Store
-from femic.campaigns.dataset import outcomes
-from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import SceneOutcome
-from femic.campaigns.results import registry
-from femic.campaigns.results.kind import ResultKind
-from femic.campaigns.running.cluster import ClusterSize, local_cluster
-from femic.campaigns.running.run import compute_sweep
-from femic.campaigns.running.scene_task import tasks_of
-from femic.reference.models import peak_memory
+from femic.reference.engine import peak_memory
 
 MEMORY = 1000.0  # MB of a worker
 SLOW = 0.05  # s, of a slow store

@@ -10,8 +10,8 @@ import sys
 
 from tables import print_table
 
-from compare.contact.compute import compute_contact
 from femic.reference.run_options import RunOptions
+from femic.results.contact import compute_contact
 from femic.scenes.load import load_scene
 
 APPROACHES = (0.01, 0.015, 0.02)  # mm

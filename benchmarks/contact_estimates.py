@@ -5,7 +5,7 @@
 Prints for each number and each regime (one patch or several; sticking, mixed, sliding) how often its error is
 within its estimate, the worst ratio of error and estimate, and the median of the opposite ratio, which says
 how much too large estimates are. `differences` are those of rolling with A to that with B-hat on the same
-elements. Numbers that are prescribed do not count. The shares in `femic.contact.error_floors` were found with
+elements. Numbers that are prescribed do not count. The shares in `femic.contact.estimates` were found with
 other random contacts than those of any seed here. On arcs and ellipses, unsymmetric and often off the crown,
 with 8 to 20 elements across the smallest patch. Statement 25 of `femic validate` is about the first three.
 """
@@ -18,7 +18,20 @@ from types import SimpleNamespace
 import numpy as np
 from tables import print_table
 
-from femic.contact.compression import compressed
+from compare.validation.estimates import (
+    FINER,
+    ICS,
+    STUDIES,
+    GridComparison,
+    RandomContact,
+    Study,
+    by_regime,
+    comparisons,
+    coverage,
+    grids,
+    regime,
+    without_exact,
+)
 from femic.contact.estimates import Measured, errors
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -26,9 +39,7 @@ from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, kinds, measured
 from femic.contact.pairs.solved_compression import estimates_of as estimates_of_steps
 from femic.contact.pairs.solved_compression import in_halves
-from femic.validation.estimates.contacts import FINER, ICS, RandomContact
-from femic.validation.estimates.coverage import by_regime, comparisons, coverage
-from femic.validation.estimates.studies import STUDIES, GridComparison, Study, grids, regime, without_exact
+from femic.contact.rolling import compressed
 
 STEPS = 2  # of load in compressions, each in halves
 

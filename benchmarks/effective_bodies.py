@@ -20,11 +20,11 @@ from cyclopts import run
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
-from compare.calibration.compute import calibrate, target_of
-from compare.ics.compute import Results, reference_of
 from femic.cache.store import Store
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.run_options import RunOptions
+from femic.results.calibration import calibrate, target_of
+from femic.results.ics import Results, reference_of
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import Material

@@ -17,17 +17,16 @@ from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import splu
 from tables import print_table
 
-from compare.ics.compute import jobs
-from compare.matrix.jobs import SOURCE, matrix_jobs
-from femic.cache.processes import Prepared, Processes
-from femic.cache.threads import in_threads, one_blas_thread
+from femic.cache.workers import Prepared, Processes, in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_work import AT_ONCE
-from femic.reference.level import Level
+from femic.reference.run_options import Level
+from femic.results.ics import jobs
+from femic.results.matrices import SOURCE, matrix_jobs
 from femic.scenes.load import load_scene
 
 WAVENUMBERS = np.geomspace(0.01, 3.0, 16).tolist()  # [1/mm]

@@ -19,13 +19,11 @@ from time import perf_counter
 import numpy as np
 from tables import print_table
 
-from compare.ics.compute import Results, compute, jobs
-from compare.ics.errors import refinement_shares_of
-from femic.reference.accuracy import component_of
 from femic.reference.harmonic.engine import solve
-from femic.reference.level import Level
-from femic.reference.run_options import RunOptions
+from femic.reference.job import component_of
+from femic.reference.run_options import Level, RunOptions
 from femic.reference.solid import pardiso
+from femic.results.ics import Results, compute, jobs, refinement_shares_of
 from femic.scenes.load import load_scene
 
 BODIES = ("lower", "upper")

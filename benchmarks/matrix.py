@@ -17,10 +17,10 @@ from time import perf_counter
 import numpy as np
 from tables import line_of, print_table
 
-from compare.ics.compute import compute
-from compare.matrix.compute import compute_matrix
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
+from femic.results.ics import compute
+from femic.results.matrices import compute_matrix
 from femic.scenes.load import load_scene
 
 TOLERANCE = 1e-3

@@ -14,17 +14,15 @@ from time import perf_counter
 import numpy as np
 from tables import print_table
 
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, plane
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER, Surface
 
 STEEL = Material(210e3, 0.3)

@@ -19,11 +19,11 @@ import numpy as np
 from tables import print_table
 from threadpoolctl import threadpool_limits
 
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
+from compare.validation.estimates import RandomContact, random_contact
 from femic.contact import coupled
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.friction.kinematics import Creepages, RollingKinematics
+from femic.contact.friction.motion import Creepages, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
@@ -33,11 +33,10 @@ from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.contact.undeformed import Undeformed
 from femic.scenes.load import load_scene
-from femic.validation.estimates.contacts import RandomContact, random_contact
 from geometries.contours import arc, plane
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER, Surface
 
 G, NU, FRICTION, LOAD = 82e3, 0.28, 0.3, 80e3

@@ -24,16 +24,14 @@ import xarray as xr
 from tables import print_table
 
 from approx.halfspace import HalfSpace
-from compare.ics.compute import jobs
-from femic.reference.accuracy import component_of, line_errors
-from femic.reference.engine import Request
-from femic.reference.job import Job
-from femic.reference.level import Level, factors
-from femic.reference.models import Cost, RawICs
+from femic.reference.engine import Cost, RawICs, Request
+from femic.reference.engines import SOLID
+from femic.reference.job import Job, component_of, line_errors
 from femic.reference.result import combine
+from femic.reference.run_options import Level, factors
 from femic.reference.solid import pardiso
 from femic.reference.solid.engine import raw_ics
-from femic.reference.solid.record import SOLID
+from femic.results.ics import jobs
 from femic.scenes.load import load_scene
 from geometries.contours import arc
 from geometries.materials import one_body

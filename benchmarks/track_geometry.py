@@ -9,12 +9,11 @@ from time import process_time
 import numpy as np
 from tables import print_table
 
-from femic.shifts.placement import layout_of
+from femic.shifts.sides import layout_of
 from femic.shifts.specification import builtin_names, load_shifts
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.en_15302 import CASES, tolerance
-from geometries.track.shifts import over_shifts
-from geometries.track.wheelset import RollRule
+from geometries.track.wheelset import RollRule, over_shifts
 
 RULES: tuple[float | RollRule, ...] = (0.0, "about rails")
 SHIFTS = np.linspace(-8, 8, 161)

@@ -17,8 +17,7 @@ import xarray as xr
 from cyclopts import run
 
 import femic
-from approx.forms import FORMS, Form
-from approx.rotation import Rotation
+from approx.forms import FORMS, Form, Rotation
 from approx.variants import MIRRORS, VARIANTS, Variant
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.looks import looks_of, symbol_of

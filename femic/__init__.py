@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any
 from femic.late import Late
 
 if TYPE_CHECKING:
+    from compare.interface import plot_contact as plot_contact
+    from compare.interface import plot_ics as plot_ics
+    from compare.interface import plot_profile as plot_profile
+    from compare.interface import run_scene as run_scene
     from femic.interface.bodies import Body as Body
     from femic.interface.bodies import Pair as Pair
     from femic.interface.bodies import arc as arc
@@ -25,9 +29,6 @@ if TYPE_CHECKING:
     from femic.interface.contact import Rolling as Rolling
     from femic.interface.contact import TransientRolling as TransientRolling
     from femic.interface.contact import solve_contact as solve_contact
-    from femic.interface.figures import plot_contact as plot_contact
-    from femic.interface.figures import plot_ics as plot_ics
-    from femic.interface.figures import plot_profile as plot_profile
     from femic.interface.ics import compare_ics as compare_ics
     from femic.interface.ics import compute_ics as compute_ics
     from femic.interface.ics import line_along_s as line_along_s
@@ -39,13 +40,12 @@ if TYPE_CHECKING:
     from femic.interface.options import Options as Options
     from femic.interface.profiles import Profile as Profile
     from femic.interface.profiles import write_profile as write_profile
-    from femic.interface.scenes import run_scene as run_scene
     from femic.interface.shifts import compute_shifts as compute_shifts
     from femic.scenes.load import load_scene as load_scene
     from geometries.errors import Failure as Failure
     from geometries.errors import WrongInput as WrongInput
-    from geometries.grids import Grid as Grid
     from geometries.materials import Material as Material
+    from geometries.patches import Grid as Grid
     from geometries.patches import Patch as Patch
 
 _MODULES = {
@@ -59,18 +59,16 @@ _MODULES = {
         "TransientRolling",
         "solve_contact",
     ),
-    "femic.interface.figures": ("plot_contact", "plot_ics", "plot_profile"),
+    "compare.interface": ("plot_contact", "plot_ics", "plot_profile", "run_scene"),
     "femic.interface.ics": ("compare_ics", "compute_ics", "line_along_s", "line_along_x", "points"),
     "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),
     "femic.interface.options": ("Options",),
     "femic.interface.profiles": ("Profile", "write_profile"),
-    "femic.interface.scenes": ("run_scene",),
     "femic.interface.shifts": ("compute_shifts",),
     "femic.scenes.load": ("load_scene",),
     "geometries.errors": ("Failure", "WrongInput"),
-    "geometries.grids": ("Grid",),
     "geometries.materials": ("Material",),
-    "geometries.patches": ("Patch",),
+    "geometries.patches": ("Grid", "Patch"),
 }
 _PLACES = {name: Late(f"{module}:{name}") for module, names in _MODULES.items() for name in names}
 

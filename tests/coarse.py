@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from femic.reference.harmonic import tuned
+from femic.reference.harmonic import request as tuned
 
 SIZES = {
     "CELLS_PER_HALF_STRIP": 0.9,

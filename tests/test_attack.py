@@ -25,7 +25,7 @@ from wheelsets import shifts
 
 from geometries.contours import arc
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 
 SEED = 1
 
@@ -89,7 +89,7 @@ def test_strange_contacts_obey_mechanics():
 QUICK = [command for command in COMMANDS if command.name in ("rolling", "compression")]
 
 
-# of a store: tests/femic/cache; of data sets and campaigns: tests/femic/campaigns
+# of a store: tests/femic/cache; of data sets and campaigns: tests/compare/campaigns
 @pytest.mark.slow
 def test_killed_command_continues(place):
     assert not short(kills(place, 1, SEED, QUICK[:1]))

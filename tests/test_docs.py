@@ -20,7 +20,7 @@ from tests.femic.reference.stand_ins import b_hat_as_c
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))  # what its programs import
-MODULE = "compare.ics.dataset"
+MODULE = "femic.results.ics_dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 PACKAGES = ("approx", "compare", "femic", "geometries")
 FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "tests", "tools")

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 from write_docs import rounded
 
-from femic.advice.errors import NUMBERS as NUMBERS_OF
-from femic.advice.features import FEATURES
+from femic.advice.knowledge import NUMBERS as NUMBERS_OF
 from femic.advice.knowledge import Knowledge, KnownScene
 from femic.advice.knowledge import write as write_knowledge
 from femic.advice.reliability import (
@@ -33,7 +32,7 @@ from femic.advice.reliability import (
     worst_of,
 )
 from femic.advice.scenes import ELEMENTS
-from femic.advice.store import entries, solve_missing
+from femic.advice.study import FEATURES, entries, solve_missing
 from femic.cache.digests import versions
 
 ROOT = Path(__file__).parents[1]

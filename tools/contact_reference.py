@@ -20,20 +20,19 @@ import tomlkit
 import xarray as xr
 
 import femic
-from compare.shifts import compute
-from femic.contact.exact.cattaneo import ShiftedPoint
+from femic.contact.exact.friction import ShiftedPoint
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import RunOptions
+from femic.results import wheelset as compute
 from femic.shifts.specification import specification_of
 from femic.stresses.half_space import half_space_field
-from femic.stresses.points import InnerPoints
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.points import InnerPoints, SurfaceTractions
 from geometries.arrays import Array
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.surfaces import Surface
 
 STEEL = Material(2 * 1.28 * 82000.0, 0.28)

@@ -13,7 +13,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from compare.contact.crossings import (
+from compare.studies import friction_crossings as rolling
+from compare.studies.contact_crossings import (
     LOAD_ACCURACY,
     NUMBERS,
     Crossing,
@@ -23,7 +24,6 @@ from compare.contact.crossings import (
     crossing,
     on_pair,
 )
-from compare.friction import crossings as rolling
 from femic.cache.digests import results_digest, versions
 from femic.cache.store import Store
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
@@ -31,7 +31,7 @@ from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene import Scene
 
-MODULE = "compare.friction.crossings"  # it imports all that computes
+MODULE = "compare.studies.friction_crossings"  # it imports all that computes
 STORE = Path("out") / "decisions" / "store"
 STEEL = {"E": 210e3, "nu": 0.28}
 RADIUS, ROLLING_RADIUS = 10.0, 500.0  # of the rail's arc and of the wheel [mm]

@@ -18,9 +18,8 @@ from matplotlib.patches import Arc
 
 import femic
 from approx.halfspace import HalfSpace
-from femic.reference.harmonic.section import section_mesh
-from femic.reference.harmonic.section_size import SectionSize
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.harmonic.section import SectionSize, section_mesh
+from femic.reference.meshing import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour, arc
 from geometries.materials import Material, one_body

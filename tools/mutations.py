@@ -1,6 +1,6 @@
 """Change the code in small ways and see whether the tests notice: `make mutations`.
 
-    python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/estimate.py ...]
+    python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/result.py ...]
 
 A seeded sample of N mutants of each module in tools/mutations.toml is tested in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log

@@ -7,17 +7,16 @@ from typing import Annotated, Any
 from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
 
-from femic.campaigns.files.keys import AxisTable, CampaignFile
-from femic.campaigns.results.registry import KINDS
+from compare.campaigns.keys import AxisTable, CampaignFile
+from compare.campaigns.results.registry import KINDS
 from femic.contact.motions import MOTIONS
 from femic.key_types import LARGEST, LARGEST_LENGTH, LEAST_LENGTH
-from femic.scenes.contours import CONTOURS
-from femic.scenes.effective import CombinedTable, TransitionTable
+from femic.scenes.bodies import CONTOURS, OutlineTable
+from femic.scenes.calibration import CombinedTable, TransitionTable
 from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, inner_tables, table_in
 from femic.scenes.load import builtin_names, load_scene
-from femic.scenes.outlines import OutlineTable
 from femic.shifts.specification import (
     ContactTable,
     RollingTable,

@@ -13,17 +13,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
-from compare.stresses.dataset import to_dataset
 from femic.cache.digests import results_digest, versions
 from femic.cache.store import Store
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.reference.run_options import RunOptions, Watch, cores
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses, to_dataset
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
-MODULE = "compare.stresses.compute"
+MODULE = "femic.results.stresses"
 STORE = Path("out") / "stresses" / "store"
 LOADS = {  # N; those near 40, 80 and 110 degrees are the source's
     "wide": (82e3, 660e3, 2230e3, 5300e3, 18000e3),

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.named import FOLDER, WORN
-from geometries.track.worn_standards import worn_pair
+from geometries.profiles.standards import FOLDER, WORN
+from geometries.track.wear import worn_pair
 
 ROUNDING = 1e-6  # mm: between computers
 

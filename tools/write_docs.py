@@ -26,8 +26,7 @@ from command_line import command_line
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 from scene_keys import scene_keys
 
-from compare.frontier.advice import Question, advise
-from compare.frontier.compute import front, resolved_errors
+from compare.studies.frontier import Question, advise, front, resolved_errors
 from femic.cache.digests import results_digest
 from femic.cli.main import exit_code
 from geometries.errors import Failure

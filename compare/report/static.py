@@ -1,13 +1,18 @@
-"""Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib."""
+"""Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib.
+
+Charts to explore in a notebook: a frame with a page of one chart.
+"""
 
 import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
+from importlib import resources
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize, SymLogNorm
@@ -16,6 +21,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
+from compare.report import interactive
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
 from compare.report.looks import INK, Look, without_marker
 from geometries.arrays import Array
@@ -340,3 +346,21 @@ def _add_legend(figure: Figure, chart: Chart) -> None:
 
 def _legend_columns(figure: Figure, entries: int) -> int:
     return min(MOST_ENTRIES, entries, round(ENTRIES_PER_INCH * figure.get_figwidth()))
+
+
+ROOM = 90  # of slider, legend and titles [px]
+
+
+def in_a_frame(chart: Chart) -> str:
+    """Return a chart as HTML that stands for itself, without a network."""
+    templates = resources.files("compare.report") / "templates"
+    style, script = ((templates / name).read_text(encoding="utf-8") for name in ("style.css", "explore.js"))
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><style>{style}</style></head><body>'
+        f'<div class="chart"><script type="application/json">{interactive.as_json(chart)}</script></div>'
+        f"<script>{interactive.plotly_js()}</script><script>{script}</script></body></html>"
+    )
+    rows = max(-(-len(cells) // chart.columns) for cells in chart.steps.values())
+    height = ROOM + rows * (interactive.height_of(chart) + 24)
+    style = f"width: 100%; height: {height}px; border: 0"
+    return f'<iframe title="{escape(chart.name)}" style="{style}" srcdoc="{escape(page)}"></iframe>'

@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.advice.errors import PRESSURE_IN_ROLLING, ROLLING_NUMBERS
-from femic.advice.features import features_of, saturation
-from femic.advice.knowledge import Knowledge, KnownScene, Rule, packaged
-from femic.advice.study import NORMAL_NUMBERS
-from femic.contact.pairs.contact_size import Size, contact_size
+from femic.advice.knowledge import PRESSURE_IN_ROLLING, ROLLING_NUMBERS, Knowledge, KnownScene, Rule, packaged
+from femic.advice.study import NORMAL_NUMBERS, features_of, saturation
+from femic.contact.pairs.grids import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
 from geometries.bodies import Body

@@ -7,9 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from femic.advice.errors import NUMBERS, ROLLING_NUMBERS, errors_of, estimates_of
 from femic.advice.expected import Bounds, bounds_at, bounds_by
-from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule
+from femic.advice.knowledge import (
+    NUMBERS,
+    ROLLING_NUMBERS,
+    Held,
+    Knowledge,
+    KnownScene,
+    Rule,
+    errors_of,
+    estimates_of,
+)
 
 TOLERANCES = 0.02, 0.05, 0.1  # of decisions
 RULES = tuple(Rule(*rule) for rule in product((6, 8, 12, 20), (0.1, 0.25, 0.5, 1.0), (0.0, 1.0, 2.0)))

@@ -12,8 +12,7 @@ import numpy as np
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.loading import Loading
-from femic.contact.pairs.contact_size import Size, contact_size
-from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.grids import Size, contact_size, hertz
 from femic.contact.pairs.pair_on_grid import PairOnGrid, undeformed_of
 from femic.contact.specification import (
     APPROACH_SHARE,
@@ -22,13 +21,13 @@ from femic.contact.specification import (
     FrictionSpecification,
 )
 from femic.reference.engines import ENGINES
-from femic.reference.harmonic.tuned import FAR_RADIUS
+from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour, arc, ellipse
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER
 
 RADII = 6.0, 40.0  # of curvature of the rail at its crown [mm]

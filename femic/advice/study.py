@@ -1,38 +1,147 @@
-"""A random scene solved with approximations and with C on the same grid, without friction and rolling.
+"""What is known of a contact before C is solved, and on what the errors of approximate ICs depend.
+
+With B-hat alone: by what the patch turns and where it lies, how conformal the bodies are, what lies beyond
+the patch, materials, friction.
+
+A random scene solved with approximations and with C on the same grid, without friction and rolling.
 
 Errors of the elements are nearly the same with all ICs, and differences show those of the ICs.
+
+Studies of random scenes, one file each: solved once, in parallel processes, and read again.
 """
 
-from collections.abc import Mapping
+import json
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from femic.advice.features import features_of, saturation
-from femic.advice.scenes import CREEPAGES, ELEMENTS, RandomScene
+from femic.advice.scenes import CREEPAGES, ELEMENTS, RandomScene, random_scene
+from femic.cache.digests import results_digest
+from femic.cache.files import write_text
+from femic.cache.workers import in_processes
 from femic.contact.estimates import Numbers
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import FullOperator
-from femic.contact.pairs.body_ics import ALL, estimate_of
-from femic.contact.pairs.c_jobs import c_jobs
-from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.grids import Size, Sizing
+from femic.contact.pairs.ics import ALL, C, c_jobs, estimate_of, pair_operator
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import numbers
-from femic.contact.pairs.reference_ics import pair_operator
-from femic.contact.pairs.sizing import Sizing
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.contact.specification import ContactProblem
 from femic.reference.matrix.reference import matrices
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.meshing import Cells
 from femic.reference.run_options import RunOptions
-from geometries.errors import Failure
+from geometries.contours import Contour
+from geometries.errors import Failure, WrongInput
+
+FLAT = 1e-6  # curvature [1/mm] below which a contour is flat
+INSIDE = 0.98  # of a patch, over which its curvatures are compared
+SATURATION = 4.0  # G a b times this is a slope of creep forces, nearly that of Kalker's linear theory
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number on which errors depend: in words, and the difference that counts like one of 1 elsewhere."""
+
+    meaning: str
+    scale: float
+    unit: str = ""
+    logarithmic: bool = False
+    only_with_friction: bool = False
+
+    def on_scale(self, value: float) -> float:
+        """Return a value over the scale."""
+        return float(np.log(value) if self.logarithmic else value) / self.scale
+
+
+FEATURES: Mapping[str, Feature] = {
+    "angle": Feature("the angle by which the patch turns", 0.15, "deg", logarithmic=True),
+    "middle": Feature("the inclination at its middle", 15.0, "deg"),
+    "aspect": Feature("its aspect a/b", 0.7, logarithmic=True),
+    "unlike": Feature("the relative difference of the bodies' curvatures", 1.0, logarithmic=True),
+    "varying": Feature("the curvature at its ends over that at its middle", 0.5, logarithmic=True),
+    "beyond": Feature(
+        "the inclination of the flatter flank beyond its ends, less that of the end", 25.0, "deg"
+    ),
+    "modulus": Feature("the modulus of the upper over that of the lower body", 0.5, logarithmic=True),
+    "nu_lower": Feature("Poisson's ratio of the lower body", 0.15),
+    "nu_upper": Feature("Poisson's ratio of the upper body", 0.15),
+    "long": Feature("a over the rolling radius", 1.5, logarithmic=True),
+    "friction": Feature("the coefficient of friction", 0.25, only_with_friction=True),
+}
+
+
+def features_of(problem: ContactProblem, size: Size) -> dict[str, float]:
+    """Return the features of a contact by name; `size` is that of its patch with B-hat.
+
+    Each angle [deg] and ratio as in `FEATURES`; 0 where there is no friction.
+    """
+    lower, upper = (problem.bodies[name] for name in ("lower", "upper"))
+    ends, middle = np.array(size.s), sum(size.s) / 2
+    inclination = np.degrees(lower.contour.inclination(ends))
+    a, b = size.x[1], (size.s[1] - size.s[0]) / 2
+    friction = problem.specification.friction
+    return {
+        "angle": float(np.ptp(inclination)),
+        "middle": abs(float(np.mean(inclination))),
+        "aspect": a / b,
+        "unlike": _unlike(problem, middle),
+        "varying": _varying(lower.contour, size),
+        "beyond": _beyond(problem, inclination),
+        "modulus": upper.material.E / lower.material.E,
+        "nu_lower": lower.material.nu,
+        "nu_upper": upper.material.nu,
+        "long": a / upper.rolling_radius,
+        "friction": max(friction.coefficients) if friction else 0.0,
+    }
+
+
+def saturation(problem: ContactProblem, size: Size, friction: float, load: float) -> float:
+    """Return a creepage at which a contact is nearly saturated: friction times load over a linear slope."""
+    compliance = np.mean([1 / body.material.G for body in problem.bodies.values()])
+    a, b = size.x[1], (size.s[1] - size.s[0]) / 2
+    return float(friction * load * compliance / (SATURATION * a * b))
+
+
+def _unlike(problem: ContactProblem, s: float) -> float:
+    """Return 1 less the curvature of the upper over that of the lower contour, where both face each other."""
+    lower, upper = (problem.bodies[name].contour for name in ("lower", "upper"))
+    own = abs(float(lower.curvature(s)))
+    return max(abs(1 - _curvature_at(upper, float(lower.inclination(s))) / max(own, FLAT)), 1e-3)
+
+
+def _curvature_at(contour: Contour, inclination: float) -> float:
+    """Return the curvature of a contour where it has an inclination [rad], or comes nearest to it."""
+    s = np.linspace(*contour.limits, 401)
+    return float(contour.curvature(s[np.argmin(np.abs(contour.inclination(s) - inclination))]))
+
+
+def _varying(contour: Contour, size: Size) -> float:
+    """Return the mean curvature at both ends of a patch over that at its middle."""
+    middle, half = sum(size.s) / 2, INSIDE * (size.s[1] - size.s[0]) / 2
+    ends = np.abs(contour.curvature(middle + half * np.array([-1.0, 1.0])))
+    return max(float(np.mean(ends)), FLAT) / max(abs(float(contour.curvature(middle))), FLAT)
+
+
+def _beyond(problem: ContactProblem, ends: np.ndarray) -> float:
+    """Return by how much contours turn further beyond the ends of a patch [deg], on the side of the least."""
+    turns = []
+    for body in problem.bodies.values():
+        left, right = np.degrees(body.contour.inclination(np.array(body.contour.limits)))
+        turns += [float(ends[0] - left), float(right - ends[1])]
+    return min(turns)
+
 
 NORMAL_ICS = ("A", "B", "Bbar", "Bhat")
 ROLLING_ICS = ("A", "B", "Bhat", "mix")
@@ -209,3 +318,69 @@ class _Curve:
                 tolerance=TOLERANCE,
             )
         return [by_share[share] for share in CREEPAGES]
+
+
+Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its seed, number and why
+
+MODULE = "femic.advice.study"  # which makes scenes and solves them, with all that it imports
+
+log = logging.getLogger(__name__)
+
+
+def code_of_studies() -> str:
+    """Return the digest of the code that makes scenes and solves them."""
+    return results_digest(MODULE)
+
+
+def solved(seed: int, number: int) -> Entry:
+    """Return the entry of a scene."""
+    try:
+        return studied(random_scene(seed, number), seed, number).entry
+    except (Failure, WrongInput) as failure:
+        return {"seed": seed, "number": number, "failure": str(failure)}
+
+
+def entries(folder: Path, seed: int, code: str | None = None) -> list[Entry]:
+    """Return the stored entries of a seed by number; with `code` only those that it made."""
+    found = [entry for path in folder.glob(f"{seed}-*.json") if (entry := _read(path)) is not None]
+    chosen = [entry for entry in found if code in (None, entry["code"])]
+    return sorted(chosen, key=lambda entry: int(entry["number"]))
+
+
+def solve_missing(
+    folder: Path,
+    wanted: Sequence[tuple[int, int]],
+    workers: int,
+    solve: Callable[[int, int], Entry] = solved,
+) -> Iterator[Entry]:
+    """Solve the scenes, pairs of seed and number, that this code has not stored; yield each when it is.
+
+    Each is stored at once: after an interruption the others are solved.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    code = code_of_studies()
+    missing = [pair for pair in wanted if (_read(_path(folder, *pair)) or {}).get("code") != code]
+    yield from in_processes(partial(_solve_and_store, folder, code, solve), missing, workers)
+
+
+def _solve_and_store(
+    folder: Path, code: str, solve: Callable[[int, int], Entry], pair: tuple[int, int]
+) -> Entry:
+    entry = solve(*pair) | {"code": code}
+    write_text(json.dumps(entry) + "\n", _path(folder, *pair))
+    return entry
+
+
+def _path(folder: Path, seed: int, number: int) -> Path:
+    return folder / f"{seed}-{number}.json"
+
+
+def _read(path: Path) -> Entry | None:
+    """Return an entry; None where there is none, or a damaged one."""
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return None
+    except ValueError:
+        log.warning(f"{path}: damaged; it is solved again")
+        return None

@@ -45,7 +45,7 @@ def code_digest() -> str:
 
 @cache
 def results_digest(*modules: str) -> str:
-    """Return a short digest of modules, such as "compare.ics.compute", and of all that they import.
+    """Return a short digest of modules, such as "femic.results.ics", and of all that they import.
 
     Results with another digest are out of date. Changes of other modules have no effect.
     """

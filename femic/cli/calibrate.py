@@ -4,16 +4,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cache import folders
-from femic.cli.terminal import terminal
+from femic.cache import files as folders
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.calibration import compute, page
-    from compare.overlay import sources
+    from compare.pages import calibration as page
+    from compare.pages import overlay_sources as sources
+    from femic.results import calibration as compute
 
 
 def calibrate(

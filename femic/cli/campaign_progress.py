@@ -8,7 +8,7 @@ from time import monotonic
 from rich.console import Console
 from rich.progress import TextColumn
 
-from femic.campaigns.running.run import Progress
+from compare.campaigns.run import Progress
 from femic.cli.progress import EVERY, Write, bars
 
 

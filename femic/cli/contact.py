@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cache import folders
-from femic.cli.terminal import terminal
+from femic.cache import files as folders
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions
@@ -18,15 +18,17 @@ from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.contact import compute, page, sensitivity
-    from compare.contact_frontier import advice as contact_advice
-    from compare.finite_elements import beside
-    from compare.friction import compute as friction_compute
-    from compare.friction import pages
-    from compare.friction import supports as friction_supports
+    from compare.campaigns import maps as c_map
+    from compare.pages import contact as page
+    from compare.pages import contact_answers as sensitivity
+    from compare.pages import finite_elements as beside
+    from compare.pages import friction_pages as pages
+    from compare.studies import contact_advice
     from femic.advice import expected
-    from femic.campaigns.maps import c_map
     from femic.contact.pairs import supports
+    from femic.results import contact as compute
+    from femic.results import friction as friction_compute
+    from femic.results import friction_dataset as friction_supports
 
 
 def contact(

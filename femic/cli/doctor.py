@@ -1,11 +1,212 @@
-"""`femic doctor` checks whether an installation is complete, femic's own, and right."""
+"""Check an installation of femic: packages, libraries, names, and a few results with known values.
 
+`femic doctor` checks whether an installation is complete, femic's own, and right.
+"""
+
+import base64
+import hashlib
+import platform
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from packaging.requirements import Requirement
 from rich.table import Table
 from rich.text import Text
 
-from femic.cli.terminal import terminal
-from femic.installation import findings
+from femic.cli.progress import terminal
+from femic.late import Late
 from geometries.errors import Failure
+
+NAMES = ("femic", "geometries", "approx", "compare")  # of our packages, as they are imported
+DEVELOPERS = ("dev", "site")  # extras for work on femic itself
+HERTZ_TOLERANCE = 0.01  # of the largest pressure on some 20 elements across the patch
+C_TOLERANCE = 0.01  # that of the C which is computed
+
+can_render = Late("compare.report.views:can_render")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A thing that was checked: whether it is as it must be, what it is, and what to do about it if not.
+
+    `matters` is False where femic works without it, with less.
+    """
+
+    name: str
+    holds: bool
+    text: str
+    remedy: str = ""
+    matters: bool = True
+
+
+def findings() -> Iterator[Finding]:
+    """Yield all findings, the quick ones first; the self-test takes some 10 s."""
+    yield python_version()
+    yield from dependencies()
+    for name in NAMES:
+        yield import_name(name)
+    yield unchanged_files()
+    yield gmsh_library()
+    yield rendering()
+    for test in SELF_TESTS:
+        yield self_test(test)
+
+
+def python_version() -> Finding:
+    """Check the version of Python against what femic requires."""
+    required, version = metadata.metadata("femic")["Requires-Python"], platform.python_version()
+    holds = Requirement(f"python{required}").specifier.contains(version)
+    return Finding("Python", holds, version, f"install Python {required}")
+
+
+def dependencies() -> Iterator[Finding]:
+    """Yield a finding for each library that femic requires, also for the optional ones that are missing."""
+    for line in metadata.requires("femic") or []:
+        requirement = Requirement(line)
+        extra = _extra_of(requirement)
+        if requirement.name != "femic" and extra not in DEVELOPERS:
+            yield _dependency(requirement, extra)
+
+
+def _extra_of(requirement: Requirement) -> str:
+    """Return the name of the extra that asks for a library, empty for one that femic always needs."""
+    marker, extras = requirement.marker, metadata.metadata("femic").get_all("Provides-Extra") or []
+    if marker is None or marker.evaluate({"extra": ""}):
+        return ""
+    return next(name for name in extras if marker.evaluate({"extra": name}))
+
+
+def _dependency(requirement: Requirement, extra: str) -> Finding:
+    optional = f", for the extra {extra!r}" if extra else ""
+    required = f"{requirement.name}{requirement.specifier}"
+    remedy = f"pip install '{f'femic[{extra}]' if extra else required}'"
+    try:
+        version = metadata.version(requirement.name)
+    except metadata.PackageNotFoundError:
+        return Finding(requirement.name, False, f"not installed{optional}", remedy, matters=not extra)
+    holds = requirement.specifier.contains(version)
+    return Finding(requirement.name, holds, f"{version}{optional}", f"pip install '{required}'")
+
+
+def import_name(name: str) -> Finding:
+    """Check that one of our import names leads to femic's own files, and belongs to femic alone."""
+    spec, own = find_spec(name), Path(__file__).parents[2]
+    if spec is None or spec.origin is None:
+        return Finding(f"import {name}", False, "cannot be found", "reinstall femic")
+    place, owners = Path(spec.origin).parent, set(metadata.packages_distributions().get(name, ()))
+    others = sorted(owners - {"femic"})
+    elsewhere = place.parent.resolve() != own.resolve()
+    text = str(place) + (f", also of the package {', '.join(others)}" if others else "")
+    cause = ", ".join(others) or "something else"
+    remedy = f"{cause} installs the same name: give femic a virtual environment of its own"
+    return Finding(f"import {name}", not elsewhere and not others, text, remedy)
+
+
+def unchanged_files() -> Finding:
+    """Compare the installed files with the hashes that were installed with them."""
+    files = [file for file in metadata.files("femic") or () if file.hash and file.suffix == ".py"]
+    changed = [str(file) for file in files if not _as_installed(file)]
+    text = f"{len(files)} files as installed" if not changed else f"changed or missing: {', '.join(changed)}"
+    if not any(str(file).startswith("femic/") for file in files):
+        text = "installed from a source folder (editable)"
+    return Finding("files", not changed, text, "another package or an editor changed them: reinstall femic")
+
+
+def _as_installed(file: metadata.PackagePath) -> bool:
+    path = Path(str(file.locate()))
+    if not path.is_file() or file.hash is None:
+        return False
+    digest = hashlib.new(file.hash.mode, path.read_bytes()).digest()
+    return base64.urlsafe_b64encode(digest).rstrip(b"=").decode() == file.hash.value
+
+
+def gmsh_library() -> Finding:
+    """Check that Gmsh loads, which needs libraries of the system."""
+    try:
+        import gmsh  # noqa: PLC0415
+    except OSError as error:
+        return Finding("Gmsh", False, str(error), "install the system library that the message names")
+    return Finding("Gmsh", True, f"loads ({gmsh.__version__})")
+
+
+def rendering() -> Finding:
+    """Check that 3D pictures can be drawn without a screen."""
+    drawn = can_render()
+    text = "draws without a screen" if drawn else "cannot draw without a screen: no 3D pictures for paper"
+    return Finding("3D pictures", drawn, text, "apt-get install libegl1", matters=False)
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """A number that femic computes, and what it must be within a tolerance, a share."""
+
+    name: str
+    unit: str
+    computed: Callable[[], tuple[float, float]]  # the number, and what it must be
+    tolerance: float
+
+
+def self_test(test: SelfTest) -> Finding:
+    """Compute a number with a known value; any error of the program is a finding, too."""
+    start = perf_counter()
+    try:
+        value, exact = test.computed()
+    except Exception as error:  # whatever goes wrong on a foreign machine is to be told, not raised
+        return Finding(
+            test.name, False, f"{type(error).__name__}: {error}", "reinstall femic, or report this"
+        )
+    text = f"{value:.5g} {test.unit}, exactly {exact:.5g} ({perf_counter() - start:.1f} s)"
+    return Finding(
+        test.name, abs(value / exact - 1) < test.tolerance, text, "reinstall femic, or report this"
+    )
+
+
+def _half_space() -> tuple[float, float]:
+    """Return C_nn of a flat body on a square patch less that 2 mm beside it [mm/N], and closed formulas.
+
+    The discount cancels in the difference. Love's formula gives the first, Boussinesq's the second.
+    """
+    import femic  # noqa: PLC0415
+
+    steel, half, beside = femic.Material(E=210e3, nu=0.28), 0.2, 2.0
+    flat = femic.Body(femic.plane(), steel)
+    ics = femic.compute_ics(
+        femic.Pair(flat, flat),
+        femic.Patch(a=half, b=half),
+        [femic.points([0.0, beside], [0.0, 0.0])],
+        ["C"],
+        bodies=["lower"],
+        components=["nn"],
+        options=femic.Options(tolerance=0.01),
+    )
+    on_patch, away = ics.ic.sel(variant="C", body="lower", i="n", j="n").values
+    exact = (1 - steel.nu**2) / (np.pi * steel.E) * (2 * np.log(1 + np.sqrt(2)) / half - 1 / beside)
+    return float(on_patch - away), exact
+
+
+def _hertz() -> tuple[float, float]:
+    """Return the largest pressure [MPa] of a ball-like wheel on a rail's arc with A, and Hertz's formula."""
+    import femic  # noqa: PLC0415
+    from femic.contact.exact.hertz import PointContact, combined_modulus  # noqa: PLC0415
+
+    steel = femic.Material(E=210e3, nu=0.28)
+    rail = femic.Body(femic.arc(80.0, 60.0), steel)
+    wheel = femic.Body(femic.plane(), steel, rolling_radius=460.0)
+    pressed = femic.solve_contact(femic.Pair(wheel, rail), femic.Frictionless(loads=[5e3]), ["A"])
+    surfaces = PointContact(1 / 460.0, 1 / 80.0, combined_modulus(steel, steel))
+    return float(pressed.p_max.squeeze()), surfaces.at_load(5e3).p_max
+
+
+SELF_TESTS = (
+    SelfTest("C of a half-space against Love and Boussinesq", "mm/N", _half_space, C_TOLERANCE),
+    SelfTest("contact with A against Hertz", "MPa", _hertz, HERTZ_TOLERANCE),
+)
+
 
 OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
 

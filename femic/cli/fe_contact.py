@@ -4,18 +4,20 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():
-    from compare.contact import compute, dataset, page
-    from compare.finite_elements import beside
-    from compare.finite_elements import compute as fe_compute
-    from compare.finite_elements import page as fe_page
-    from femic.campaigns.maps import c_map
+    from compare.campaigns import maps as c_map
+    from compare.pages import contact as page
+    from compare.pages import finite_elements as beside
+    from compare.pages import finite_elements as fe_page
+    from femic.results import contact as compute
+    from femic.results import contact as dataset
+    from femic.results import finite_elements as fe_compute
 
 
 def fe_contact(

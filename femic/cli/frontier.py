@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
 from femic.late import lazy_imports
 from femic.scenes import wants
@@ -15,12 +15,14 @@ from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.contact_frontier import advice as contact_advice
-    from compare.contact_frontier import compute as contact_compute
-    from compare.contact_frontier import page as contact_page
-    from compare.frontier import advice, compute, page
+    from compare.campaigns import maps as c_map
+    from compare.pages import contact_frontier as contact_page
+    from compare.pages import frontier as page
+    from compare.studies import contact_advice
+    from compare.studies import contact_frontier as contact_compute
+    from compare.studies import frontier as advice
+    from compare.studies import frontier as compute
     from femic.advice import expected
-    from femic.campaigns.maps import c_map
 
 Wanted = Annotated[
     str | None,

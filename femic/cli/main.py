@@ -14,13 +14,13 @@ from rich.console import Console
 from rich.logging import RichHandler
 
 from femic.cli.interruptions import delivered
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.late import Late
 from geometries.errors import Failure, WrongInput
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
-own_names = Late("femic.installation:NAMES")
-in_keys = Late("femic.scenes.messages:in_keys")
+own_names = Late("femic.cli.doctor:NAMES")
+in_keys = Late("femic.scenes.load:in_keys")
 
 app = App(
     name="femic",

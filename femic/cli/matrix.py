@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, whole_number
 from femic.late import lazy_imports
 from femic.reference.matrix.job import Discount
@@ -13,9 +13,11 @@ from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS
 
 with lazy_imports():
-    from compare.export import export as exports
-    from compare.frontier import advice, choice
-    from compare.matrix import jobs, page
+    from compare.pages import matrix as page
+    from compare.studies import frontier as advice
+    from compare.studies import frontier as choice
+    from femic.results import export as exports
+    from femic.results import matrices as jobs
 
 
 def matrix(

@@ -6,17 +6,14 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.table import Table
 
-from compare.contact.compute import require_solvable
-from compare.ics.compute import run_plans
-from compare.matrix.compute import expected_seconds
-from compare.matrix.file import file_size
-from compare.matrix.jobs import matrix_plans
-from femic.campaigns.maps.c_map import maps_of_scene
-from femic.contact.pairs.automatic_grid import grids_of
-from femic.contact.pairs.c_jobs import c_jobs, components_of
-from femic.contact.pairs.given_ics import C
+from compare.campaigns.maps import maps_of_scene
+from femic.contact.pairs.grids import grids_of
+from femic.contact.pairs.ics import C, c_jobs, components_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.plan import ModelPlan, plans, total_seconds
+from femic.results.contact import require_solvable
+from femic.results.ics import run_plans
+from femic.results.matrices import expected_seconds, file_size, matrix_plans
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 

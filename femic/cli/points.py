@@ -6,11 +6,11 @@ from typing import Any
 
 import tomlkit
 
-from compare.overlay.sources import MOST_SCENES
-from femic.cache import folders
+from compare.campaigns.campaign import Campaign, find_points
+from compare.campaigns.load import load_campaign
+from compare.pages.overlay_sources import MOST_SCENES
+from femic.cache import files as folders
 from femic.cache.files import write_text
-from femic.campaigns.files.campaign import Campaign, find_points
-from femic.campaigns.files.load import load_campaign
 from femic.cli.work import AT
 from geometries.errors import WrongInput
 

@@ -11,21 +11,22 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.table import Table
 
-from femic.cache import folders
-from femic.cli.terminal import terminal
+from femic.cache import files as folders
+from femic.cli.progress import terminal
 from femic.cli.work import OUT, TABLE_WIDTH, announce, whole_number
 from femic.late import lazy_imports
 from femic.scenes.load import name_of
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.errors import WrongInput
-from geometries.profiles.content import UNITS
 from geometries.profiles.files import ENDINGS, write_profile
-from geometries.profiles.named import NAMED
-from geometries.profiles.profile import Kind
+from geometries.profiles.profile import UNITS, Kind
 from geometries.profiles.sections import SectionChoice
+from geometries.profiles.standards import NAMED
 
 with lazy_imports():
-    from compare.profiles import page, places, understood
+    from compare.pages import profiles as page
+    from compare.pages import profiles as places
+    from femic.results import profiles as understood
 
 ARGUMENTS = re.compile(
     r"\b(give )?(kind|axes|unit|surface|section|section_at|tolerance) = "

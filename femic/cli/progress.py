@@ -1,10 +1,14 @@
-"""Progress of models: a bar on a terminal, otherwise a line every few seconds."""
+"""The terminal: a console that prints names such as Bhat+sn:B and [a] as they are.
+
+Progress of models: a bar on a terminal, otherwise a line every few seconds.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Event, Lock, Thread
 from time import monotonic
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -17,8 +21,13 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from femic.reference.level import Level, factors
-from femic.reference.run_options import Solved, Step, Task, Watch
+from femic.reference.run_options import Level, Solved, Step, Task, Watch, factors
+
+
+def terminal(**options: Any) -> Console:
+    """Return a console with options of `rich.console.Console`: no part of a text is an emoji or a tag."""
+    return Console(emoji=False, markup=False, highlight=False, **options)
+
 
 EVERY = 5.0  # seconds from a line to the next where there is no terminal
 LOOK_EVERY = 0.5  # seconds between looks at the clock

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cache import folders
-from femic.cli.terminal import terminal
+from femic.cache import files as folders
+from femic.cli.progress import terminal
 from femic.cli.work import (
     AT,
     DEFAULT_WORK,
@@ -32,11 +32,12 @@ FIELDS = ".vtu"  # suffix of files of displacements and stresses
 SolidName = Literal["lower", "upper"]
 
 with lazy_imports():
-    from compare.frontier import choice
-    from compare.ics import fields
-    from compare.ics import run as ics_run
-    from compare.overlay import page, sources
-    from compare.overlay import results as overlay_results
+    from compare.pages import fields
+    from compare.pages import ics as ics_run
+    from compare.pages import overlay as page
+    from compare.pages import overlay_sources as overlay_results
+    from compare.pages import overlay_sources as sources
+    from compare.studies import frontier as choice
     from femic.cli import plan as plan_tables
     from femic.cli import points
 

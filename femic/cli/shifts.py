@@ -5,16 +5,18 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from femic.cache import folders
-from femic.cli.terminal import terminal
+from femic.cache import files as folders
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
 from femic.late import lazy_imports
 from femic.scenes.load import name_of
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.shifts import answers, compute, page
-    from compare.shifts import scene as scenes
+    from compare.pages import shift_tables as answers
+    from compare.pages import shifts as page
+    from femic.results import wheelset as compute
+    from femic.results import wheelset_scene as scenes
     from femic.shifts import specification as specifications
 
 

@@ -5,13 +5,16 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, print_warnings
 from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():
-    from compare.stresses import answers, compute, contacts, page
+    from compare.pages import stress_answers as answers
+    from compare.pages import stresses as page
+    from femic.results import stressed_contact as contacts
+    from femic.results import stresses as compute
 
 
 @Parameter(name="*")

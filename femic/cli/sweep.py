@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cache import folders
+from compare.campaigns.campaign import Campaign
+from compare.campaigns.load import load_campaign
+from femic.cache import files as folders
 from femic.cache.store import Store
-from femic.campaigns.files.campaign import Campaign
-from femic.campaigns.files.load import load_campaign
-from femic.cli.terminal import terminal
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
 from femic.late import lazy_imports
 from geometries.errors import Failure, WrongInput
@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from distributed import Client
 
 with lazy_imports():
-    from femic.campaigns.dataset import collected, integrity, reading
-    from femic.campaigns.report import page
-    from femic.campaigns.running import checks, cluster, plan, run
-    from femic.campaigns.running import scheduler as schedulers
+    from compare.campaigns import cluster, collected, integrity, plan, run
+    from compare.campaigns import cluster as schedulers
+    from compare.campaigns import integrity as reading
+    from compare.campaigns import plan as checks
+    from compare.campaigns.report import page
     from femic.cli import campaign_progress, points
 
 SHOWN_FAILURES = 5  # different messages of failures that are printed

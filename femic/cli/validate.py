@@ -5,18 +5,19 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cli.terminal import terminal
+from compare.validation.extremes.cases import PARTS, Part
+from compare.validation.extremes.cases import available as extremes_available
+from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, whole_numbers
 from femic.late import lazy_imports
-from femic.validation.extremes.cases import PARTS, Part
-from femic.validation.extremes.cases import available as extremes_available
 from geometries.errors import WrongInput
 
 with lazy_imports():  # those of `extremes` need the extra femic[extremes]
-    from femic.validation.extremes import engines
-    from femic.validation.extremes import page as extremes_page
-    from femic.validation.statements import page as validation
-    from femic.validation.statements import runs, verdicts
+    from compare.validation.extremes import engines
+    from compare.validation.extremes import page as extremes_page
+    from compare.validation.statements import page as validation
+    from compare.validation.statements import page as verdicts
+    from compare.validation.statements import runs
 
 TOLERANCE = 1e-3  # of C, by default
 TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C

@@ -11,7 +11,7 @@ from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 from rich.console import Console
 
-from femic.cache import folders
+from femic.cache import files as folders
 from femic.cache.store import Store
 from femic.cli import progress
 from femic.late import Late
@@ -57,7 +57,7 @@ StoreAt = Annotated[
 
 url_to_fs = Late("fsspec.core:url_to_fs")
 figures_as = Late("compare.report.files:figures_as")
-write_index = Late("compare.report.index:write_index")
+write_index = Late("compare.report.parts:write_index")
 
 
 @Parameter(name="*")

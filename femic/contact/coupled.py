@@ -15,11 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.centred import Linear
-from femic.contact.friction.law import Law
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import Motion
-from femic.contact.friction.newton import LOOSEST, correction, idle, inverse_of_amplitudes
+from femic.contact.friction.law import LOOSEST, Law, correction, idle, inverse_of_amplitudes
+from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from geometries.arrays import Array, Mask

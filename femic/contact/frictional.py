@@ -14,20 +14,15 @@ from functools import cached_property
 import numpy as np
 
 from femic.contact import coupled
-from femic.contact.bound_constrained import pressures
-from femic.contact.box import Box
 from femic.contact.coupled import Coupled, Guess, State
-from femic.contact.edges import Extent, extents, near_ends
-from femic.contact.error_floors import SlipState
+from femic.contact.estimates import SlipState
 from femic.contact.friction import coulomb
-from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
-from femic.contact.friction.force_limit import ForcesBeyondFriction
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import Motion
+from femic.contact.friction.coulomb import Coulomb, ForcesBeyondFriction, FreeAmplitudes, Tangential
+from femic.contact.friction.motion import LeadingEdge, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.resultants import in_global_axes
+from femic.contact.normal import PotentialAreaTooSmall, pressures
+from femic.contact.patch import Box, Extent, extents, in_global_axes, near_ends
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import N, S

@@ -5,19 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.box import Box
-from femic.contact.edges import MARGIN
+from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import Motion
-from femic.contact.friction.strips import Strips
 from femic.contact.normal import NormalProblem
-from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.part import coarsened, part_of
+from femic.contact.operators.convolution import Convolution, Waves
+from femic.contact.operators.dense import coarsened, part_of
 from femic.contact.operators.protocols import FullOperator, Operator
-from femic.contact.operators.ring import Waves
+from femic.contact.patch import MARGIN, Box
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 
 TANGENTIAL = (X, S)
 MOST_PARTS = 4  # that are kept, the last ones

@@ -66,7 +66,7 @@ MOTIONS: dict[str, ContactMotion] = {
         wheel_rolls=True,
         solve=Late(f"{PAIRS}.solved_curve:solve_curve"),
         one_point=Late(f"{PAIRS}.solved_curve:nearest_to_no_creepage"),
-        misfits=Late(f"{PAIRS}.reachable_forces:forces_beyond_creepages"),
+        misfits=Late(f"{PAIRS}.solved_curve:forces_beyond_creepages"),
     ),
     "transient": ContactMotion(
         keys=("friction", "friction_by_angle", "creepage", "lateral", "spin", "distance"),

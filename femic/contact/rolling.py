@@ -11,17 +11,29 @@ du_n/dx = -dh/dx, h the undeformed distance. So
     sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
 
 and a wheel that rotates as a rigid body has dh/dx = -w_n, nearly x cos(delta) / R.
+
+Static compression with friction: bodies pressed on each other in steps, without rolling.
+
+A vertical approach moves surfaces on inclined places along s, so that they slip or stick there even where
+bodies are of equal material. Each step is a shift from the displacements of the step before.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 
-from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
-from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
+from femic.contact.friction.motion import (
+    NAMES,
+    Creepages,
+    FreeSlip,
+    RollingKinematics,
+    RollingStep,
+    Shift,
+    SteadyRolling,
+)
 from femic.contact.frictional import TOLERANCE, FrictionalContact, solve
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -152,3 +164,19 @@ class RollingProblem:
             along = [np.broadcast_to(part, self.problem.distance.shape) for part in parts]
             weights[name] = self.problem.grid.area * np.stack(along, axis=-1)
         return weights
+
+
+def compressed(problem: FrictionalProblem, steps: Sequence[Loading]) -> Iterator[FrictionalContact]:
+    """Yield the contact after each of some steps of vertical load or approach, from none on.
+
+    Elements that come into contact in a step slip from where they were before it: the error is of the first
+    order in the steps. Raises WrongInput for no steps, and otherwise as `frictional.solve`.
+    """
+    if not steps:
+        raise WrongInput("steps of the load: give one at least")
+    sines, none = np.sin(problem.inclination), np.zeros((*problem.distance.shape, 2))
+    motion, contact = Shift(none, per_approach=sines), None
+    for step in steps:
+        contact = solve(problem, motion, step, start=contact)
+        yield contact
+        motion = Shift(none, before=contact.u[..., :2], per_approach=sines, approach_before=contact.approach)

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femic.contact.error_floors import floors, readings
 from femic.contact.estimates import (
     GIVEN,
     LATERAL,
@@ -32,11 +31,13 @@ from femic.contact.estimates import (
     Scale,
     changes,
     errors,
+    floors,
+    readings,
 )
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.quantities import main_patch
 from femic.contact.rolling import RollingContact, RollingProblem
-from femic.damage.shakedown import aspect_of, nearest_aspect, shakedown_limit
+from femic.damage.fatigue import aspect_of, nearest_aspect, shakedown_limit
 from geometries.patches import N, S, X
 
 _FORCES = ("force", RELATED)

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 import numpy as np
 from pydantic import Field
 
-from femic.contact.exact.positive import require_positive
+from femic.contact.exact.hertz import require_positive
 from femic.key_types import Amount, TwoOf
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
 if TYPE_CHECKING:  # scenes have coefficients: neither they nor their digests depend on contacts for that
-    from femic.damage.sliding import Sliding
+    from femic.damage.wear import Sliding
 
 Density = Annotated[Amount, Field(description="density of the worn material [kg/m^3]")]
 STEEL_DENSITY = 7850.0  # kg/m^3, which is µg/mm^3

@@ -30,17 +30,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy
 
-from femic.contact.exact.positive import require_positive
-from femic.contact.extra_gap import Profile
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.exact.hertz import require_positive
+from femic.contact.friction.motion import Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.rolling import RollingContact, RollingProblem
+from femic.contact.specification import Profile
 from femic.damage.laws import WearLaw
-from femic.damage.sliding import Sliding, sliding_of
-from femic.damage.wear import depth
+from femic.damage.wear import Sliding, depth, sliding_of
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import N

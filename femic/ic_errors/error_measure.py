@@ -6,7 +6,7 @@ the load it is a share of max |C_ij| over all points. (With one scale for both, 
 make all errors away from it look small, in all scenes that have a line through the load, and in no others.)
 Where C_ij vanishes, v is tested as a zero: its error is a share of 0.05 max |C_nn| over the same points. The
 weight of an error is the same difference as a share of max |C_nn| on the line; it says what the error can do
-to displacements. Refinement has a scale of its own: `femic.reference.accuracy`.
+to displacements. Refinement has a scale of its own: `femic.reference.job`.
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.reference.accuracy import FLOOR
-from femic.reference.estimate import EstimatedICs
-from femic.reference.matrix.columns import NEAR_ELEMENTS
+from femic.reference.job import FLOOR
+from femic.reference.matrix.reference import NEAR_ELEMENTS
+from femic.reference.result import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import Patch
 

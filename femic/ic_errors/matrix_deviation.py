@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from femic.ic_errors.error_measure import scale, vanishes
-from femic.reference.estimate import EstimatedICs
+from femic.reference.result import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
@@ -16,7 +16,7 @@ class ReferenceColumn:
     """C due to unit loads on a strip, and which elements are far from that strip."""
 
     c: EstimatedICs  # arrays (3, 3, n_x, n_s) [mm/N]
-    far: Mask  # (n_x, n_s): at least `femic.reference.matrix.columns.NEAR_ELEMENTS` elements from the load
+    far: Mask  # (n_x, n_s): at least `femic.reference.matrix.reference.NEAR_ELEMENTS` elements from the load
     a_nn: Array  # (n_x, n_s) [mm/N]
 
     @cached_property

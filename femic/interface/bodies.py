@@ -12,11 +12,10 @@ from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties
 from femic.interface.arguments import MADE_BY, array, check_fields, shown, with_checked_arguments
-from femic.scenes import contours
+from femic.scenes import bodies as contours
 from femic.scenes.bodies import BodyTable
-from femic.scenes.effective import effective_properties
-from femic.scenes.load import parse, read_scene, scene_path
-from femic.scenes.messages import messages
+from femic.scenes.calibration import effective_properties
+from femic.scenes.load import messages, parse, read_scene, scene_path
 from femic.scenes.plausibility import modulus_warnings
 from femic.scenes.scene_table import SceneTable
 from geometries import bodies

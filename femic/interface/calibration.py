@@ -5,11 +5,10 @@ from dataclasses import asdict, dataclass, replace
 
 import xarray as xr
 
-from compare.calibration.compute import calibrate, to_dataset
 from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import Pair
-from femic.interface.options import DEFAULT, Options, scene_of
-from femic.interface.threads import in_turn
+from femic.interface.options import DEFAULT, Options, in_turn, scene_of
+from femic.results.calibration import calibrate, to_dataset
 from geometries.patches import Patch
 
 

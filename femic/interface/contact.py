@@ -8,23 +8,20 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
-from compare.friction.compute import compute_with_friction
-from femic.contact.extra_gap import ExtraGap, extra_gap
-from femic.contact.pairs.given_ics import GivenICs
-from femic.contact.specification import FrictionSpecification
+from femic.contact.pairs.ics import GivenICs
+from femic.contact.specification import ExtraGap, FrictionSpecification, extra_gap
 from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.interface.bodies import Pair, checked, given
 from femic.interface.matrices import grid_of, name_of, ordered
-from femic.interface.options import DEFAULT, NAME, Options, scene_of
-from femic.interface.threads import in_turn
-from femic.scenes.build import misfits
+from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
+from femic.results.contact import compute_contact, to_dataset
+from femic.results.friction import compute_with_friction
 from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
+from femic.scenes.load import misfits
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 
 ICs = str | xr.Dataset
 

@@ -9,16 +9,15 @@ from numpy.typing import ArrayLike
 
 from approx.halfspace import observers
 from approx.variants import VARIANTS
-from compare.ics.compute import compute
-from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
 from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair, checked
 from femic.interface.labels import ics_by_label
-from femic.interface.options import DEFAULT, NAME, Options, scene_of
-from femic.interface.threads import in_turn
-from femic.scenes.build import misfits
+from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
+from femic.results.ics import compute
+from femic.results.ics_dataset import approximations_dataset, errors_in, to_dataset
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX, single_load_misfits
+from femic.scenes.load import misfits
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, OffsetLine, Patch

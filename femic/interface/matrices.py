@@ -7,29 +7,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from approx.matrix import matrix
+from approx.pair import matrix
 from approx.variants import forms_of
-from compare.export import contact_file
-from compare.export.export import to_contact
-from compare.export.grid import distances_after, write_distances
-from compare.matrix.file import DIMENSIONS
-from compare.matrix.jobs import matrix_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.interface.arguments import array, new_file, with_checked_arguments
 from femic.interface.bodies import Pair
 from femic.interface.labels import by_label
-from femic.interface.options import DEFAULT, NAME, Options, scene_of
-from femic.interface.threads import in_turn
+from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
 from femic.reference.matrix.job import Discount
-from femic.reference.matrix.pair import pair_column
-from femic.reference.matrix.reference import matrices
+from femic.reference.matrix.reference import matrices, pair_column
+from femic.results import contact_file
+from femic.results.export import distances_after, to_contact, write_distances
+from femic.results.matrices import DIMENSIONS, matrix_jobs
 from femic.scenes.errors import require_none
-from femic.scenes.grid import grid_misfits
+from femic.scenes.lines import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.grids import Grid
-from geometries.patches import DIRECTIONS
+from geometries.patches import DIRECTIONS, Grid
 
 MEANINGS = {
     "ic": ("mm/MPa", "displacement i of an element per traction j on another"),

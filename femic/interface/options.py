@@ -1,9 +1,17 @@
-"""How C is computed: the accuracy, the engine, and what is kept of it."""
+"""Calls that compute wait for each other where a program has several threads.
+
+Gmsh has one model per process, which the sections and solids of C are meshed in, and ends the process where
+two threads change it. Processes compute side by side.
+
+How C is computed: the accuracy, the engine, and what is kept of it.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from threading import RLock
+from typing import Any, ParamSpec, TypeVar
 
 from fsspec.core import url_to_fs
 
@@ -15,6 +23,23 @@ from femic.scenes.engine import EngineTable
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+LOCK = RLock()  # a report may call the function again
+
+
+def in_turn(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Return a public function that one thread at a time runs."""
+
+    @wraps(function)
+    def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
+        with LOCK:
+            return function(*arguments, **named)
+
+    return call
+
 
 NAME = "pair"  # of scenes that Python describes, in messages
 

@@ -6,15 +6,15 @@ from typing import Any, Literal
 
 import xarray as xr
 
-from compare.profiles.understood import Understood, of_file, of_package, to_dataset
 from femic.interface.arguments import check_fields, new_file, shown, with_checked_arguments
 from femic.interface.bodies import checked, given
+from femic.results.profiles import Understood, of_file, of_package, to_dataset
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
 from geometries.errors import WrongInput
 from geometries.profiles import files
-from geometries.profiles.named import NAMED
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
+from geometries.profiles.standards import NAMED
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,11 @@ from typing import Any
 import tomlkit
 import xarray as xr
 
-from compare.shifts import compute
 from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import given, plain
-from femic.interface.options import DEFAULT, Options
+from femic.interface.options import DEFAULT, Options, in_turn
 from femic.interface.profiles import Profile
-from femic.interface.threads import in_turn
+from femic.results import wheelset as compute
 from femic.scenes.load import merged
 from femic.shifts.specification import specification_of
 from geometries.errors import WrongInput

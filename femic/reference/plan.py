@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.reference.engine import Engine
+from femic.reference.engine import Engine, ExpectedCost
 from femic.reference.job import Job
-from femic.reference.level import Level, factors
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import ExpectedCost
+from femic.reference.run_options import Level, factors
 
 
 @dataclass(frozen=True)

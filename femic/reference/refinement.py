@@ -1,4 +1,6 @@
-"""Solve and refine models until the estimated error of C meets the tolerance.
+"""The estimated errors of several bodies' ICs, and of their sum, as shares of the scale of refinement.
+
+Solve and refine models until the estimated error of C meets the tolerance.
 
 One driver serves C at points and on grids. Each body is refined until its own estimate meets the tolerance.
 Where the sum of both bodies is compared, refinement goes on until the sum meets it as well: the
@@ -6,20 +8,23 @@ errors add up, while a component of the sum, and with it the scale, may be small
 of the error that is too large is reduced by as many steps as its order of convergence predicts: the mesh part
 with smaller cells, the truncation part with a larger domain, the wave part with more and larger wavenumbers.
 Boundaries that are given are supports of the body: they have no truncation part, and stay.
+
+C at points: the ICs of one loaded patch, refined until they meet the tolerance.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from femic.reference.accuracy import NotConverged, Shares
-from femic.reference.assessment import Assessment
-from femic.reference.engine import Engine, Request
-from femic.reference.job import Settings
-from femic.reference.level import (
+from femic.reference.engine import Cost, Engine, RawICs, Request
+from femic.reference.job import Job, NotConverged, Settings, Shares
+from femic.reference.result import EstimatedICs, Reference, combine, scales, shares, total
+from femic.reference.run_options import (
     COARSER,
+    DEFAULT,
     HIGHER,
     LARGER,
     MESH_ORDER,
@@ -27,12 +32,77 @@ from femic.reference.level import (
     TRUNCATION_ORDER,
     WAVES_ORDER,
     Level,
+    RunOptions,
+    Solved,
+    Task,
     factors,
 )
-from femic.reference.models import Cost
-from femic.reference.run_options import RunOptions, Solved, Task
+from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
+
+Measure = Callable[[str, EstimatedICs], Shares]  # the estimated errors of a body's ICs on some scale
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Estimated errors of the bodies and, where their sum is compared, of the sum and of each body in it."""
+
+    own: Mapping[str, Shares]
+    combined: Shares | None = None
+    in_combined: Mapping[str, Shares] = field(default_factory=dict)
+
+    def meets(self, tolerances: Mapping[str, float]) -> bool:
+        """Whether the bodies meet their tolerances, and their sum that of the first body."""
+        of_sum = next(iter(tolerances.values()))
+        return all(errors.total <= tolerances[body] for body, errors in self.own.items()) and (
+            self.combined is None or self.combined.total <= of_sum
+        )
+
+
+@dataclass(frozen=True)
+class Batch:
+    """ICs of bodies that share a scale of refinement: at all points, or due to loads on one strip.
+
+    `measure` takes names of bodies and the sum of their ICs, and returns the measure on the scale of this
+    sum.
+    """
+
+    ics: Mapping[str, EstimatedICs]
+    measure: Callable[[Sequence[str], Array], Measure]
+
+
+def assessed(batch: Batch, *, combined: bool) -> Assessment:
+    """Return the errors of a batch: of each body and, with `combined`, of the sum of all bodies."""
+    own = {body: batch.measure([body], ics.ic)(body, ics) for body, ics in batch.ics.items()}
+    if not combined:
+        return Assessment(own)
+    bodies, c = list(batch.ics), total(list(batch.ics.values()))
+    measure = batch.measure(bodies, c.ic)
+    in_combined = {body: measure(body, ics) for body, ics in batch.ics.items()}
+    return Assessment(own, measure(bodies[0], c), in_combined)
+
+
+def worst_assessment(assessments: Sequence[Assessment]) -> Assessment:
+    """Return the worst errors of several assessments of the same bodies."""
+    first = assessments[0]
+    combined = [assessment.combined for assessment in assessments if assessment.combined is not None]
+    return Assessment(
+        {body: worst_of([assessment.own[body] for assessment in assessments]) for body in first.own},
+        worst_of(combined) if combined else None,
+        {
+            body: worst_of([assessment.in_combined[body] for assessment in assessments])
+            for body in first.in_combined
+        },
+    )
+
+
+def worst_of(shares: Sequence[Shares]) -> Shares:
+    """Return the worst of several shares, with the largest of each part."""
+    worst = max(shares, key=lambda row: row.total)
+    parts = {part: max(getattr(row, part) for row in shares) for part in ("mesh", "truncation", "waves")}
+    return replace(worst, **parts)
+
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
@@ -204,3 +274,34 @@ def _too_expensive(
         f"{settings.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a "
         "larger `tolerance` or `most_unknowns`, shorter lines, or only the components that matter"
     )
+
+
+def references(
+    jobs: Mapping[str, Job], options: RunOptions = DEFAULT, *, combined: bool = False
+) -> dict[str, Reference]:
+    """Solve all jobs and refine each until its estimate meets its tolerance.
+
+    With `combined` the estimate of the sum of the bodies must also meet it. Solved models are stored for the
+    next run of the same code. Raises WrongInput for points outside a model, NotConverged where the tolerance
+    would need a larger model than the job allows.
+    """
+    assess_all = partial(assess_references, jobs, combined=combined)
+    return converged(jobs, options, read=_displacements, combine=combine, assess=assess_all)
+
+
+def _displacements(job: Job, solved: Solved) -> RawICs:
+    """Return the displacements of a solved model at the points."""
+    return job.settings.engine.models.displacements(solved.task.request, solved.model)
+
+
+def assess_references(
+    jobs: Mapping[str, Job], references: Mapping[str, Reference], *, combined: bool
+) -> Assessment:
+    """Return the estimated errors of the references and, with `combined`, of their sum."""
+
+    def measure(bodies: Sequence[str], ic: Array) -> Measure:
+        scale = scales([jobs[body] for body in bodies], ic)
+        return lambda body, c: shares(jobs[body], c, scale)
+
+    ics = {body: reference.c for body, reference in references.items()}
+    return assessed(Batch(ics, measure), combined=combined)

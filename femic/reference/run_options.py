@@ -1,12 +1,44 @@
-"""Options for solving models: workers, the store, and reports of progress."""
+"""Steps of refinement, and the orders at which errors fall with them.
+
+Errors of both engines are assumed to fall like h^3 and L^-2. Measured rates are h^3 for the solid engine, h^4
+for the harmonic engine, and L^-2 for both (docs/evidence/solid-engine.md, docs/evidence/harmonic-engine.md).
+
+Options for solving models: workers, the store, and reports of progress.
+"""
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from femic.cache.store import Store
-from femic.reference.level import Level
+
+COARSER = 1.5  # cell size of a step over cell size of the next
+LARGER = 2.0  # domain size of a step over domain size of the previous one
+HIGHER = 2.0  # largest wavenumber of a step over the previous one
+MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
+WAVES_ORDER = 3  # of the error due to the largest wavenumber
+MODELS = ("fine", "coarse", "small")  # models that give C and its error, the most expensive first
+
+
+@dataclass(frozen=True)
+class Level:
+    """Numbers of steps by which a model is refined beyond the first model of its job."""
+
+    cells: int = 0
+    domain: int = 0
+    waves: int = 0  # of the harmonic engine: each step has larger wavenumbers, and more of them
+
+    def models(self, names: Iterable[str]) -> dict[str, "Level"]:
+        """Return the levels of the models that give C at this level and its error, by name in `MODELS`."""
+        coarse = replace(self, cells=self.cells - 1)
+        level_of_model = {"fine": self, "coarse": coarse, "small": replace(coarse, domain=self.domain - 1)}
+        return {name: level_of_model[name] for name in names}
+
+
+def factors(level: Level) -> tuple[float, float]:
+    """Return the sizes of cells and domain at a level, as multiples of the sizes in the job."""
+    return COARSER**-level.cells, LARGER**level.domain
 
 
 @dataclass(frozen=True)

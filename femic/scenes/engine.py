@@ -8,12 +8,10 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from femic.key_types import Length, NameOf, Whole
-from femic.reference.engine import Engine
-from femic.reference.engines import ENGINES, kinds_that
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import SolverChoice
+from femic.reference.engine import Engine, SolverChoice
+from femic.reference.engines import ENGINES, SOLID, kinds_that
+from femic.reference.meshing import Cells
 from femic.reference.solid.pardiso import available as direct_available
-from femic.reference.solid.record import SOLID
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
 from geometries.bodies import Body, Domain

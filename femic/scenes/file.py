@@ -7,15 +7,12 @@ from pydantic import Field, field_validator
 from femic.key_types import Length, Several, each_once
 from femic.reference.matrix.job import Discount
 from femic.scenes.bodies import BodyTable
-from femic.scenes.calibration import BodyName, CalibrationTable, Component
-from femic.scenes.contact import AnyContact, ContactTable
-from femic.scenes.effective import EffectiveTable
+from femic.scenes.calibration import BodyName, CalibrationTable, Component, EffectiveTable
+from femic.scenes.contact import AnyContact, AnyDamage, AnyStresses, ContactTable, DamageTable, StressTable
 from femic.scenes.engine import EngineTable
-from femic.scenes.grid import GridTable
 from femic.scenes.ic_names import ICName, VariantName
-from femic.scenes.lines import Line, PatchTable
+from femic.scenes.lines import GridTable, Line, PatchTable
 from femic.scenes.scene_table import SceneTable
-from femic.scenes.stresses import AnyDamage, AnyStresses, DamageTable, StressTable
 
 
 class SceneFile(SceneTable):

@@ -1,12 +1,22 @@
-"""Files that scene files name: each such key declares it, and paths are absolute once they are read."""
+"""Files that scene files name: each such key declares it, and paths are absolute once they are read.
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
-from dataclasses import dataclass
+Columns of numbers in text files: points of contours, and of extra gaps. They are read as profiles are.
+
+Keys of the table of a scene, such as lower.contour.radius and lines.0.s.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias, get_args
 
+import numpy as np
 from pydantic import BaseModel, FilePath, Strict
+
+from femic.scenes.errors import BadScene
+from geometries.arrays import Array
+from geometries.profiles.text import number, read_source, split_columns, uncommented
 
 
 @dataclass(frozen=True)
@@ -78,3 +88,60 @@ def _parts(annotation: Any) -> Iterator[Any]:
     yield annotation
     for part in get_args(annotation):
         yield from _parts(part)
+
+
+def columns(path: Path, headings: Sequence[str]) -> Array:
+    """Return lengths [mm] in columns of one of the headings, such as "y, z", shape (rows, columns).
+
+    They are separated by blanks, commas or semicolons; # begins a comment. Raise WrongInput that names the
+    line with anything else.
+    """
+    names = {len(heading.split(", ")): heading.split(", ") for heading in headings}
+    source = replace(read_source(path), path=Path(path.name))  # the key is named with its folder
+    rows = list[list[float]]()
+    for line, text in enumerate(source.lines, 1):
+        cells = split_columns(source, line, uncommented(text, "#"))
+        if not cells:
+            continue
+        if len(cells) not in names or (rows and len(cells) != len(rows[0])):
+            before = f", {len(rows[0])} before" if rows else ""
+            raise source.wrong(line, f"{len(cells)} columns{before}; give {' or '.join(headings)}")
+        pairs = zip(cells, names[len(cells)], strict=True)
+        rows.append([number(source, line, cell, name) for cell, name in pairs])
+    if not rows:
+        raise source.refused(f"no numbers; give columns {' or '.join(headings)}")
+    return np.array(rows)
+
+
+def set_key(table: Any, key: str, entry: Any, axis: str) -> None:
+    """Set a key such as lower.contour.radius or lines.0.s of a table, for an axis; raise BadScene."""
+    *path, last = key.split(".")
+    for part in path:
+        if isinstance(table, list):
+            table = table[_index(table, part, key, axis)]
+        else:
+            table = table.setdefault(part, {})
+        if not isinstance(table, (dict, list)):
+            raise BadScene(f"sweep.{axis}: {key}: {part} is a value, not a table")
+    if isinstance(table, list):
+        table[_index(table, last, key, axis)] = entry
+    else:
+        table[last] = entry
+
+
+def key_of(table: Any, key: str, axis: str) -> Any:
+    """Return the value of a key such as lower.contour.radius of a table, for an axis; raise BadScene."""
+    for part in key.split("."):
+        if isinstance(table, list):
+            table = table[_index(table, part, key, axis)]
+        elif isinstance(table, Mapping) and part in table:
+            table = table[part]
+        else:
+            raise BadScene(f"{key}: not in the scene, which has to give it: it is swept as {axis}")
+    return table
+
+
+def _index(entries: Sequence[Any], part: str, key: str, axis: str) -> int:
+    if not (part.isdigit() and int(part) < len(entries)):
+        raise BadScene(f"sweep.{axis}: {key}: {part}: a number from 0 to {len(entries) - 1} is needed there")
+    return int(part)

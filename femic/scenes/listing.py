@@ -10,8 +10,8 @@ from pydantic import AfterValidator, BaseModel
 from pydantic.fields import FieldInfo
 
 from femic.key_types import NameOf
-from femic.scenes.contours import CONTOURS
-from femic.scenes.effective import CombinedTable, EffectiveTable, PropertiesTable, TransitionTable
+from femic.scenes.bodies import CONTOURS
+from femic.scenes.calibration import CombinedTable, EffectiveTable, PropertiesTable, TransitionTable
 from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX, default_lines
 from femic.scenes.load import parse, read_scene, scene_path

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from femic.reference.solid.record import SOLID
+from femic.reference.engines import SOLID
 from femic.scenes.scene import Scene
 from geometries.bodies import Body
 

@@ -17,15 +17,13 @@ from femic.scenes.scene_table import SceneTable
 from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
-from geometries.profiles.content import UNITS
 from geometries.profiles.files import read_profile
-from geometries.profiles.named import NAMED, named
 from geometries.profiles.pieces import Outline
-from geometries.profiles.placement import arc_length_at
+from geometries.profiles.placement import arc_length_at, spline_contour
 from geometries.profiles.preparation import Prepared, prepare
-from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.profile import UNITS, Kind, Profile
 from geometries.profiles.sections import LISTS, SectionChoice, read_section
-from geometries.profiles.splines import spline_contour
+from geometries.profiles.standards import NAMED, named
 
 Unit = Annotated[str, AfterValidator(NameOf(lambda: UNITS))]
 StandardName = Annotated[str, AfterValidator(NameOf(lambda: NAMED))]

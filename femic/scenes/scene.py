@@ -13,11 +13,10 @@ from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.damage.specification import DamageSpecification
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.meshing import Cells
 from femic.stresses.resolution import COARSEST, FINEST
 from geometries.bodies import Body, common_extent
-from geometries.grids import Grid
-from geometries.patches import OffsetLine, Patch
+from geometries.patches import Grid, OffsetLine, Patch
 
 
 @dataclass(frozen=True)

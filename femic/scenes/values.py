@@ -11,7 +11,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AbstractTable, Array, Float, Integer
 
 from femic.scenes.errors import BadScene
-from geometries.profiles.named import NAMED
+from geometries.profiles.standards import NAMED
 from geometries.profiles.text import as_float
 
 Value = bool | int | float | str | list[Any]

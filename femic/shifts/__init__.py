@@ -1,4 +1,4 @@
 """A wheelset on a track at several lateral shifts: its specification, its profiles in place, its contacts.
 
-Imports contact and scenes. `compare.shifts` labels the results and writes the page.
+Imports contact and scenes. `femic.results.wheelset` labels the results.
 """

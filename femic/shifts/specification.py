@@ -17,15 +17,15 @@ from pydantic import (
 )
 
 from approx.variants import VARIANTS, forms_of
-from femic.contact.friction.by_angle import Angle, Factor, growing
+from femic.contact.friction.motion import Angle, Factor, growing
 from femic.contact.specification import Creepage
 from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, TwoOf, Whole
 from femic.scenes.errors import bad_scene
 from femic.scenes.listing import as_toml
-from femic.scenes.messages import messages
+from femic.scenes.load import messages
 from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
-from geometries.profiles.named import NAMED
+from geometries.profiles.standards import NAMED
 
 ByAngle = Annotated[
     Several[Annotated[tuple[Angle, Factor], Strict(False)]],

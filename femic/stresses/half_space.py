@@ -1,4 +1,25 @@
-"""Displacements and stresses inside a half-space under rectangles of uniform traction, in closed form.
+"""Potentials of a uniformly loaded rectangle of a half-space, as sums over its corners.
+
+Boussinesq and Cerruti's displacements derive from h, the integral over the rectangle of ln(R + z), and from
+h1, that of z ln(R + z) - R, with h = dh1/dz (Love 1929; Johnson, Contact Mechanics, section 3.2). z is the
+depth. With X, Y = observer minus corner, every derivative is a difference over both pairs of edges of a
+function of (X, Y, z). Terms that this difference cancels are left out: so logarithms are odd in X or Y and
+lose no digits. h and h1 are harmonic, and homogeneous but for such terms: hence the short forms.
+
+What tractions that are uniform on elements add to stresses below the centres of elements.
+
+Uniform elements are a staircase, where tractions in truth grow steadily along y by g per length. The
+difference is a sawtooth, the sum over n = 1, 2, ... of g h (-1)^n / (pi n) sin(2 pi n y / h), h the side of
+elements, y from the centre of an element. Below the centre, at depth z, the half-space's stresses of these
+waves add up to, with q = exp(-2 pi z / h), C = 2 g z q / (1 + q), L = (g h / pi) ln(1 + q),
+
+    traction along y:  yy: C - 2 L,  zz: -C,  xx: -2 nu L
+    along z: yz: -C;    along x: xy: -L
+
+At the surface that is 0.44 g h in yy: an error that falls only like h. Without it stresses are of second
+order. Waves of tractions on a half-plane: Johnson (1985), Contact Mechanics, section 13.2.
+
+Displacements and stresses inside a half-space under rectangles of uniform traction, in closed form.
 
 Depth z grows into the half-space; tractions act along +x, +y, +z on its surface z = 0. With the potentials h
 and h1 of each traction (`corners`), psi1 = h1(t_x),x + h1(t_y),y + h1(t_z),z and psi = psi1,z:
@@ -10,20 +31,154 @@ Stresses follow from the derivatives by Hooke's law. Source: Johnson (1985), Con
 Love (1929); Kalker (1990), Three-dimensional elastic bodies in rolling contact, appendix C.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from femic.stresses.centred import centred
-from femic.stresses.corners import H1, Corners, H, derivative, derivatives
 from femic.stresses.field import StressField
-from femic.stresses.points import InnerPoints, require_inside
-from femic.stresses.staircase import staircase
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.near_surface import centred
+from femic.stresses.points import InnerPoints, SurfaceTractions, require_inside
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
 from geometries.materials import Material
+
+LEAST = 1e-150  # of a squared length [mm^2]: edges and corners themselves, where fields are singular
+AT_ONCE = 2**16  # pairs of point and corner that are worked on at a time
+H, H1 = "h", "h1"
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Corners of rectangles at x, y [mm], shape (n,), and second differences of three tractions there (n, 3).
+
+    A lattice of elements has the difference over both directions of its tractions at each corner.
+    """
+
+    x: Array
+    y: Array
+    differences: Array
+
+    @classmethod
+    def of_lattice(cls, x_edges: Array, y_edges: Array, tractions: Array) -> "Corners":
+        """The corners of a lattice of elements with tractions (n_x, n_y, 3), only those that count."""
+        padded = np.pad(tractions, ((1, 1), (1, 1), (0, 0)))
+        differences = np.diff(np.diff(padded, axis=0), axis=1).reshape(-1, 3)
+        counts = np.any(differences != 0, axis=1)
+        x, y = (edges.ravel()[counts] for edges in np.meshgrid(x_edges, y_edges, indexing="ij"))
+        return cls(x, y, differences[counts])
+
+
+def derivatives(corners: Corners, x: Array, y: Array, z: Array) -> dict[str, Array]:
+    """Derivatives of h and h1 for the tractions of all rectangles, at points (n,); (n, 3 tractions) each.
+
+    The key is the potential and what it is differentiated by, e.g. "h_xxz".
+    """
+    sums: dict[str, list[Array]] = {}
+    n = max(1, AT_ONCE // max(1, len(corners.x)))
+    for start in range(0, len(x), n):
+        part = slice(start, start + n)
+        terms = _terms(x[part, None] - corners.x, y[part, None] - corners.y, z[part, None])
+        for name, values in terms:
+            sums.setdefault(name, []).append(values @ corners.differences)
+    return _completed({name: np.concatenate(parts) for name, parts in sums.items()})
+
+
+def _terms(X: Array, Y: Array, z: Array) -> Iterator[tuple[str, Array]]:
+    """Independent derivatives at X, Y = point minus corner and depth z >= 0; arrays broadcast."""
+    XX, YY, zz = X * X, Y * Y, z * z
+    from_x, from_y = np.maximum(XX + zz, LEAST), np.maximum(YY + zz, LEAST)  # from the edges along y, along x
+    R = np.sqrt(np.maximum(XX + from_y, LEAST))
+    sum_ = R + z
+    XY, raised = X * Y, (XX + YY) / sum_  # R - z
+    log_y, log_x = np.arcsinh(Y / np.sqrt(from_x)), np.arcsinh(X / np.sqrt(from_y))
+    log_z = np.log(sum_)
+    angle_x = np.arctan2(XY * raised, XX * R + z * YY)
+    angle_y = np.arctan2(XY * raised, YY * R + z * XX)
+    x_share, y_share = X / sum_, Y / sum_
+    yield "h_xx", angle_x
+    yield "h_yy", angle_y
+    yield "h_xy", log_z
+    yield "h_xz", log_y
+    yield "h_yz", log_x
+    yield "h_x", Y * log_z + z * log_y + X * angle_x
+    yield "h_y", X * log_z + z * log_x + Y * angle_y
+    yield "h_z", X * log_y + Y * log_x - z * (angle_x + angle_y)
+    yield "h1_xx", z * angle_x - X * log_y
+    yield "h1_yy", z * angle_y - Y * log_x
+    yield "h1_xy", z * log_z - R
+    yield "h1_xxx", y_share - log_y
+    yield "h1_yyy", x_share - log_x
+    yield "h1_xxy", -x_share
+    yield "h1_xyy", -y_share
+    yield "h_xxy", x_share / R
+    yield "h_xyy", y_share / R
+    yield "h_xyz", 1 / R
+    yield "h_xxz", -XY / (R * from_x)
+    yield "h_yyz", -XY / (R * from_y)
+    yield "h_xzz", -z * Y / (R * from_x)
+    yield "h_yzz", -z * X / (R * from_y)
+
+
+def _completed(of: dict[str, Array]) -> dict[str, Array]:
+    """All second and third derivatives of h, by Laplace's equation."""
+    return of | {
+        "h_zz": -of["h_xx"] - of["h_yy"],
+        "h_zzz": -of["h_xxz"] - of["h_yyz"],
+        "h_xxx": -of["h_xyy"] - of["h_xzz"],
+        "h_yyy": -of["h_xxy"] - of["h_yzz"],
+    }
+
+
+def derivative(of: Mapping[str, Array], potential: str, by: str) -> Array:
+    """A derivative of h or h1 from those of `derivatives`, whatever the order of `by`; shape (n, 3)."""
+    by = "".join(sorted(by))
+    if potential == H1 and "z" in by:
+        potential, by = H, by.replace("z", "", 1)
+    return of[f"{potential}_{by}"]
+
+
+Z = 2
+
+
+def staircase(
+    body: Body, tractions: SurfaceTractions, centres: InnerPoints, *, along_x: bool = True
+) -> Array:
+    """Stresses (n, 3, 3) along x, s, n of the staircase less the steady tractions, below centres (n,).
+
+    Without `along_x` only the steps from strip to strip count, and points may lie anywhere along x.
+    """
+    to_depth, grid = np.array([1.0, 1.0, body.side]), tractions.grid
+    steps_x, steps_s = _steps(tractions, centres)
+    stress = np.zeros((len(centres.x), 3, 3))
+    for y, x, h, steps in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
+        rise = body.side * steps * to_depth  # g h
+        ratio = centres.depth / h
+        q = np.exp(-2 * np.pi * ratio)
+        C, L = rise * (2 * ratio * q / (1 + q))[:, None], rise * (np.log1p(q) / np.pi)[:, None]
+        stress[:, y, y] += C[:, y] - 2 * L[:, y]
+        stress[:, x, x] -= 2 * body.material.nu * L[:, y]
+        stress[:, Z, Z] -= C[:, y]
+        for a, b, value in ((y, Z, C[:, Z]), (x, y, L[:, x])):
+            stress[:, a, b] -= value
+            stress[:, b, a] -= value
+    return np.asarray(stress * np.outer(to_depth, to_depth))
+
+
+def _steps(tractions: SurfaceTractions, centres: InnerPoints) -> tuple[Array, Array]:
+    """Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid."""
+    grid, p = tractions.grid, np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
+    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
+    i = np.floor(place).astype(int)
+    share = (place - i)[:, None]
+    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
+
+    def at(along_x: int, along_s: int) -> Array:
+        return (1 - share) * p[i + along_x, j + along_s] + share * p[i + 1 + along_x, j + along_s]
+
+    return (at(1, 0) - at(-1, 0)) / 2, (at(0, 1) - at(0, -1)) / 2
+
 
 AXES = "xyz"
 

@@ -1,4 +1,9 @@
-"""Profiles from files and to files: what a file says, what has to be given, and what was done.
+"""Two columns, y and z, and nothing else; the columns of GENSYS are such files, too.
+
+Rows are separated by line ends, columns by blanks, commas or semicolons. `#`, `!`, `%` and quotation
+marks start comments.
+
+Profiles from files and to files: what a file says, what has to be given, and what was done.
 
 Formats: two columns, spline blocks, MiniProf. `docs/reference/profiles.md` has them for users.
 """
@@ -11,16 +16,39 @@ from typing import get_args
 import numpy as np
 
 from geometries.errors import WrongInput
-from geometries.profiles.axes import UNKNOWN, Axes, find_axes, parse_axes, turned
-from geometries.profiles.columns import COMMENTS, read_columns
-from geometries.profiles.content import UNITS, Content
-from geometries.profiles.crossing import Entangled, first_crossing
+from geometries.profiles.axes import UNKNOWN, Axes, find_axes, one_surface, parse_axes, turned
 from geometries.profiles.miniprof import is_miniprof, read_miniprof
-from geometries.profiles.parts import one_surface
-from geometries.profiles.profile import Kind, Profile
-from geometries.profiles.rows import DUPLICATE, Rows, drop_near, drop_zigzags, first_fold, nearest, note_gaps
+from geometries.profiles.preparation import Entangled, first_crossing
+from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, point, row, rows_of
 from geometries.profiles.spline_block import block_text, is_spline_block, read_spline_block
-from geometries.profiles.text import Source, is_number, read_source, shortened, source_of, uncommented
+from geometries.profiles.text import (
+    DUPLICATE,
+    Rows,
+    Source,
+    drop_near,
+    drop_zigzags,
+    first_fold,
+    is_number,
+    nearest,
+    note_gaps,
+    read_source,
+    shortened,
+    source_of,
+    uncommented,
+)
+
+COMMENTS = "#!%\"'"
+
+
+def read_columns(source: Source) -> Content:
+    """Points of a file of two columns; unit and axes are not stated."""
+    points, lines = [], []
+    for line, text in enumerate(source.lines, 1):
+        if content := uncommented(text, COMMENTS):
+            points.append(point(source, line, *row(source, line, content, range(2, 3))))
+            lines.append(line)
+    return Content(rows_of(source, points, lines), kind_by_name(source))
+
 
 LEAST_POINTS = 4
 WIDTHS = (1.0, 1000.0)  # of a profile [mm]: others are an error of the unit

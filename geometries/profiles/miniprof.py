@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.content import Content, Written, kind_by_name, only_numbers, point, row, rows_of
+from geometries.profiles.profile import Content, Written, kind_by_name, only_numbers, point, row, rows_of
 from geometries.profiles.text import Source, is_number, number, shortened, split_columns, uncommented
 
 COMMENTS = '!"#%'

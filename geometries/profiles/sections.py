@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Literal
 
 from geometries.errors import WrongInput
-from geometries.profiles.content import kind_by_name
 from geometries.profiles.files import read_profile
-from geometries.profiles.profile import Profile
+from geometries.profiles.profile import Profile, kind_by_name
 from geometries.profiles.text import (
     Source,
     is_number,

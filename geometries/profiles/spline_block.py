@@ -12,10 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.content import UNITS, Content, kind_by_name, point, row, rows_of
-from geometries.profiles.profile import Kind, Profile
-from geometries.profiles.rows import Rows, drop_near, drop_zigzags
-from geometries.profiles.text import Source, as_float, number, shortened
+from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, point, row, rows_of
+from geometries.profiles.text import Rows, Source, as_float, drop_near, drop_zigzags, number, shortened
 
 MARKS = ("header.begin", "header.end", "spline.begin", "spline.end", "point.begin", "point.end")
 NUMBERS: Mapping[str, float] = {

@@ -3,6 +3,8 @@
 A search asks for one point after the other. Curves by arc length are slow at that (each point inverts an
 integral), so their places carry `Quintics`: polynomials with the curve's own points, tangents and curvatures
 at close arc lengths.
+
+Parts of a sampled curve that are functions z(y): a rail seen from above, a wheel seen from below.
 """
 
 import math
@@ -169,3 +171,42 @@ def sampled(curve: Moved, spacing: float) -> Samples:
     first, last = curve.limits
     t = np.linspace(first, last, int(np.ceil((last - first) / spacing)) + 1)
     return Samples(t, curve.position(t), curve.tangent(t))
+
+
+STEEPEST = np.radians(85)  # steeper parts are no part of a graph, and may be a flange back
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """A part of a curve that is a function z(y): arc lengths, y, z and slopes dz/dy, shape (n,) each."""
+
+    t: Array
+    y: Array
+    z: Array
+    slope: Array
+
+    def heights(self, y: Array) -> Array:
+        """Heights z at y within the graph, by cubic Hermite interpolation; shape of y."""
+        k = np.clip(np.searchsorted(self.y, y) - 1, 0, len(self.y) - 2)
+        step = self.y[k + 1] - self.y[k]
+        u = (y - self.y[k]) / step
+        rise = self.z[k + 1] - self.z[k]
+        bend_0, bend_1 = self.slope[k] * step - rise, rise - self.slope[k + 1] * step
+        return np.asarray(self.z[k] + u * rise + u * (1 - u) * ((1 - u) * bend_0 + u * bend_1))
+
+
+def graphs(samples: Samples) -> list[Graph]:
+    """The parts of a curve that rise to larger y and are less steep than 85 degrees."""
+    y_rate = samples.tangents[0]
+    usable = np.concatenate([[False], y_rate > np.cos(STEEPEST), [False]])
+    starts, ends = (np.flatnonzero(np.diff(usable.astype(int)) == sign) for sign in (1, -1))
+    return [
+        Graph(
+            samples.t[a:b],
+            samples.points[0, a:b],
+            samples.points[1, a:b],
+            samples.tangents[1, a:b] / y_rate[a:b],
+        )
+        for a, b in zip(starts, ends, strict=True)
+        if b - a > 2
+    ]

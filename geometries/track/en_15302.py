@@ -14,8 +14,7 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.profiles.pieces import ArcPiece, Outline, arc_above, arc_below, line
 from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.shifts import over_shifts
-from geometries.track.wheelset import RollRule
+from geometries.track.wheelset import RollRule, over_shifts
 
 TRACK = TrackDimensions(gauge=1435.16, gauge_depth=14.0, rail_inclination=False)
 FLANGE_BACKS, FLANGE_BACK = 1360.0, -70.0  # mm

@@ -12,8 +12,7 @@ from geometries.profiles.pieces import Outline
 from geometries.profiles.placement import Curve
 from geometries.profiles.preparation import Prepared
 from geometries.profiles.profile import Kind
-from geometries.track.curves import Moved, Samples, sampled
-from geometries.track.graphs import STEEPEST, Graph, graphs
+from geometries.track.curves import STEEPEST, Graph, Moved, Samples, graphs, sampled
 
 SAMPLE_SPACING = 0.04  # mm along a curve: narrower minima of the gap may be missed
 FLANGE_PLATEAU = 1e-3  # rad below the largest inclination of a wheel that still count as its steepest part

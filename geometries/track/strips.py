@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
-from geometries.track.curves import Moved
-from geometries.track.graphs import Graph
+from geometries.track.curves import Graph, Moved
 from geometries.track.layout import Layout, Side
 from geometries.track.touching import gap_minima, point_at, posed, wheel_graphs
 from geometries.track.wheelset import Position, SideName, Touch, curves_in_place, side_of, touch_of

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometries.errors import Failure
-from geometries.track.curves import Moved, Place, Samples, turned
-from geometries.track.graphs import Graph, graphs
+from geometries.track.curves import Graph, Moved, Place, Samples, graphs, turned
 from geometries.track.layout import Side
 
 SAMPLED_ERROR = 1e-3  # mm: minima of the sampled gap within this of the least one may be the least one

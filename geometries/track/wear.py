@@ -1,4 +1,4 @@
-r"""Profiles worn by each other: Archard's law on a Winkler foundation, in the section through the axle.
+"""Profiles worn by each other: Archard's law on a Winkler foundation, in the section through the axle.
 
 By Archard (1953), Journal of Applied Physics 24, 981-988, the worn volume is proportional to load times
 sliding distance. In each contact the bodies overlap rigidly; on a foundation of independent springs the
@@ -10,6 +10,10 @@ depth worn off along the normal is
 
 with the worn section V [mm^2] of a profile, N steps, and contacts k of the weights w_k, sum 1, under one
 load: the area O of their overlap is the same. Contacts are sought again after each step.
+
+The worn pair of the package: wheel S1002 and rail 60E1, inclined 1:40, worn by each other.
+
+`tools/worn_profiles.py` writes it to the files of `geometries.profiles.standards`.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,11 +23,12 @@ import scipy
 
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
+from geometries.profiles.preparation import prepare, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import chord_lengths
-from geometries.track.curves import Moved, Samples, turned
-from geometries.track.graphs import Graph, graphs
-from geometries.track.layout import Side
+from geometries.profiles.standards import standard
+from geometries.track.curves import Graph, Moved, Samples, graphs, turned
+from geometries.track.layout import Layout, Side, TrackDimensions, WheelsetDimensions, lay_out
 
 CUT_OFF = 2.0  # standard deviations of the shift on straight track
 HEIGHT_STEPS, HEIGHT_ROUNDING = 60, 1e-10  # Newton's method for the height of a wheel [mm]
@@ -260,3 +265,29 @@ def _section(curve: Moved, spacing: float) -> Section:
 def _back(curve: Moved, points: Array) -> Array:
     """Return points of a side in the axes of the profile, (2, n)."""
     return turned(points - np.array(curve.offset)[:, None], -curve.angle)
+
+
+TRACK = TrackDimensions(gauge=1435.0, gauge_depth=14.0, rail_inclination=1 / 40)
+WHEELSET = WheelsetDimensions(flange_back_distance=1360.0, nominal_radius=460.0, flange_back=-70.0)
+WORN_AREA = (60.0, 60.0)  # mm^2, of the sections of rail and wheel
+TOLERANCE = 0.003  # mm: rms distance of the smoothed curves from the worn points
+SPACING = 0.2  # mm
+DECIMALS = 9  # of coordinates [mm]
+
+
+def unworn() -> Layout:
+    """Return the pair before it is worn."""
+    rail, wheel = standard("60E1").outline, standard("S1002").outline
+    return lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+
+
+def worn_pair(law: WearLaw | None = None) -> tuple[Profile, Profile]:
+    """Return rail and wheel as points of smoothed curves, worn by a law; by default that of the package."""
+    pair = wear(unworn().left, law or WearLaw(), WORN_AREA, SPACING)
+    return _smoothed(pair.rail, "60E1-worn"), _smoothed(pair.wheel, "S1002-worn")
+
+
+def _smoothed(worn: Profile, name: str) -> Profile:
+    """Return points of the smoothed curve."""
+    points = sampled(prepare(worn, TOLERANCE), SPACING).points
+    return Profile(worn.kind, np.round(points, DECIMALS), name)

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from approx.calibration import EXPONENTS, R_INF_REACH, fit
+from approx.calibration import EXPONENTS, FEWEST, R_INF_REACH, Target, fit, pointwise_k
 from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
-from approx.target import FEWEST, Target, pointwise_k
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.materials import Material

@@ -17,8 +17,8 @@ from skfem import (
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
+from approx.forms import rotation_about_x
 from approx.halfspace import HalfSpace
-from approx.rotation import rotation_about_x
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch

@@ -4,17 +4,14 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from approx.forms import FORMS, Form, Shares
+from approx.forms import FORMS, Form, Shares, matmul, rotation_about_x, rotation_between
 from approx.halfspace import HalfSpace
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
-from approx.rotation import matmul, rotation_about_x, rotation_between
+from approx.pair import Pair, Solid, matrix
 from approx.variants import approximate, exchanged_symbol, forms_of, needs_effective
 from geometries.contours import arc, ellipse
 from geometries.errors import WrongInput
-from geometries.grids import Grid
 from geometries.materials import Material, both_bodies, one_body
-from geometries.patches import Patch
+from geometries.patches import Grid, Patch
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.approx.new_forms import faded, register, unlike_in_x
 

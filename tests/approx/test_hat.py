@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad_vec
 
-from approx.hat import over_hat, over_hat_lags
-from approx.rectangle import over_rectangle
+from approx.kernels import over_hat, over_hat_lags, over_rectangle
 from geometries.patches import Patch
 
 PATCH = Patch(0.5, 0.2)

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from approx.forms import FORMS
+from approx.forms import FORMS, rotation_about_x
 from approx.halfspace import HalfSpace
 from approx.pair import Pair, Solid
-from approx.rotation import rotation_about_x
 from approx.variants import VARIANTS
 from geometries.contours import arc
 from geometries.errors import WrongInput

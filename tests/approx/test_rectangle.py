@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from approx.rectangle import over_lags, over_rectangle
-from femic.validation.extremes.exact import integrals
+from approx.kernels import over_lags, over_rectangle
+from compare.validation.extremes.analytic import exact_integrals
 from geometries.patches import Patch
 
 TOLERANCE = 5e-15  # 2e-15 seen: some twenty roundings, not all of one sign
@@ -72,7 +72,7 @@ def cases(draw):
 @given(cases())
 def test_fourteen_digits_at_any_distance_and_aspect(case):
     patch, x, s = case
-    assert error(patch, x, s, integrals(patch, x, s)) <= TOLERANCE
+    assert error(patch, x, s, exact_integrals(patch, x, s)) <= TOLERANCE
 
 
 LINES = (0.0, 1e-12, 0.3, 1 - 1e-12, 1.0, 1 + 1e-12, 3.0, 1e3, 1e8, 1e10)
@@ -84,14 +84,14 @@ def test_fourteen_digits_on_every_axis_edge_and_corner_and_1e_12_beside(aspect):
     for i in LINES:
         for j in LINES:
             x, s = i * patch.a, -j * patch.b
-            assert error(patch, x, s, integrals(patch, x, s)) <= TOLERANCE, (i, j)
+            assert error(patch, x, s, exact_integrals(patch, x, s)) <= TOLERANCE, (i, j)
 
 
 @pytest.mark.parametrize(("x", "s"), [(0.9, 0.4), (-3.0, 1.1), (0.0, -0.8), (40.0, 1e-3), (0.2, 7e3)])
 def test_closed_forms_are_the_integrals_of_the_kernels(x, s):
     patch = Patch(0.5, 0.2)
     quadrature = by_quadrature(patch, x, s)
-    for exact, closed in zip(quadrature, integrals(patch, x, s), strict=True):
+    for exact, closed in zip(quadrature, exact_integrals(patch, x, s), strict=True):
         assert abs(exact - closed) <= 1e-25 * (quadrature[0] + quadrature[1])  # 3 half-sides: 2.6^(-96)
     assert error(patch, x, s, [v if abs(v) > 1e-30 else mpmath.mpf(0) for v in quadrature]) <= TOLERANCE
 

@@ -5,9 +5,8 @@ from hypothesis import strategies as st
 from scipy.linalg import sqrtm
 from scipy.spatial.transform import Rotation as ScipyRotation
 
-from approx.forms import Shares
+from approx.forms import Shares, matmul, rotation_about_x, rotation_between
 from approx.halfspace import HalfSpace
-from approx.rotation import matmul, rotation_about_x, rotation_between
 from geometries.contours import arc, ellipse, plane
 from geometries.materials import Material, both_bodies, one_body
 from geometries.patches import Patch

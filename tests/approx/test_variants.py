@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from approx.effective import EffectiveProperties, Transition
-from approx.forms import FORMS
+from approx.forms import FORMS, rotation_about_x
 from approx.halfspace import HalfSpace
-from approx.rotation import rotation_about_x
 from approx.variants import VARIANTS, Symmetry, approximate, exchanged_symbol, forms_of
 from geometries.contours import Contour, arc, ellipse, plane, through_points
 from geometries.errors import WrongInput

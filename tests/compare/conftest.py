@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ics.compute import compute
-from compare.ics.dataset import errors, to_dataset
-from compare.ics.errors import refinement_shares_of
+from femic.reference.engines import SOLID
 from femic.reference.run_options import RunOptions
-from femic.reference.solid.record import SOLID
+from femic.results.ics import compute, refinement_shares_of
+from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from tests.coarse import tuned_sections
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import femic
-from femic import installation
+from femic.cli import doctor as installation
+from femic.cli.doctor import Finding, SelfTest
 from femic.cli.main import exit_code
-from femic.installation import Finding, SelfTest
 
 GOOD = Finding("numpy", True, "2.4")
 

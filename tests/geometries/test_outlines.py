@@ -9,11 +9,9 @@ from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.errors import WrongInput
 from geometries.materials import Material
-from geometries.outlines import SectionOutline, signed_area, widths
-from geometries.profiles.placement import arc_length_at
-from geometries.profiles.splines import spline_contour
+from geometries.outlines import RAIL_SECTIONS, SectionOutline, signed_area, widths
+from geometries.profiles.placement import arc_length_at, spline_contour
 from geometries.profiles.standards import standard
-from geometries.rail_sections import RAIL_SECTIONS
 from geometries.surfaces import LOWER, UPPER
 
 STEEL = Material(210e3, 0.28)

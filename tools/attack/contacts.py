@@ -9,17 +9,16 @@ import numpy as np
 from fuzz import outcome
 from outcomes import Outcome
 
-from compare.contact.compute import compute_contact, require_solvable
-from femic.contact.compression import compressed
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.leading_edge import LeadingEdge
+from femic.contact.friction.motion import Creepages, LeadingEdge
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.rolling import compressed
 from femic.reference.run_options import RunOptions
+from femic.results.contact import compute_contact, require_solvable
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.contours import Contour

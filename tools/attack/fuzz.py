@@ -18,13 +18,13 @@ import tomlkit
 from commands import FILES
 from outcomes import Outcome
 
-from compare.contact.compute import compute_contact, require_solvable
-from femic.campaigns.files.load import load_campaign
-from femic.campaigns.running.checks import require_computable
+from compare.campaigns.load import load_campaign
+from compare.campaigns.plan import require_computable
 from femic.cli.main import exit_code
-from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
+from femic.results.contact import compute_contact, require_solvable
 from femic.scenes import plausibility
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene

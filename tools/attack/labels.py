@@ -11,7 +11,7 @@ from fuzz import outcome
 from outcomes import Outcome
 
 import femic
-from femic.contact.extra_gap import extra_gap
+from femic.contact.specification import extra_gap
 
 SOFT = femic.Material(E=70e3, nu=0.2)  # so that xn is not zero
 PAIR = femic.Pair(

@@ -15,14 +15,14 @@ from commands import FILES
 from fuzz import by_code, changed, outcome
 from outcomes import Outcome
 
-from compare.stresses import contacts
-from compare.stresses.damage import Damage, damage_of
 from femic.cli.main import exit_code
 from femic.cli.stresses import Constants, OneContact
-from femic.contact.pairs.given_ics import NONE_GIVEN
+from femic.contact.pairs.ics import NONE_GIVEN
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.reference.run_options import RunOptions
+from femic.results import stressed_contact as contacts
+from femic.results.damage import Damage, damage_of
 from femic.scenes.load import load_scene
 
 SOLVED, WHOLE = 15, 300  # of so many scenes the contact of one is solved, and the command of one is run

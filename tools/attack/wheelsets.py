@@ -13,12 +13,11 @@ from fuzz import by_code, changed, outcome
 from outcomes import Outcome
 
 import femic
-from compare.shifts.compute import compute_shifts
-from compare.shifts.values import canted_rails, require_track, values_used
 from femic.cli.main import exit_code
 from femic.reference.run_options import RunOptions
+from femic.results.wheelset import canted_rails, compute_shifts, require_track, values_used
 from femic.scenes.load import load_scene
-from femic.shifts.placement import doubts, layout_of, sections_of
+from femic.shifts.sides import doubts, layout_of, sections_of
 from femic.shifts.specification import ShiftsFile, builtin_names, example, load_shifts
 from geometries.profiles.files import read_profile
 

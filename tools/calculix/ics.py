@@ -8,11 +8,9 @@ import numpy as np
 from deck import Part, face_loads, nodal_forces, node_set, run
 from meshing import Fineness, Mesh, Rectangle, mesh
 
-from femic.reference.engine import Specification
+from femic.reference.engine import Points, Specification
 from femic.reference.engines import ENGINES
-from femic.reference.level import Level
-from femic.reference.models import Points
-from femic.reference.run_options import RunOptions, Task
+from femic.reference.run_options import Level, RunOptions, Task
 from geometries.arrays import Array
 from geometries.bodies import Body, Domain
 from geometries.contours import arc

@@ -10,10 +10,7 @@ from types import ModuleType
 
 import numpy as np
 
-from femic.reference.meshing.cell_size import distance, set_cell_size
-from femic.reference.meshing.collected import collected
-from femic.reference.meshing.gmsh_session import gmsh_session
-from femic.reference.meshing.outline import add_section
+from femic.reference.meshing import add_section, collected, distance, gmsh_session, set_cell_size
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure

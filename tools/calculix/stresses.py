@@ -10,14 +10,11 @@ from deck import Output, Part, element_set, face_loads, nodal_forces, run
 from meshing import Fineness, Mesh, mesh
 
 from femic.stresses.engine import StressSettings, stress_field
-from femic.stresses.field import in_section_axes
-from femic.stresses.measures import von_mises
-from femic.stresses.points import points_at
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.field import in_section_axes, von_mises
+from femic.stresses.points import SurfaceTractions, points_at
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
-from geometries.grids import Grid
-from geometries.patches import Patch
+from geometries.patches import Grid, Patch
 
 PATCH = Patch(1.0, 0.8, 3.0)
 TRACTION = np.array([0.0, 300.0, -1000.0])  # MPa along x, s, n of the rail: pressure, and shear to the side

@@ -1,4 +1,6 @@
-"""Hertz: frictionless contact of half-spaces with quadratic gaps, at a point or along a line.
+"""The check that an argument is positive.
+
+Hertz: frictionless contact of half-spaces with quadratic gaps, at a point or along a line.
 
 The undeformed gap is curvature_x x^2 / 2 + curvature_s s^2 / 2. Displacements under the pressures of an
 ellipse are elliptic integrals; Carlson's symmetric ones hold for circles, too. Source: Johnson (1985),
@@ -13,9 +15,16 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
-from femic.contact.exact.positive import require_positive
 from geometries.arrays import Array
+from geometries.errors import WrongInput
 from geometries.materials import Material
+
+
+def require_positive(name: str, value: float) -> None:
+    """Raise WrongInput for what is not a positive number."""
+    if not 0 < value < np.inf:
+        raise WrongInput(f"{name} = {value!r}: must be positive and finite")
+
 
 MOST_SLENDER = 1e8  # largest ratio of the semi-axes that is sought
 

@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from femic.contact.exact.hertz import combined_modulus
-from femic.contact.exact.positive import require_positive
+from femic.contact.exact.hertz import combined_modulus, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import Material

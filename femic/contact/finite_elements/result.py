@@ -24,7 +24,7 @@ from femic.contact.finite_elements.meshed_contact import (
     meshes_of,
     solved,
 )
-from femic.reference.models import peak_memory
+from femic.reference.engine import peak_memory
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 

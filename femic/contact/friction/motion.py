@@ -1,4 +1,39 @@
-"""How surfaces slip over each other: by a shift, in a step of rolling, in steady rolling.
+"""How a rigid wheel that rolls on a rail moves over it, per unit of rolled distance.
+
+Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions
+x, s, n of the latter; those along x and s are the rigid slip.
+Theory: docs/theory/friction.md. Source: Kalker (1990), Three-dimensional elastic bodies in rolling contact,
+section 1.3.
+
+Friction that depends on the contact angle, as on a lubricated flange: a factor of the coefficient.
+
+The contact angle of an element is the magnitude of the inclination of the lower surface there, in the axes in
+which this surface is given. The factor is linear between pairs of angle and factor, and constant beyond them.
+
+Slip at the centres of elements, from that which is known half way between them and the next ones ahead.
+
+Friction opposes the slip at an element, while s is known ahead of it, and s' behind it, both to the second
+order. Their mean is that of the element. But where s vanishes the element has to stick, and the law must have
+a solution on any grid: so the slip of an element,
+
+    s + w (s' - s) / 2,   w = 4 max(0, s . s') / (|s| + |s'|)^2,
+
+vanishes only with s, changes continuously, and is the mean up to errors of the second order where slip is
+smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
+
+Elements at the leading edge of a rolling contact, whose tractions follow those behind them.
+
+A surface that rolls into contact takes up tangential tractions from zero, in proportion to the pressures at
+first: their ratio is smooth there, while both rise like the square root of the distance from the edge.
+Elements of constant traction follow this rise badly: where slip is made zero on the outermost ones, forces
+have errors of the first order, which depend on how the edge cuts elements. So the last `DEPTH` elements of
+each row take the same share of their bounds as the one behind them.
+
+In short rows bounds hardly fall between these elements: then their tractions, raised together, would move the
+followed one ahead instead of back, and no tractions at all might obey Coulomb's law. So only one element
+follows in rows of less than two times `LEAST_PER_DEPTH` elements, and none in rows of less than that.
+
+How surfaces slip over each other: by a shift, in a step of rolling, in steady rolling.
 
 Slip follows from the rigid slip w and the displacement differences u (upper less lower body). Particles run
 through a rolling contact from its leading edge at large x to its trailing edge.
@@ -12,17 +47,226 @@ taken, too. Taken as the slip of the element, with its own w (`order` 1), this i
 CONTACT (Kalker 1990, Three-dimensional elastic bodies in rolling contact, section 4.3).
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from itertools import pairwise
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import AfterValidator, Field, Strict
 
-from femic.contact.block_mean import block_mean
-from femic.contact.box import Box
-from femic.contact.friction.centred import Linear, centred, centred_derivative
-from femic.contact.friction.leading_edge import DEPTH
-from geometries.arrays import Array
+from femic.contact.patch import Box, block_mean
+from femic.key_types import Several
+from geometries.arrays import Array, Indices, Mask
+from geometries.contours import Contour
 from geometries.errors import WrongInput
+from geometries.patches import N
+
+
+@dataclass(frozen=True)
+class Creepages:
+    """How a wheel moves besides rolling, at zero yaw.
+
+    `longitudinal` is omega R_roll / V - 1, positive where the wheel is driven; `lateral` the lateral velocity
+    of the wheel relative to the rail over V; `spin` [1/mm] an angular velocity of the wheel about z over V,
+    beside that which its own rotation has about the normals of inclined places.
+    """
+
+    longitudinal: float = 0.0
+    lateral: float = 0.0
+    spin: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not np.all(np.isfinite([self.longitudinal, self.lateral, self.spin])):
+            raise WrongInput(f"creepages {self}: must be finite")
+
+
+NAMES = ("longitudinal", "lateral", "spin")
+
+
+@dataclass(frozen=True, eq=False)
+class RollingKinematics:
+    """Where a wheel of rolling radius `radius` [mm] rolls on a lower contour.
+
+    `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; `height` [mm], (n_s,), is that of the
+    wheel's surface there over its crown (`Undeformed.upper_height`): a wheel that is moved aside touches on
+    other circles. An infinite radius is that of a prismatic upper body, which only slides.
+    """
+
+    contour: Contour
+    radius: float
+    x: Array
+    s: Array
+    height: Array
+
+    def rigid_velocity(self, creepages: Creepages) -> Array:
+        """Velocity along x, s, n of the rigid wheel over the rail, over V, shape (n_x, n_s, 3).
+
+        Along n the wheel comes down ahead of the contact and rises behind it; its lateral velocity and spin
+        move it along the normals of inclined places, too.
+        """
+        xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
+        y, _ = self.contour.position(self.s)
+        sin, cos = self.contour.normal(self.s)
+        x = self.x[:, None]
+        along_x = -xi + (1 + xi) * self.height / self.radius - phi * y
+        aside, up = upsilon + phi * x, -(1 + xi) * x / self.radius
+        along = along_x, aside * cos - up * sin, aside * sin + up * cos
+        return np.stack(np.broadcast_arrays(*along), axis=-1)
+
+    def rigid_slip(self, creepages: Creepages) -> Array:
+        """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
+        return self.rigid_velocity(creepages)[..., :N]
+
+    def per_creepage(self, name: str) -> Array:
+        """Return the rigid slip that a creepage of 1 adds, (n_x, n_s, 2): it is linear in each."""
+        return self.rigid_slip(Creepages(**{name: 1.0})) - self.rigid_slip(Creepages())
+
+
+Angle = Annotated[float, Field(ge=0, le=90)]  # deg
+Factor = Annotated[float, Field(ge=0, le=10)]
+Pairs = Sequence[tuple[float, float]]  # of an angle [deg] and the factor there
+
+
+def growing(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Return the pairs; raise ValueError unless their angles grow, and where there is no friction at all."""
+    for (angle, _), (after, _) in pairwise(pairs):
+        if not angle < after:
+            raise ValueError(
+                f"angle {after:g} comes after {angle:g}: angles must grow; for a step give two that hardly "
+                "differ"
+            )
+    if pairs and not any(factor for _, factor in pairs):
+        raise ValueError("all factors are 0: give a positive one, or motion = 'none' without friction")
+    return pairs
+
+
+FactorsByAngle = Annotated[
+    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
+    AfterValidator(growing),
+    Field(
+        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
+        "angle: each coefficient times the factor at the inclination of the lower surface, whichever side; "
+        "angles grow, linear between, constant beyond; default: factor 1"
+    ),
+]
+
+
+def friction_factors(pairs: Pairs, inclination: Array) -> Array:
+    """Return the factors of friction at inclinations [rad], of the same shape; 1 without pairs."""
+    if not pairs:
+        return np.ones_like(inclination)
+    angles, factors = zip(*pairs, strict=True)
+    return np.interp(np.degrees(np.abs(inclination)), angles, factors)
+
+
+def in_words(pairs: Pairs) -> str:
+    """Return the factors with their angles in words; empty without pairs."""
+    if not pairs:
+        return ""
+    values = ", ".join(f"{factor:g} at {angle:g}°" for angle, factor in pairs)
+    return (
+        f"The coefficient is multiplied by a factor that depends on the contact angle: {values}, linear "
+        "between, constant beyond."
+    )
+
+
+def largest_factor(pairs: Pairs) -> float:
+    """Return the largest factor at any angle; 1 without pairs."""
+    return max((factor for _, factor in pairs), default=1.0)
+
+
+Linear = Callable[[Array], Array]
+
+TINY = 1e-150
+
+
+def centred(slip: Array) -> Array:
+    """Slip at the centres of elements, shape (n_x, n_s, 2)."""
+    behind, weight = _behind(slip), _weights(slip)[0]
+    return np.asarray(slip + weight / 2 * (behind - slip))
+
+
+def centred_derivative(slip: Array) -> Linear:
+    """Return the derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
+    step = (_behind(slip) - slip) / 2
+    weight, of_ahead, of_behind = _weights(slip)
+    half, rest = weight / 2, 1 - weight / 2
+
+    def of_change(change: Array) -> Array:
+        behind = _behind(change)
+        change_of_weight = np.sum(of_ahead * change + of_behind * behind, axis=-1, keepdims=True)
+        return np.asarray(rest * change + half * behind + change_of_weight * step)
+
+    return of_change
+
+
+def _behind(values: Array) -> Array:
+    """Return the values of the elements behind; the first ones have their own."""
+    return np.concatenate([values[:1], values[:-1]])
+
+
+def _weights(slip: Array) -> tuple[Array, Array, Array]:
+    """Return the weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each."""
+    behind = _behind(slip)
+    a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
+    product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
+    square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
+    of_sizes = 2 * weight / (a + b)
+    of_product = np.where(product > 0, 4 / square, 0.0)
+    return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b
+
+
+DEPTH = 2  # elements of each row that follow
+LEAST_PER_DEPTH = 6  # elements of a row for each that follows
+
+
+@dataclass(frozen=True, eq=False)
+class LeadingEdge:
+    """The row of the element that each one's tractions follow, and the ratio of both bounds, (n_x, n_s)."""
+
+    followed: Indices
+    ratio: Array
+
+    @classmethod
+    def of(cls, bound: Array, depth: int = DEPTH) -> "LeadingEdge":
+        """Return the leading edge of where bounds are positive; rolling is towards +x."""
+        places = np.arange(len(bound))[:, None]
+        ahead, behind = _neighbours(bound[::-1] > 0)[::-1], _neighbours(bound > 0)
+        following = np.minimum(depth, (ahead + 1 + behind) // LEAST_PER_DEPTH)
+        steps = np.maximum(following - ahead, 0)
+        followed = places - np.where(bound > 0, steps, 0)
+        of_followed = np.take_along_axis(bound, followed, axis=0)
+        ratio = np.divide(bound, of_followed, out=np.zeros_like(bound), where=of_followed > 0)
+        return cls(followed, ratio)
+
+    @property
+    def behind(self) -> Indices:
+        """How many elements behind each one that is which it follows, shape (n_x, n_s); 0 of a free one."""
+        return np.arange(len(self.followed))[:, None] - self.followed
+
+    @property
+    def free(self) -> Mask:
+        """Elements with bounds that follow no other, shape (n_x, n_s)."""
+        return np.asarray((self.behind == 0) & (self.ratio > 0))
+
+    def with_followers(self, of_free: Mask) -> Mask:
+        """Return which elements have what some free ones (m,) have, with those that follow, (n_x, n_s)."""
+        everywhere = np.zeros(self.followed.shape, bool)
+        everywhere[self.free] = of_free
+        return np.take_along_axis(everywhere, self.followed, axis=0)
+
+    def spread(self, p: Array) -> Array:
+        """Return tractions of all elements from those of the free ones, shape (n_x, n_s, 2)."""
+        return np.asarray(np.take_along_axis(p, self.followed[..., None], axis=0) * self.ratio[..., None])
+
+
+def _neighbours(mask: Mask) -> Indices:
+    """Return how many elements before each one, without a gap, are in a mask, shape (n_x, n_s)."""
+    counts = np.zeros(mask.shape, dtype=int)
+    for row in range(1, len(mask)):
+        counts[row] = np.where(mask[row - 1], counts[row - 1] + 1, 0)
+    return counts
 
 
 @dataclass(frozen=True, eq=False)

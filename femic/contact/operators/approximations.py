@@ -5,6 +5,14 @@ inclinations, and R_x(p alpha) = Q_0 + Q_1 exp(i p alpha) + Q_-1 exp(-i p alpha)
 T^p A T^q is a sum of kernels of the lag times cosines and sines of (m p + n q) alpha, m, n = -1, 0, 1; and
 these, of a difference, are sums of products. Forms of ICs that are no such product become an operator that is
 dense between strips. Source: [BVSV] sections 3 and 4; docs/theory/contact.md.
+
+ICs of a wheel for the slip of rolling: displacements along x as the rail sees them.
+
+The local directions of a wheel rotate with its surface. A particle that is raised by u_z is nearer to the
+axle and passes the contact more slowly, by u_z over the radius R of its rolling circle: in local directions
+the slip along x is w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of
+u_x. Then a rigid vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise
+the slip would depend on the rigid-body discount, by M_zz times load over R.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,18 +23,18 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
-from approx.forms import FORMS, Form, Shares
+from approx.forms import FORMS, Form, Shares, rotation_about_x
 from approx.halfspace import HalfSpace
 from approx.pair import Pair
-from approx.rotation import rotation_about_x
 from approx.variants import Forms, forms_of
 from femic.contact.operators.convolution import Convolution, Place
 from femic.contact.operators.dense import GridOperator, strip_lags
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.grids import Grid
-from geometries.patches import N, S, X, mirror_signs
+from geometries.patches import Grid, N, S, X, mirror_signs
+from geometries.surfaces import Surface
 
 Complex = NDArray[np.complex128]
 
@@ -220,3 +228,20 @@ def _at_all_lags(ics: Array) -> Array:
     sign_x, sign_s = (mirror_signs(direction)[:, :, None, None] for direction in (X, S))
     along_x = np.concatenate([sign_x * ics[:, :, :0:-1], ics], axis=2)
     return np.concatenate([sign_s * along_x[..., :0:-1], along_x], axis=3)
+
+
+def rolled(ics: Array, surface: Surface, grid: Grid) -> Array:
+    """Return ICs (n_x, n_s, n_s, 3, 3) at lags >= 0 as the slip needs them; prismatic bodies keep theirs.
+
+    `surface` belongs to the wheel; the strips of `grid` are its own arc lengths. The integral along x is
+    computed by the trapezoidal rule.
+    """
+    if np.isinf(surface.rolling_radius):
+        return ics
+    sin, cos = surface.contour.normal(grid.strips)
+    radius = surface.circle_radius(grid.strips)
+    raised = cos[:, None, None] * ics[..., N, :] - sin[:, None, None] * ics[..., S, :]
+    along_x = cumulative_trapezoid(raised / radius[:, None, None], dx=grid.dx, axis=0, initial=0)
+    seen = ics.copy()
+    seen[..., X, :] -= along_x
+    return seen

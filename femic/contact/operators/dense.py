@@ -2,6 +2,10 @@
 
 The operator is a convolution along x (by FFT), because elements of a strip differ by their lag only, and a
 dense matrix between strips.
+
+The defect of reciprocity of a raw matrix: the largest one, and the largest away from joints.
+
+Operators on a part of their grid, in the form whose products are fastest there.
 """
 
 import warnings
@@ -14,10 +18,13 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
-from femic.cache.threads import in_threads
+from femic.cache.workers import in_threads
 from femic.contact.operators.convolution import Convolution, merged
+from femic.contact.operators.protocols import FullOperator
+from femic.contact.patch import Box
 from geometries.arrays import Array, Indices
-from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
+from geometries.contours import Contour
+from geometries.patches import DIRECTIONS, Grid, N, S, X, mirror_signs
 
 Real = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -270,3 +277,86 @@ class Asymmetry:
         worst = np.max(reciprocity_defects(ics), axis=(0, 1))
         i, j = divmod(int(np.argmax(np.triu(worst))), len(DIRECTIONS))
         return cls(float(worst[i, j]), DIRECTIONS[i] + DIRECTIONS[j])
+
+
+ON_EDGE = 1e-3  # share of a strip: joints closer than that to its edge are on the edge, as in meshes
+
+
+@dataclass(frozen=True)
+class Reciprocity:
+    """Largest |C(I, J) - C(J, I)^T|: of all pairs of strips, of those without joints.
+
+    Each is a share of the largest value of its component; `component` is the worst one.
+
+    Displacements are read at centres, loads act on whole elements. The average over an element differs from
+    the value at its centre by the curvature of the field across it. At a joint it differs by more: the local
+    directions s and n rotate along the arc and are constant along the flank.
+    """
+
+    worst: float  # of all pairs of strips
+    component: str
+    strips: tuple[int, int]  # the pair that has it
+    at_joints: tuple[int, ...]  # strips that contain a joint
+    elsewhere: float | None  # largest defect of pairs of strips without joints; None if there are none
+
+
+def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
+    """Return the reciprocity of a raw matrix (n_x, n_s, n_s, 3, 3)."""
+    defects = np.max(reciprocity_defects(ics), axis=(2, 3))  # (n_s, n_s)
+    first, second = np.unravel_index(np.argmax(defects), defects.shape)
+    distances = np.abs(grid.strips[:, None] - np.array(contour.joints))  # (n_s, n_joints)
+    has_joint = np.any(distances <= (0.5 + ON_EDGE) * grid.ds, axis=1)
+    defects_without_joints = defects[np.ix_(~has_joint, ~has_joint)]
+    return Reciprocity(
+        float(np.max(defects)),
+        Asymmetry.of(ics).component,
+        (int(first), int(second)),
+        tuple(int(strip) for strip in np.flatnonzero(has_joint)),
+        float(np.max(defects_without_joints)) if defects_without_joints.size else None,
+    )
+
+
+FEW_KERNELS = 9  # convolutions with no more are fast on any grid
+MOST_DENSE = 96  # strips up to which products of others are 3 to 10 times faster dense between strips
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """An operator of which nothing is known, on a part of its grid of some shape."""
+
+    operator: FullOperator
+    box: Box
+    shape: tuple[int, ...]
+
+    def __call__(self, tractions: Array) -> Array:
+        """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
+        return self.box.of(self.operator(self.box.filled(tractions, self.shape)))
+
+    def restricted(self, directions: tuple[int, ...]) -> "Part":
+        """Return the operator from tractions in some directions to displacements in the same."""
+        return Part(self.operator.restricted(directions), self.box, self.shape)
+
+    def coarsened(self) -> "Part":
+        """Return the operator on elements twice as large; all ends must be even numbers of elements."""
+        return Part(self.operator.coarsened(), self.box.coarsened, tuple(n // 2 for n in self.shape))
+
+
+def part_of(operator: FullOperator, box: Box, shape: tuple[int, ...]) -> FullOperator:
+    """Return an operator of a grid of some shape on a part of it."""
+    if isinstance(operator, GridOperator):
+        return operator if box.shape == shape else operator.part(*box.shape[:1], box.strips)
+    if not isinstance(operator, Convolution):
+        return Part(operator, box, shape)
+    part = operator.part(box.shape[0], box.strips)
+    return GridOperator.of_convolution(part) if _faster_dense(part) else part
+
+
+def coarsened(operator: FullOperator) -> FullOperator:
+    """Return an operator on elements twice as large, in the form that is fastest there."""
+    if isinstance(operator, Convolution) and _faster_dense(operator):
+        return GridOperator.of_coarsened(operator)
+    return operator.coarsened()
+
+
+def _faster_dense(operator: Convolution) -> bool:
+    return len(operator.kernels) > FEW_KERNELS and operator.shape[1] <= MOST_DENSE

@@ -13,16 +13,15 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from femic.contact.edges import MARGIN
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.grids import hertz
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
-from femic.contact.tangent_plane import TangentPlane
-from femic.contact.undeformed import Undeformed
+from femic.contact.patch import MARGIN
+from femic.contact.undeformed import TangentPlane, Undeformed
 from geometries.errors import Failure
-from geometries.grids import Grid
+from geometries.patches import Grid
 
 SAMPLES = 6001  # arc lengths among which overlaps are sought
 COARSE_X, COARSE_S, MOST_COARSE = 24, 40, 240  # elements over an overlap, while patches are sought

@@ -1,4 +1,6 @@
-"""Contact of two bodies in several places at once: a grid on each, one approach, one load.
+"""Places beyond a grid at which two bodies touch, too, under the approach that a contact on the grid has.
+
+Contact of two bodies in several places at once: a grid on each, one approach, one load.
 
 Patches may lie so far apart that one grid over all of them would hardly resolve any: tread and flange of a
 wheel. Each place has a grid of its own then, an *area*. The pressures of all areas are one bound-constrained
@@ -18,17 +20,44 @@ from itertools import permutations
 import numpy as np
 
 from approx.pair import Pair
-from femic.contact.block_mean import block_mean
-from femic.contact.bound_constrained import Bounded, PressureSolution, pressures
-from femic.contact.edges import near_ends
+from femic.contact.exact.hertz import combined_modulus
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalContact, NormalProblem, PotentialAreaTooSmall
+from femic.contact.normal import (
+    Bounded,
+    NormalContact,
+    NormalProblem,
+    PotentialAreaTooSmall,
+    PressureSolution,
+    pressures,
+)
 from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.patch import block_mean, centre_of_pressure, near_ends
+from femic.contact.undeformed import SAMPLES
 from geometries.arrays import Array
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import N, Patch
+from geometries.patches import Grid, N, Patch
+
+
+def touching_beyond(on_grid: PairOnGrid, contact: NormalContact) -> Array:
+    """Return arc lengths [mm] beyond the ends of a grid at which the bodies would overlap, (n,).
+
+    There the undeformed distance at x = 0 is less than the approach and the displacement of both surfaces, as
+    half-spaces have it at a distance from the load of the contact.
+    """
+    (start, end), grid = on_grid.undeformed.s_range, on_grid.grid
+    s = np.linspace(start, end, SAMPLES)
+    s = s[(s < grid.extent[0]) | (s > grid.extent[1])]
+    if not s.size:
+        return s
+    extra = 0.0 if on_grid.extra_gap is None else on_grid.extra_gap.at(np.zeros(1), s)
+    distance = on_grid.undeformed.distance(0.0, s) + extra
+    cosine = np.cos(on_grid.undeformed.lower.contour.inclination(s))
+    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
+    away = np.abs(s - centre_of_pressure(contact.p, grid.strips))
+    displacement = float(np.sum(contact.p)) * grid.area / (np.pi * modulus * away)
+    return np.asarray(s[contact.approach * cosine - distance > displacement])
+
 
 NODES = 9  # of the interpolation between areas, along x and s of each
 POINT = 1e-4  # sides of the element that stands for a point force between areas, over their distance

@@ -5,16 +5,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femic.contact.exact.hertz import combined_modulus
-from femic.contact.extra_gap import Scattered
 from femic.contact.motions import MOTIONS
 from femic.contact.operators.approximations import approximate_operator
-from femic.contact.pairs.first_touch import distances_nearby
+from femic.contact.pairs.grids import Sizing, distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.sizing import Sizing
-from femic.contact.specification import ContactProblem
+from femic.contact.specification import ContactProblem, Scattered
 from femic.contact.undeformed import SAMPLES
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 
 PLACES = 9  # at which distances are the same where bodies touch all over,
 ALIKE = 1e-9  # to this share of the reach

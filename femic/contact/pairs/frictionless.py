@@ -1,24 +1,68 @@
-"""Frictionless contact of two bodies: all loads with all ICs, on grids that fit."""
+"""The load under which the patch of a contact turns by an angle, however the contact is solved.
 
-from collections.abc import Mapping, Sequence
+Frictionless contact of two bodies: all loads with all ICs, on grids that fit.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from scipy.optimize import brentq
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
 from femic.contact.operators.protocols import Operator
-from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
-from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of
+from femic.contact.pairs.grids import grids_of, on_fitting_grid
+from femic.contact.pairs.ics import (
+    NONE_GIVEN,
+    C,
+    NormalICs,
+    ReferenceICs,
+    given_of,
+    normal_operator,
+    normal_reference_ics,
+)
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
-from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator, normal_reference_ics
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure
-from geometries.grids import Grid
+from geometries.patches import Grid
+
+
+def load_at_angle(
+    angle_of: Callable[[float], float],
+    degrees: float,
+    loads: tuple[float, float],
+    accuracy: float,
+    patch: str = "the patch",
+) -> float:
+    """Return the load [N] between two under which a patch turns by an angle [deg].
+
+    `angle_of` returns the angle [deg] under a load [N]. It is called at both ends first; it should not jump,
+    as it does from one grid to another: a root may be such a jump. `accuracy` is that of the load, relative,
+    and `patch` says in messages which one it is. Raises Failure where the angle is not between those at the
+    ends.
+    """
+    ends = [float(np.log(load)) for load in loads]
+    angles = [angle_of(load) for load in loads]
+    if not min(angles) <= degrees <= max(angles):
+        turns = " and ".join(
+            f"by {angle:.3g} under {load:.3g} N" for angle, load in zip(angles, loads, strict=True)
+        )
+        raise Failure(
+            f"no load at which {patch} turns by {degrees:g} degrees: it turns {turns}; "
+            "give an angle between these"
+        )
+    known = dict(zip(ends, angles, strict=True))
+
+    def excess(logarithm: float) -> float:
+        turned = known.get(logarithm)
+        return (angle_of(float(np.exp(logarithm))) if turned is None else turned) - degrees
+
+    return float(np.exp(brentq(excess, *ends, xtol=accuracy)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ import numpy as np
 
 from approx.pair import Pair
 from femic.contact.exact.hertz import combined_modulus
-from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral_force import contact_at_lateral_force
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, NormalProblem, solve
@@ -15,14 +14,12 @@ from femic.contact.operators.approximations import approximate_operator, half_sp
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import Operator
-from femic.contact.resultants import Resultant, resultant
-from femic.contact.specification import ContactProblem
-from femic.contact.tangent_plane import TangentPlane
-from femic.contact.undeformed import Undeformed
+from femic.contact.patch import Resultant, resultant
+from femic.contact.specification import ContactProblem, ExtraGap
+from femic.contact.undeformed import TangentPlane, Undeformed
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import Surface
 
 RESOLVED = 0.02  # of p_max: what it lacks on strips that are narrow enough

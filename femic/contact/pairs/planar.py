@@ -20,10 +20,9 @@ from approx.pair import Pair, Solid
 from femic.contact.normal import NormalContact, NormalProblem, PotentialAreaTooSmall, solve
 from femic.contact.pairs.area_grids import Box, boxes_on_grid, finer_grid, fitting_grid, overlaps
 from femic.contact.pairs.pair_on_grid import PairOnGrid
-from femic.contact.tangent_plane import TangentPlane
-from femic.contact.undeformed import Undeformed
+from femic.contact.undeformed import TangentPlane, Undeformed
 from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from geometries.surfaces import UPPER, Surface
 
 PLANAR = "planar"  # the name of the contact

@@ -1,4 +1,7 @@
-"""The numbers of contacts, without and with friction: symbols, units, meanings, estimates of errors."""
+"""The numbers of contacts, without and with friction: symbols, units, meanings, estimates of errors.
+
+The numbers of steady rolling, with what the work of friction is known to.
+"""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
@@ -7,22 +10,25 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from femic.contact import estimates
-from femic.contact.edges import Extent
-from femic.contact.error_floors import (
+from femic.contact.estimates import (
+    Kind,
+    Measured,
     Places,
+    Scale,
     floors,
     floors_of_forces,
     readings,
     scales,
     vanishing_by_symmetry,
 )
-from femic.contact.estimates import Kind, Measured, Scale
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
-from femic.contact.resultants import centre_of_pressure
+from femic.contact.patch import Extent, centre_of_pressure
+from femic.contact.rolling import RollingContact, RollingProblem
 
-if TYPE_CHECKING:  # results without friction do not depend on the code of friction
+if TYPE_CHECKING:
     from femic.contact.frictional import FrictionalContact
+
 
 LEAST = 1e-300  # of scales that are divided by
 Contact: TypeAlias = "NormalContact | FrictionalContact"
@@ -233,3 +239,23 @@ def _places(on_grid: PairOnGrid) -> Places:
     contour, strips = on_grid.undeformed.lower.contour, on_grid.grid.strips
     (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
     return Places(on_grid.x, y, z, sin, cos, on_grid.grid.area)
+
+
+OF_EDGE = 0.015  # part of the work on elements at the edge
+FORCES = {"longitudinal": "F_x", "lateral": "F_y", "spin": "M_z"}  # that creepages bring about
+
+
+def measured_rolling(on_grid: PairOnGrid, problem: RollingProblem, rolling: RollingContact) -> Measured:
+    """Return the numbers of `OF_ROLLING`; the floor of work is that which the slip misses, and of the edge.
+
+    Where little of a contact slides, grids miss much of the slip, and changes from grid to grid do not show
+    that. Forces that creepages follow from are exact.
+    """
+    prescribed = [FORCES[name] for name in rolling.prescribed]
+    known = measured(on_grid, rolling.contact, OF_ROLLING, prescribed)
+    largest = known.scales["work"].changes
+    if largest == 0.0:
+        return known
+    at_edge = float(np.sum(rolling.contact.dissipation[rolling.contact.slip_state.at_edge]))
+    missed = problem.missed_work(rolling) + OF_EDGE * at_edge * problem.problem.grid.area
+    return replace(known, floors={**known.floors, "work": missed / largest})

@@ -9,23 +9,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
-from femic.contact.compression import compressed
 from femic.contact.estimates import SAFETY, Measured, Numbers, changes, errors
 from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.displaced import Linearisation
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
-from femic.contact.pairs.variations import (
+from femic.contact.pairs.creep_force import Linearisation
+from femic.contact.pairs.pair_with_friction import (
     Change,
+    PairWithFriction,
     change_of_tractions,
     differences,
     if_possible,
     on_larger_elements,
     with_perturbed_ics,
 )
+from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
+from femic.contact.rolling import compressed
 from geometries.errors import Failure
 
 Steps = Sequence[Measured]  # after each load

@@ -13,17 +13,20 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.contact_size import SIZING
-from femic.contact.pairs.displaced import Linearisation
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
-from femic.contact.pairs.rolling_numbers import measured_rolling
-from femic.contact.pairs.variations import if_possible, on_larger_elements, with_perturbed_ics
+from femic.contact.pairs.creep_force import Linearisation
+from femic.contact.pairs.grids import SIZING
+from femic.contact.pairs.pair_with_friction import (
+    PairWithFriction,
+    if_possible,
+    on_larger_elements,
+    with_perturbed_ics,
+)
+from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured, measured_rolling
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput

@@ -1,4 +1,10 @@
-"""The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
+"""The expected wavenumbers of a request, counted on a half-space under the same loads.
+
+The responses of the half-space are known in closed form, so the search for wavenumbers takes no mesh and a
+tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
+many (measured).
+
+The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
 
 The section of a body is the same everywhere along x (round its axis). A load that varies as cos(k x) causes
 u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitudes on the section
@@ -6,6 +12,14 @@ u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitud
 sign of U changed. So one factorisation per wavenumber serves all loads. On a closed body of revolution k = m
 / R_roll. Sections that are their own mirror image are halved, with even and odd fields. `synthesis` computes
 displacements anywhere along x from the responses. Theory: docs/theory/reference.md.
+
+Solve the models of the harmonic engine one after the other, each in parallel, and store them.
+
+The expected cost of a model of the harmonic engine, before it is solved.
+
+Its section is meshed and its wavenumbers are counted on a half-space, which takes a second. Seconds and
+memory follow laws that were fitted on one machine of 2 cores (docs/how-to/matrix.md): their ratios are more
+reliable than their values.
 """
 
 import os
@@ -17,19 +31,75 @@ from time import perf_counter
 
 import numpy as np
 
-from femic.cache.processes import Processes
-from femic.cache.threads import one_blas_thread
-from femic.reference.accuracy import NotConverged
-from femic.reference.harmonic.entry import NOT_STORED, StoredWaves
+from approx.halfspace import HalfSpace
+from femic.cache.workers import Processes, one_blas_thread
+from femic.reference.engine import BASE_MEMORY, Cost, ExpectedCost, peak_memory
 from femic.reference.harmonic.request import COLUMNS_NEED, HarmonicRequest
-from femic.reference.harmonic.section import SectionMesh, section_mesh
-from femic.reference.harmonic.section_size import FitCells, SectionSize
+from femic.reference.harmonic.section import FitCells, SectionMesh, SectionSize, section_mesh
 from femic.reference.harmonic.section_work import MOST_PROCESSES, SectionWork, Solver, processes_for
+from femic.reference.harmonic.stored import (
+    NOT_STORED,
+    StoredWaves,
+    model_key,
+    requested_part,
+    store_model,
+    stored_model,
+    with_unit_modulus,
+)
 from femic.reference.harmonic.synthesis import Responses, odd_in_k
 from femic.reference.harmonic.wavenumbers import Samples, sample
-from femic.reference.models import Cost, peak_memory
+from femic.reference.harmonic.waves import SINES, half_space_response
+from femic.reference.job import NotConverged
+from femic.reference.run_options import RunOptions, Solved, Step, Task
 from geometries.arrays import Array
+from geometries.materials import one_body
 from geometries.patches import Patch
+
+OBSERVERS = 60  # about as many observers are taken
+DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
+
+
+def expected_samples(request: HarmonicRequest) -> Samples:
+    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
+    loads, observed = request.loads, request.observed
+    chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
+    accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
+    directions = [load.direction for load in loads]
+    return sample(
+        request.axis,
+        _half_space(request, observed[chosen]),
+        SINES[:, directions].T[..., None],
+        min(load.patch.a for load in loads),
+        accuracy,
+    )
+
+
+def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
+    """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
+
+    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
+    k = 0.
+    """
+    loads, body = request.loads, request.body
+    half_space = HalfSpace(one_body(body.material, body.side))
+    distances = np.stack([s - load.patch.s for load in loads])  # (load, observer)
+    half_width = np.broadcast_to([[load.patch.b] for load in loads], distances.shape)
+    pairs = np.stack([half_width, distances], axis=-1).reshape(-1, 2) / (unit := np.min(half_width))
+    distinct_pairs, pair_numbers = np.unique(pairs.round(DISTANCE_DIGITS), axis=0, return_inverse=True)
+    direction = np.array([[load.direction] for load in loads])
+
+    def responses(wavenumbers: Sequence[float]) -> list[Array]:
+        k = np.hypot(np.array(wavenumbers), 1 / body.domain.far_radius)
+        distinct_responses = np.stack(
+            [half_space_response(half_space, b, d, k) for b, d in unit * distinct_pairs]
+        )
+        all_responses = distinct_responses[
+            pair_numbers.reshape(distances.shape)[:, None], np.arange(3)[:, None], direction[..., None]
+        ]
+        return list(np.moveaxis(all_responses, -1, 0))  # (k, load, i, observer)
+
+    return responses
+
 
 FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
 FINER_GROWTH, FINER_BEHIND = 0.6, 24.0  # their growth over growth, and up to where (half-sides): `FitCells`
@@ -180,3 +250,73 @@ class _Run:
         start = perf_counter()
         yield
         self.seconds[stage] += perf_counter() - start
+
+
+def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
+    """Solve models, and yield each when it is finished.
+
+    A model that an interrupted run has begun continues after its last finished wavenumber.
+    """
+    for task in tasks:
+        yield _solved(task, options)
+
+
+def _solved(task: Task, options: RunOptions) -> Solved:
+    """Return the model of a task from the store, or solve it and put it there."""
+    stored = stored_model(task.request, options.store)
+    if stored is not None:
+        return Solved(task, stored, cached=True)
+    request = with_unit_modulus(task.request)
+    options.watch.on_step(Step(task, "mesh and assembly"))
+    expected = _expected(request)
+    responses = solve(
+        request,
+        task.most_unknowns,
+        workers=options.workers,
+        progress=lambda solved: options.watch.on_step(Step(task, "wavenumbers", solved, expected)),
+        cache=StoredWaves(options.store, model_key(request, options.store)),
+    )
+    store_model(responses, request, options.store)
+    return Solved(task, requested_part(responses, task.request), cached=False)
+
+
+def _expected(request: HarmonicRequest) -> int | None:
+    """Return the expected number of solutions, None if a half-space needs too many wavenumbers."""
+    try:
+        samples = expected_samples(request)
+        return len(samples.k) + len(samples.sparser.k)
+    except NotConverged:  # for the half-space; the body may still converge
+        return None
+
+
+FACTOR, FACTOR_GROWTH = 0.28 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
+BY_THREADS, BY_PROCESSES = 0.8, 0.95  # speed-up over the number of workers
+START, PER_UNKNOWN = 0.1, 2e-5  # seconds of mesh and assembly: in any case, and per unknown
+START_OF_PROCESSES = 1.0  # seconds
+MEMORY, MEMORY_OF_PROCESS = 0.012, 0.006  # MB per unknown: in this process, or in each of several
+
+
+def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
+    """The expected unknowns, wavenumbers, seconds and memory of a model."""
+    section, coarser_section = build_section(request), build_section(request.coarser)
+    unknowns, coarser = (3 * mesh.doflocs.shape[1] for mesh in (section.mesh, coarser_section.mesh))
+    half_section = section.half_section
+    loads = {
+        (abs(load.patch.s) if half_section else load.patch.s, load.patch.b, load.direction)
+        for load in request.loads
+    }
+    samples = expected_samples(request)
+
+    def solution(unknowns: int) -> float:
+        """Seconds that a wavenumber takes."""
+        processes = processes_for(unknowns, workers)
+        speed_up = BY_PROCESSES * processes if processes > 1 else max(1.0, BY_THREADS * workers)
+        return FACTOR * unknowns**FACTOR_GROWTH / speed_up
+
+    seconds = 2 * START + PER_UNKNOWN * (unknowns + coarser)
+    seconds += len(samples.k) * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
+    memory, processes = BASE_MEMORY + MEMORY * unknowns, processes_for(unknowns, workers)
+    if processes > 1:
+        seconds += START_OF_PROCESSES
+        memory = BASE_MEMORY + processes * (BASE_MEMORY + MEMORY_OF_PROCESS * unknowns)
+    return ExpectedCost(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)

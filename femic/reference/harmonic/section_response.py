@@ -1,4 +1,16 @@
-"""The response of a section at wavenumbers: displacements of observers under unit line loads on strips.
+"""What proves a solution of the equations of a section at a wavenumber.
+
+Responses of observers to loads at wavenumbers, for several supports at once.
+
+Only the amplitudes G K^-1 F at the observers are needed, not all amplitudes K^-1 F under forces F. Those that
+some supports hold and others leave free are retained: all others are eliminated once (`elimination`), and for
+each support the free retained ones from what is left, which leaves G K^-1 F. One system per support is solved
+for its amplitudes, to verify factors, what is left, and the responses.
+
+Where observers are many and loads few, observers are not carried along: the amplitudes under all loads are
+computed. A field takes as long as `ROWS_PER_FIELD` observers.
+
+The response of a section at wavenumbers: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
 only one of them. Even and odd parts, and far arcs at several radii, differ in their supports only: one
@@ -9,16 +21,170 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron
+from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron, spmatrix
+from scipy.sparse.linalg import norm
 
-from femic.reference.harmonic.condensation import Condensation
-from femic.reference.harmonic.fronts import Equations
+from femic.reference.harmonic.elimination import Eliminated, Elimination, Equations
 from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_model import SectionModel, assemble
+from femic.reference.job import NotConverged
 from femic.reference.symmetry import Parity, Y, parities
 from geometries.arrays import Array, Mask
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
+
+# A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
+# less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
+# 5e-12 at k = 0 and nu = 0.28. They grow in proportion to 1 / (1 - 2 nu): 3e-9 at nu = 0.4999, and there 1e-7
+# under a patch of aspect 0.01 (144 000 unknowns).
+LARGEST_RESIDUAL = 1e-5
+
+
+def column_weights(forces: spmatrix) -> Array:
+    """Weights of the columns of forces (unknowns, n) in a sum that proves all their solutions, shape (n,).
+
+    Each column is divided by its norm, which keeps large columns from hiding small ones, and multiplied by a
+    repeatable random number of size 1 to 2 and either sign, which keeps two columns from cancelling.
+    """
+    generator = np.random.default_rng(0)
+    n = forces.shape[1]
+    factors = generator.uniform(1.0, 2.0, n) * generator.choice([-1.0, 1.0], n)
+    return np.asarray(factors / norm(forces, axis=0))
+
+
+def require_small(residual: float, k: float, unknowns: int) -> None:
+    """Raise NotConverged where the residual at a wavenumber [1/mm] is too large, or no number."""
+    if not residual <= LARGEST_RESIDUAL:
+        raise not_solved(
+            k, unknowns, f"the residual is {residual:.1e} of the forces, {LARGEST_RESIDUAL:.0e} allowed"
+        )
+
+
+def not_solved(k: float, unknowns: int, reason: str) -> NotConverged:
+    """The error at a wavenumber [1/mm]."""
+    return NotConverged(
+        f"section at the wavenumber k = {k:.4g} 1/mm, {unknowns:,} unknowns: not solved: {reason}. Likely "
+        "cause: a Poisson's ratio too close to 0.5, cells that are strongly distorted or of very different "
+        "sizes, or moduli or lengths beyond what numbers can hold. Try a smaller nu, a smaller "
+        "`growth`, or lengths and moduli of usual size"
+    )
+
+
+ROWS_PER_FIELD = 10  # observers that take as long as one field
+
+
+@dataclass(frozen=True, eq=False)
+class Condensation:
+    """The equations of a section with loads and observers, at any wavenumbers."""
+
+    elimination: Elimination
+    forces: csr_matrix  # F (amplitudes, n), in the order of elimination
+    observers: csr_matrix  # G (m, amplitudes)
+    by_fields: bool  # responses are read from the amplitudes under all loads
+
+    @classmethod
+    def of(cls, equations: Equations, supports: int) -> "Condensation":
+        """Prepare the responses of a section with a number of `supports`."""
+        forces, observers = equations.forces, equations.observers
+        by_fields = ROWS_PER_FIELD * supports * forces.shape[1] < observers.shape[0]
+        carried = observers[:0] if by_fields else observers
+        elimination = Elimination.of(replace(equations, observers=carried))
+        seen = csr_matrix(observers[:, elimination.amplitudes])
+        return cls(elimination, elimination.forces, seen, by_fields)
+
+    @property
+    def retained(self) -> int:
+        """Number of retained amplitudes."""
+        return self.elimination.retained
+
+    def at(self, k: Sequence[float]) -> "Condensed":
+        """The condensed equations at wavenumbers [1/mm]; raises NotConverged where a pivot is 0."""
+        try:
+            return Condensed(self, self.elimination.at(k))
+        except np.linalg.LinAlgError as error:
+            raise not_solved(max(k), len(self.elimination.amplitudes), str(error)) from error
+
+
+@dataclass(frozen=True, eq=False)
+class Condensed:
+    """The equations of retained amplitudes, loads and observers at some wavenumbers."""
+
+    condensation: Condensation
+    eliminated: Eliminated
+
+    def responses(self, supports: Sequence[Mask]) -> tuple[list[Array], Array]:
+        """Responses (k, m, n) [mm^2/N] with each support, and the largest residual (k,) that proves them.
+
+        A support marks which of the retained amplitudes it leaves free. Raises NotConverged where a residual
+        is too large.
+        """
+        prepared = self.condensation
+        moved = [self._retained(free) for free in supports]
+        weights = column_weights(prepared.forces)
+        combined = np.eye(len(weights)) if prepared.by_fields else weights[:, None]
+        fields = np.split(
+            self.eliminated.fields(
+                np.concatenate([of_support @ combined for of_support in moved], axis=2),
+                np.tile(combined, len(moved)),
+            ),
+            len(moved),
+            axis=2,
+        )
+        if prepared.by_fields:
+            found = [_seen(prepared.observers, field) for field in fields]
+            fields, seen = [field @ weights[:, None] for field in fields], None
+        else:
+            found = [self._seen_when(of_support) for of_support in moved]
+            seen = [of_support @ weights[:, None] for of_support in found]
+        residuals = self._residuals(supports, np.concatenate(fields, axis=2), seen, weights)
+        for k, residual in zip(self.eliminated.k, residuals, strict=True):
+            require_small(float(residual), float(k), len(prepared.elimination.amplitudes))
+        return found, residuals
+
+    def _retained(self, free: Mask) -> Array:
+        """Retained amplitudes (k, retained, n) under the loads."""
+        left, n = self.eliminated.left[:, : len(free)][:, free], len(free)
+        moved = np.zeros((len(left), n, self.eliminated.left.shape[2] - n))
+        try:
+            moved[:, free] = np.linalg.solve(left[:, :, :n][:, :, free], left[:, :, n:])
+        except np.linalg.LinAlgError as error:
+            size = len(self.condensation.elimination.amplitudes)
+            raise not_solved(float(np.max(self.eliminated.k)), size, str(error)) from error
+        return moved
+
+    def _seen_when(self, moved: Array) -> Array:
+        """What observers see (k, m, n) where retained amplitudes are `moved` by the loads."""
+        of_observers, n = self.eliminated.left[:, moved.shape[1] :], moved.shape[1]
+        return np.asarray(of_observers[:, :, :n] @ moved - of_observers[:, :, n:])
+
+    def _residuals(
+        self, supports: Sequence[Mask], fields: Array, seen: Sequence[Array] | None, weights: Array
+    ) -> Array:
+        """The largest residual at each k of fields (k, amplitudes, support) under the weighted loads.
+
+        That of the equations of free amplitudes, or, where observers were carried along, of the observed
+        amplitudes: a share of the amplitudes at the loads, if they move more than the observers.
+        """
+        prepared = self.condensation
+        unbalanced = self.eliminated.forces(fields) - (prepared.forces @ weights)[:, None]
+        at_retained = unbalanced[:, unbalanced.shape[1] - prepared.retained :]
+        at_retained[:, ~np.stack(supports, axis=1)] = 0.0
+        residuals = np.max(np.linalg.norm(unbalanced, axis=1), axis=1)
+        if seen is None:
+            return np.asarray(residuals)
+        of_fields, at_loads = (_seen(rows, fields) for rows in (prepared.observers, prepared.forces.T))
+        by_condensation = np.concatenate(seen, axis=2)
+        size = np.max(
+            [np.linalg.norm(values, axis=1) for values in (by_condensation, of_fields, at_loads)], axis=0
+        )
+        apart = np.linalg.norm(by_condensation - of_fields, axis=1) / size
+        return np.asarray(np.maximum(residuals, np.max(apart, axis=1)))
+
+
+def _seen(rows: csr_matrix, fields: Array) -> Array:
+    """Products (k, m, c) of rows (m, amplitudes) with fields (k, amplitudes, c)."""
+    return np.stack([rows @ field for field in fields])
+
 
 LOAD_POINTS = 4  # Gauss points per edge on a strip
 MOST_RETAINED = 1000  # amplitudes up to which a factorisation that serves all cases of support is faster

@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from femic.cache.processes import Prepared, Processes
-from femic.cache.threads import in_threads, one_blas_thread
+from femic.cache.workers import Prepared, Processes, in_threads, one_blas_thread
+from femic.reference.engine import peak_memory
 from femic.reference.harmonic.elimination import in_parts
-from femic.reference.harmonic.entry import StoredWaves, WaveSolution
 from femic.reference.harmonic.section import SectionMesh
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.models import peak_memory
+from femic.reference.harmonic.stored import StoredWaves, WaveSolution
 from geometries.arrays import Array
 from geometries.patches import Load
 

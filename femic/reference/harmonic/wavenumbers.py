@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from femic.reference.accuracy import NotConverged
+from femic.reference.job import NotConverged
 from geometries.arrays import Array, Mask
 
 SPLINE_DEGREE = 5

@@ -9,24 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.pair import Solid
-from femic.reference.accuracy import FLOOR
-from femic.reference.discount import Condition, Rule
-from femic.reference.discount_rules import ApproachRule, NoRule
-from femic.reference.engine import Matrices, MatrixSpecification
+from femic.reference.discount import ApproachRule, Condition, NoRule, Rule
+from femic.reference.engine import Matrices, MatrixSpecification, Points
 from femic.reference.engines import kinds_that
-from femic.reference.job import Settings, directions_of
-from femic.reference.level import Level, factors
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.job import FLOOR, Settings, directions_of
+from femic.reference.meshing import Cells
+from femic.reference.run_options import Level, factors
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
-from geometries.grids import Grid
-from geometries.patches import COMPONENTS, Load, N
+from geometries.patches import COMPONENTS, Grid, Load, N
 
 MERGED = 2  # strips that one strip of a later, coarser grid may consist of
 
-Discount = Literal["approach", "source", "none"]  # the rules of `femic.reference.discount_rules`
+Discount = Literal["approach", "source", "none"]  # the rules of `femic.reference.discount`
 
 
 @dataclass(frozen=True)
@@ -136,7 +132,7 @@ class MatrixJob:
     def specification(self, level: Level) -> MatrixSpecification:
         """Return the model at a level, with loads and observers on all strips, and those that M needs.
 
-        It also serves later grids of strips `MERGED` times as wide (`femic.reference.harmonic.nesting`).
+        It also serves later grids of strips `MERGED` times as wide (`femic.reference.harmonic.stored`).
         """
         cells, domain = factors(level)
         strips, merged = self.grid.strips, self.merged_strips

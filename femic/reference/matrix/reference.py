@@ -1,33 +1,88 @@
-"""The IC matrix of each body at all lags and strips, with the estimate of its error.
+"""Columns of an IC matrix: their scale of refinement, and the estimates of their errors on it.
+
+The IC matrix of each body at all lags and strips, with the estimate of its error.
 
 One model serves all strips, with every strip as a load. Displacements at the lags are computed from the
 solved model when a strip is requested, so that a large matrix never has more than one loaded strip in memory.
 The discount has one matrix M per body (`discount_rules`).
+
+C of a pair of bodies: the sum of their columns, less the approach of the pair.
+
+The subtracted approach moves the bodies like the approach of a contact: along z, without rotation, with
+components along the normals of the lower body. So the tractions of a contact do not depend on it. The
+separate M_zz of each body would not serve: C - A at the load contains the local effect of curvature, which
+makes M_zz of a convex and of a concave body large and of opposite signs. They cancel only along the same
+normals.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import chain
 from typing import Any, Protocol
 
 import numpy as np
 
-from femic.cache.threads import in_threads, one_blas_thread
-from femic.reference.assessment import Assessment, Batch, Measure, assessed, worst_assessment
+from femic.cache.workers import in_threads, one_blas_thread
 from femic.reference.discount import FZ, discount, fit_discount, motions
-from femic.reference.engine import ColumnSynthesis, GridModel
-from femic.reference.estimate import EstimatedICs, errors
-from femic.reference.level import Level, factors
-from femic.reference.matrix.columns import column_scale, column_shares
+from femic.reference.engine import ColumnSynthesis, Cost, GridModel, Points
+from femic.reference.job import FLOOR, Shares
 from femic.reference.matrix.job import Discount, MatrixJob
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Cost, Points
-from femic.reference.refinement import converged
-from femic.reference.result import costs_of
-from femic.reference.run_options import DEFAULT, RunOptions
-from geometries.arrays import Array
+from femic.reference.meshing import Cells
+from femic.reference.refinement import Assessment, Batch, Measure, assessed, converged, worst_assessment
+from femic.reference.result import EstimatedICs, costs_of, errors, total
+from femic.reference.run_options import DEFAULT, Level, RunOptions, factors
+from geometries.arrays import Array, Mask
 from geometries.bodies import Body
+from geometries.contours import Contour
+from geometries.patches import COMPONENTS, Grid, places
+
+NEAR_ELEMENTS, NEAR_SHARE = 4, 5.0  # closer to the load than 4 elements the scale is 5 A_nn
+
+
+def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
+    """Return the scale of refinement [mm/N] of the summed ICs `c` of jobs, in their shape (3, 3, n_x, n_s).
+
+    At `NEAR_ELEMENTS` elements from the load and further it is, per pair of strips, the larger of max |C_ij|
+    and 0.05 max A_nn over these lags. Nearer to the load it is 5 times A_nn at the same element.
+    """
+    a_nn, is_far_away = half_spaces_nn(strip, jobs), is_far(strip, jobs[0].grid)
+    far_scale = np.maximum(
+        np.max(np.abs(c) * is_far_away, axis=2), FLOOR * np.max(a_nn * is_far_away, axis=0)
+    )
+    return np.where(is_far_away, far_scale[:, :, None], NEAR_SHARE * a_nn)
+
+
+def half_spaces_nn(strip: int, jobs: Sequence[MatrixJob]) -> Array:
+    """Return the sum of the bodies' A_nn under a unit load on a strip [mm/N], shape (n_x, n_s)."""
+    strips_apart = np.abs(np.arange(jobs[0].grid.n_s) - strip)
+    return np.asarray(np.sum([job.half_space_column[:, strips_apart] for job in jobs], axis=0))
+
+
+def is_far(strip: int, grid: Grid) -> Mask:
+    """Whether elements are `NEAR_ELEMENTS` elements from a load on a strip or further, shape (n_x, n_s)."""
+    elements_along_x, strips_apart = np.arange(grid.n_x)[:, None], np.arange(grid.n_s) - strip
+    return np.asarray(np.hypot(elements_along_x, strips_apart) >= NEAR_ELEMENTS)
+
+
+def column_shares(
+    strip: int, c: EstimatedICs, scale: Array, components: Sequence[str] = COMPONENTS
+) -> Shares:
+    """Return the largest estimate of components in a column, and of each part, on the column's scale."""
+    chosen = places(components)
+    mesh, truncation, waves, total_share = (
+        _infinite_where_nan(part[chosen] / scale[chosen]) for part in (*c.errors, c.estimate)
+    )
+    number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
+    line = f"of strip {observer} under strip {strip} (worst at lag {lag})"
+    parts = float(np.max(mesh)), float(np.max(truncation)), float(np.max(waves))
+    return Shares(*parts, float(np.max(total_share)), components[int(number)], line)
+
+
+def _infinite_where_nan(shares: Array) -> Array:
+    shares[np.isnan(shares)] = np.inf
+    return shares
+
 
 ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute columns faster than one
 MOST_THREADS = 4  # that compute columns
@@ -180,7 +235,7 @@ def matrices(
 
     With `combined` the estimate of the sum of the bodies must also meet it. Errors are measured on the scale
     of `column_scale`. `consumer` gets all columns of the matrices that are returned. Raises as
-    `femic.reference.at_points.references`.
+    `femic.reference.refinement.references`.
     """
     assess = partial(assess_matrices, jobs, combined=combined, consumer=consumer, workers=options.workers)
     return converged(
@@ -243,3 +298,30 @@ def _batch(jobs: Mapping[str, MatrixJob], strip: int, columns: Mapping[str, Esti
         return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
 
     return Batch(columns, measure)
+
+
+def pair_column(
+    references: Mapping[str, MatrixReference],
+    contour: Contour,
+    strip: int,
+    columns: Mapping[str, EstimatedICs] | None = None,
+) -> EstimatedICs:
+    """Return the summed C of bodies due to unit total loads on a strip [mm/N], arrays (3, 3, n_x, n_s).
+
+    `contour` belongs to the lower body, on which the strips of the pair lie. `columns` of the bodies need not
+    be computed again.
+    """
+    lower = references["lower"].job.grid
+    columns = columns or {name: reference.column(strip) for name, reference in references.items()}
+    estimated = total(list(columns.values()))
+    paired = np.sum([reference.paired_column(strip) for reference in references.values()], axis=0)
+    moved = vertical(contour, lower.strips)  # (n_s, 3)
+    approach = sum(reference.approach() for reference in references.values())
+    rigid = approach * np.einsum("ai,j->ija", moved, moved[strip])
+    return replace(estimated, ic=paired - rigid[:, :, None])
+
+
+def vertical(contour: Contour, s: Array) -> Array:
+    """Return the x, s, n components of a unit displacement along z at arc lengths s [mm], (n_s, 3)."""
+    sin, cos = contour.normal(s)
+    return np.stack([np.zeros_like(sin), -sin, cos], axis=-1)

@@ -1,29 +1,116 @@
-"""The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
+"""The request for a model of the solid engine.
+
+The expected cost of a model of the solid engine, without a mesh.
+
+The number of cells is in proportion to the integral of 1 / h^3 over the body. Seconds and memory follow laws
+that were fitted on one machine of 2 cores: their ratios are more reliable than their values.
+
+The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
 
 The steps are: model, load, solve, observe. The model is a quarter of the body where the section is symmetric,
 else half of it. Loads and observers elsewhere on the surface follow by parity.
+
+Models of the solid engine are solved in parallel processes, and kept.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
+import xarray as xr
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
+from scipy.spatial import KDTree
 
-from femic.reference.accuracy import NotConverged
-from femic.reference.models import Cost, Points, RawICs, SolverChoice, peak_memory
+from femic.cache.store import Store
+from femic.cache.workers import in_processes
+from femic.reference.engine import (
+    BASE_MEMORY,
+    Cost,
+    ExpectedCost,
+    Points,
+    RawICs,
+    Request,
+    SolverChoice,
+    Specification,
+    cost_from,
+    peak_memory,
+)
+from femic.reference.job import NotConverged
+from femic.reference.run_options import RunOptions, Solved, Step, Task
 from femic.reference.solid.elasticity import rigid_body_modes, stiffness
 from femic.reference.solid.linear import Solution, System, prepare
-from femic.reference.solid.mesh import SolidMesh, solid_mesh
-from femic.reference.solid.request import SolidRequest
-from femic.reference.solid.tetrahedra import Focus
+from femic.reference.solid.mesh import Focus, SolidMesh, solid_mesh
 from femic.reference.symmetry import Parity, Y, held_by_supports, held_by_symmetry, parities
 from geometries.arrays import Array, Mask
+from geometries.errors import Failure
 from geometries.patches import Load, Patch, X
 from geometries.quadrature import on_panels
+
+
+@dataclass(frozen=True)
+class SolidRequest(Request):
+    """The input of one model."""
+
+    solver: SolverChoice = "auto"
+
+
+def request_for(model: Specification) -> SolidRequest:
+    """Return the request for a model; its cells alone determine its accuracy."""
+    return SolidRequest(model.body, model.loads, model.points, model.cells, model.solver)
+
+
+UNKNOWNS_PER_CELL = 4.2  # of quadratic tetrahedra, three per node
+CELLS_PER_CUBE = 5.4  # tetrahedra in a cube of side h
+PER_UNKNOWN, PER_FIELD = 6e-5, 3e-5  # seconds per unknown: mesh and assembly, each field
+MEMORY = 0.0065  # MB per unknown
+VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
+
+
+def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
+    """The expected unknowns, seconds and memory of a model."""
+    body, half_section = request.body, request.body.symmetric
+    fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
+    unknowns = round(UNKNOWNS_PER_CELL * CELLS_PER_CUBE * _cubes(request))
+    seconds = unknowns * (PER_UNKNOWN + fields * PER_FIELD)
+    memory = BASE_MEMORY + MEMORY * unknowns
+    return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
+
+
+def _cubes(request: SolidRequest) -> float:
+    """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
+    body, cells, points = request.body, request.cells, request.points
+    centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T
+    read_points = np.hstack([body.surface.position(points.x, points.s), centres.T]).T
+    read_points = np.concatenate([read_points, read_points * [-1, 1, 1]])
+    if body.symmetric:
+        read_points = np.concatenate([read_points, read_points * [1, -1, 1]])
+    generator = np.random.default_rng(0)
+    least_size, far = cells.smallest, body.domain.far_radius
+    longest = np.log([[far], [body.xi_end], [far]])  # of depth below the surface, along x, and across
+    samples = generator.uniform(np.log(least_size / 10), longest, (3, VOLUME_SAMPLES))  # log-uniform
+    depth, along, across = np.exp(samples)
+    across *= generator.choice([-1, 1], VOLUME_SAMPLES)
+    inside = np.hypot(depth, across) < far
+    y, z = body.contour.position(np.clip(across, *body.s_range)) + body.side * depth * body.contour.normal(
+        np.clip(across, *body.s_range)
+    )
+    x = np.stack([along, y, z], axis=1)
+    centre_distance = KDTree(centres).query(x)[0]
+    read_distance = KDTree(read_points).query(x)[0]
+    cell_size = np.sqrt(
+        cells.smallest**2 + (cells.line_growth * centre_distance) ** 2 + (cells.growth * read_distance) ** 2
+    )
+    log_volume = np.log(10 * far / least_size) ** 2 * np.log(10 * body.xi_end / least_size) * 2
+    volume = np.abs(depth * along * across) * log_volume / VOLUME_SAMPLES
+    total = float(np.sum(inside * volume / cell_size**3))
+    return total / 2 if body.symmetric else total
+
 
 Field = tuple[tuple[Parity, Solution], ...]  # the parts that add up to the field of a load
 
@@ -200,3 +287,49 @@ def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Arra
             part = np.where(points.s < 0, parity.signs(Y)[:, None] * part, part)
         u += part
     return np.asarray(np.einsum("icp,cp->ip", surface.axes(xi, points.s), u))
+
+
+def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
+    """Solve models, and yield each as it is finished; models that an earlier run finished come first.
+
+    Raises Failure where a worker process ends without a result.
+    """
+    store, unsolved = options.store, []
+    for task in tasks:
+        entry = store.get(model_key(task.request, store))
+        if entry is None:
+            unsolved.append(task)
+        else:
+            yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), cached=True)
+    begun_tasks, workers = _begun(unsolved, options.watch.on_step), options.workers
+    try:
+        yield from in_processes(partial(_solved, store=store), begun_tasks, workers)
+    except TerminatedWorkerError as error:
+        raise Failure(
+            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
+            "memory: use fewer (`workers` = 1) or larger cells (`growth`, `line_growth`). Or the "
+            "mesher crashed, which it does at the same place with one process too: change the cells a "
+            "little (`smallest_cell`, `growth`). Finished models are kept"
+        ) from error
+
+
+def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
+    """Yield tasks as processes take them, and report that each has begun."""
+    for task in tasks:
+        on_step(Step(task, "solid engine at work"))
+        yield task
+
+
+def model_key(request: SolidRequest, store: Store) -> str:
+    """The key of the model of a request in the store."""
+    return store.key("solid", request)
+
+
+def _solved(task: Task, store: Store) -> Solved:
+    """Solve the model of a task and keep its displacements."""
+    raw = raw_ics(task.request, task.most_unknowns)
+    u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})
+    store.put(
+        model_key(task.request, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))})
+    )
+    return Solved(task, raw, cached=False)

@@ -2,19 +2,22 @@
 
 The field of a load is the sum of parts with a parity. On the mirror images of the model each part follows
 from its parity.
+
+The only module that loads meshio: fields as binary VTK files (.vtu), which ParaView and PyVista open.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from skfem import ElementTetP2
 from skfem.quadrature import get_quadrature
 
+from femic.cache.files import replacing
 from femic.reference.solid.elasticity import CELLS_AT_ONCE
-from femic.reference.solid.engine import Field, assemble, build_mesh, solve
+from femic.reference.solid.engine import Field, SolidRequest, assemble, build_mesh, solve
 from femic.reference.solid.mesh import SolidMesh
-from femic.reference.solid.request import SolidRequest
 from femic.reference.symmetry import Y, on_plane
 from geometries.arrays import Array, Indices, Mask
 from geometries.materials import Material
@@ -135,3 +138,28 @@ def von_mises(sigma: Array) -> Array:
     """Von Mises stress of stresses (n, 3, 3): sqrt(3/2) times the norm of their deviators, shape (n,)."""
     mean = np.einsum("nkk->n", sigma)[:, None, None] / 3
     return np.sqrt(1.5) * np.linalg.norm(sigma - mean * np.eye(3), axis=(1, 2))
+
+
+# scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
+# In cells that are inside out, vertices 1 and 2 are swapped; this is the order of their nodes:
+TURNED = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
+
+
+def write_vtu(field: NodalField, path: Path) -> Path:
+    """Write quadratic tetrahedra with "displacement" [mm/N] and "von_mises" [MPa/N]; returns the path."""
+    import meshio
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    values = {"displacement": field.displacement, "von_mises": field.von_mises}
+    mesh = meshio.Mesh(field.grid.nodes.T, [("tetra10", right_handed(field.grid).T)], point_data=values)
+    with replacing(path) as unfinished:
+        mesh.write(unfinished, file_format="vtu", binary=True)
+    return path
+
+
+def right_handed(grid: VolumeGrid) -> Indices:
+    """The cells, with vertex 3 on the side of the face 0, 1, 2 that VTK expects, shape (10, n_cells)."""
+    origin, *ends = np.moveaxis(grid.nodes[:, grid.cells[:4]], 1, 0)
+    edges = np.stack([end - origin for end in ends])  # (3 edges, 3 components, n_cells)
+    inside_out = np.linalg.det(np.moveaxis(edges, 2, 0)) < 0
+    return np.where(inside_out, grid.cells[TURNED], grid.cells)

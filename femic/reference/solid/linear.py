@@ -17,9 +17,9 @@ from pyamg.relaxation.smoothing import change_smoothers
 from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
 from scipy.sparse.linalg import LinearOperator, cg
 
-from femic.cache.threads import one_blas_thread
-from femic.reference.accuracy import NotConverged
-from femic.reference.models import SolverChoice
+from femic.cache.workers import one_blas_thread
+from femic.reference.engine import SolverChoice
+from femic.reference.job import NotConverged
 from femic.reference.solid import pardiso
 from geometries.arrays import Array, Mask
 

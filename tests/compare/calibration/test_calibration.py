@@ -11,10 +11,17 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from compare.calibration.compute import calibrate, target_from, with_properties
-from compare.calibration.figures import REFITTED, WITHOUT, curve, fits, other_c, translation
-from compare.calibration.page import Reported, answer_table, summary
-from compare.ics.compute import compute, reference_of
+from compare.pages.calibration import (
+    REFITTED,
+    WITHOUT,
+    Reported,
+    answer_table,
+    curve,
+    fits,
+    other_c,
+    summary,
+    translation,
+)
 from compare.report.errors import percent
 from compare.report.interactive import as_json, plotly_js
 from femic.cache.store import Store
@@ -22,6 +29,8 @@ from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
 from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
+from femic.results.calibration import calibrate, target_from, with_properties
+from femic.results.ics import compute, reference_of
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
 from tests.coarse import coarse_sections

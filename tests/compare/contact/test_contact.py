@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import case_names, padded, pressures, to_dataset
-from compare.contact.page import write_contact
+from compare.pages.contact import write_contact
+from femic.results.contact import case_names, compute_contact, padded, pressures, to_dataset
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from geometries.errors import Failure

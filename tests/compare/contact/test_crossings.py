@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.contact.crossings import NUMBERS, Deviation, Ladder, PairDeviations, crossing, on_pair
+from compare.studies.contact_crossings import NUMBERS, Deviation, Ladder, PairDeviations, crossing, on_pair
 from femic.cache.store import Store
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table

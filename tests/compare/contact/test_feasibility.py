@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from compare.contact.compute import compute_contact, require_solvable
-from compare.friction.compute import compute_with_friction
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.pairs.feasibility import impossible
-from femic.contact.pairs.reachable_forces import BEYOND
+from femic.contact.pairs.solved_curve import BEYOND
+from femic.results.contact import compute_contact, require_solvable
+from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
 from tests.approx.new_forms import register

@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact import figures, sensitivity
-from compare.contact.answers import NO_BREAK, answer_table, case_labels, numbers_table
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import pressures, to_dataset
-from compare.contact.page import summary, write_contact, write_sensitivity
-from compare.contact.sensitivity import shape_of
+from compare.pages import contact_answers as sensitivity
+from compare.pages import contact_figures as figures
+from compare.pages.contact import summary, write_contact, write_sensitivity
+from compare.pages.contact_answers import NO_BREAK, answer_table, case_labels, numbers_table, shape_of
 from compare.report import interactive
 from compare.report.tables import with_estimate
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.sensitivity import mapped, sensitivities
+from femic.contact.pairs.supports import mapped, sensitivities
+from femic.results.contact import compute_contact, pressures, to_dataset
 from femic.scenes.load import load_scene, scene_from_table
 from tests.femic.scenes.changes import arc
 from tests.pages import widest
@@ -252,7 +251,7 @@ def test_summary_names_the_worst_pressures_on_each_patch(results):
     """Those of `wide`, which are spread, on both, as [BVSV] says."""
     cases = sensitivity.differences(results)
     largest = {(one.pressures, one.patch): np.max(np.abs(one.inside)) for one in cases}
-    text = sensitivity.summary(cases)
+    text = sensitivity.sensitivity_summary(cases)
     assert len(sentences(text)) <= 3
     assert f"off by up to {max(largest.values()):.1%} of the largest" in text
     for scene in results:

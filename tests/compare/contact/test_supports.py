@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset, with_supports
+from approx.pair import matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.contact.pairs.supports import (
     FLATTER,
     NEARER,
@@ -18,6 +16,7 @@ from femic.contact.pairs.supports import (
     flatter_problem,
     with_flatter_flanks,
 )
+from femic.results.contact import compute_contact, to_dataset, with_supports
 from geometries.contours import arc, ellipse, through_points
 from geometries.patches import N
 from tests.compare.contact.test_contact import scene

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from compare.contact_frontier import solving
+from compare.studies import contact_ways as solving
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.pairs.ics import ReferenceICs
 from geometries.patches import N
 
-SOLVERS = ("femic.contact.pairs.frictionless", "compare.contact_frontier.solving")
-WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.contact_frontier.solving")
+SOLVERS = ("femic.contact.pairs.frictionless", "compare.studies.contact_ways")
+WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.studies.contact_ways")
 BODY = """
 [{name}]
 E = {E}
@@ -64,7 +64,7 @@ def put(monkeypatch: pytest.MonkeyPatch, variant, share=0.01):
         return before(problem, name, *rest) | ({"ics": 60.0} if name == "C" else {})
 
     monkeypatch.setattr(solving, "_seconds_before", seconds_before)
-    monkeypatch.setattr("compare.contact_frontier.compute.expected_seconds", lambda *_: 1.0)
+    monkeypatch.setattr("compare.studies.contact_frontier.expected_seconds", lambda *_: 1.0)
     normal, full = as_c(variant, share)
     for module in SOLVERS:
         monkeypatch.setattr(f"{module}.normal_reference_ics", normal)

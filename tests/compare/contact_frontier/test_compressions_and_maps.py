@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from compare.contact_frontier.advice import ContactQuestion, advise_contact
-from compare.contact_frontier.compute import ContactRequest, compute_contact_frontier
-from compare.contact_frontier.page import write_contact_frontier
-from compare.contact_frontier.ways import MAP_OF_C
+from compare.pages.contact_frontier import write_contact_frontier
+from compare.studies.contact_advice import ContactQuestion, advise_contact
+from compare.studies.contact_frontier import ContactRequest, compute_contact_frontier
+from compare.studies.contact_ways import MAP_OF_C
 from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.run_options import RunOptions
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.compare.contact_frontier.scenes import put, text
 
 OWN_GRID = {"n_x": 24, "n_s": 24, "dx": 0.5, "ds": 0.5}

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact_frontier.advice import ContactQuestion, advise_contact
-from compare.contact_frontier.compute import best_reference, frontier_dataset, worst_estimate
-from compare.contact_frontier.errors import worst
-from compare.contact_frontier.figures import error_text
-from compare.contact_frontier.page import answer_table, summary
-from compare.contact_frontier.solving import Solution
-from compare.contact_frontier.ways import APPROXIMATION, Way
-from compare.frontier.advice import AS_CHEAP
+from compare.pages.contact_frontier import answer_table, error_text, summary
+from compare.studies.contact_advice import ContactQuestion, advise_contact
+from compare.studies.contact_frontier import best_reference, frontier_dataset, worst_estimate
+from compare.studies.contact_ways import APPROXIMATION, Solution, Way, worst
+from compare.studies.frontier import AS_CHEAP
 from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.scenes.wants import WANTS, chosen_wants, default_names, wants_of
 from geometries.errors import Failure, WrongInput
@@ -170,7 +167,7 @@ def test_the_reference_is_the_c_that_knows_best_what_is_wanted(wanted, best, mon
         Way("slope", None, "harmonic"): numbers(estimate_slope=[40.0, 50.0]),
     }
     wants = [want for name, want in ROLLING.items() if want.number in numbers()]
-    monkeypatch.setattr("compare.contact_frontier.compute.wants_of", lambda _: wants)
+    monkeypatch.setattr("compare.studies.contact_frontier.wants_of", lambda _: wants)
     scene = SimpleNamespace(contact=None)
     assert best_reference(references, [ROLLING[wanted]], scene).ics == best
 

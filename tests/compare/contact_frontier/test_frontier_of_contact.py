@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact_frontier.advice import ContactQuestion, Effort, answer, sentence
-from compare.contact_frontier.compute import ContactRequest, compute_contact_frontier
-from compare.contact_frontier.page import write_contact_frontier
-from compare.contact_frontier.ways import fineness, ways_of
+from compare.pages.contact_frontier import write_contact_frontier
+from compare.studies.contact_advice import ContactQuestion, Effort, answer, sentence
+from compare.studies.contact_frontier import ContactRequest, compute_contact_frontier
+from compare.studies.contact_ways import fineness, ways_of
 from femic.advice import expected
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
@@ -197,9 +197,9 @@ def test_what_is_expected_may_decide_without_c(write, tolerance, ics):
 @pytest.mark.parametrize(("wants", "tolerance"), [(("p_max",), 0.079), (("p_max", "b"), 0.3)])
 def test_c_is_solved_where_what_is_expected_does_not_decide(write, monkeypatch, wants, tolerance):
     asked, said = [], []
-    monkeypatch.setattr("compare.contact_frontier.advice.advise_contact", lambda *_: "with C")
+    monkeypatch.setattr("compare.studies.contact_advice.advise_contact", lambda *_: "with C")
     monkeypatch.setattr(
-        "compare.contact_frontier.advice.compute_contact_frontier", lambda *_: asked.append(wants)
+        "compare.studies.contact_advice.compute_contact_frontier", lambda *_: asked.append(wants)
     )
     for expect in (lambda *_: Expected(), lambda *_: None):
         effort = Effort(expect=expect)
@@ -212,7 +212,7 @@ def test_c_is_solved_where_what_is_expected_does_not_decide(write, monkeypatch, 
 
 def test_advice_on_a_number_that_vanishes_is_refused_before_c(write, monkeypatch):
     """Both bodies are symmetric: nothing pushes them sideways."""
-    monkeypatch.setattr("compare.contact_frontier.compute.first_models", lambda *_: pytest.fail("C"))
+    monkeypatch.setattr("compare.studies.contact_frontier.first_models", lambda *_: pytest.fail("C"))
     scene = write(text(motion='motion = "compression"\nfriction = [0.3]'))
     with pytest.raises(Failure, match=r"F_y: nowhere .* with any approximation, .*: want F_y/limit"):
         answer(scene, ContactQuestion(("p_max", "F_y"), 0.1), RunOptions(1))

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from approx.matrix import column, matrix
-from compare.export.contact_file import ContactFile, common_by_offsets, read, write
-from compare.export.export import (
+from approx.pair import column, matrix
+from femic.cli.main import WRONG_INPUT, exit_code
+from femic.contact.operators.dense import PARITY
+from femic.results.contact_file import ContactFile, common_by_offsets, read, write
+from femic.results.export import (
     Export,
     ExportSpecification,
     approximated,
     contact_settings,
     depends_on_offset_only,
+    distances,
     to_contact,
 )
-from compare.export.grid import distances
-from femic.cli.main import WRONG_INPUT, exit_code
-from femic.contact.operators.dense import PARITY
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
 from geometries.materials import both_bodies
@@ -254,7 +254,7 @@ def test_settings_for_contact_are_printed(tmp_path, capsys):
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
 def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
+    monkeypatch.setattr("compare.studies.frontier.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
     code, output = output_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
     assert f"discount = none, ics = {ics}: approximations have no discount" in output

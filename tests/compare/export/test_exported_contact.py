@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from compare.contact.compute import compute_contact
-from compare.export.contact_file import read
 from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
+from femic.results.contact import compute_contact
+from femic.results.contact_file import read
 from femic.scenes.load import load_scene
 from geometries.patches import N
 

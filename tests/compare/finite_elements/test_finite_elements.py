@@ -9,19 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
-from compare.contact.page import write_contact
-from compare.finite_elements import compute
-from compare.finite_elements.beside import stored_solution
-from compare.finite_elements.compute import compute_fe_contact, require_suitable, stored_fe_contact
-from compare.finite_elements.dataset import FE
-from compare.finite_elements.deviations import differences, estimates
+from compare.pages.contact import write_contact
+from compare.pages.finite_elements import differences, estimates, stored_solution
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS
 from femic.contact.finite_elements.result import FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import RunOptions
+from femic.results import finite_elements as compute
+from femic.results.contact import compute_contact, to_dataset
+from femic.results.finite_elements import FE, compute_fe_contact, require_suitable, stored_fe_contact
 from femic.scenes.errors import BadScene
 from geometries.bodies import Domain
 from geometries.errors import Failure, WrongInput
@@ -99,7 +96,7 @@ def fe_calls(monkeypatch, by_bhat):
         return {name: SimpleNamespace(discount=m) for name, m in compliances.items()}
 
     monkeypatch.setattr(compute, "fe_contact", like_bhat)
-    monkeypatch.setattr("femic.contact.finite_elements.supports.matrices", rigid)
+    monkeypatch.setattr("femic.contact.finite_elements.meshed_contact.matrices", rigid)
     return calls
 
 

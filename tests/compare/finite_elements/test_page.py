@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact.answers import answer_table
-from compare.finite_elements.deviations import deviations
-from compare.finite_elements.page import (
+from compare.pages.contact_answers import answer_table
+from compare.pages.finite_elements import (
     answer_chart,
     approach_note,
     cost,
     details,
+    deviations,
     exceeds,
     summary,
     write_fe_contact,

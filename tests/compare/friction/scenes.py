@@ -1,8 +1,8 @@
 """A wheel on a rail with friction, small or conforming, for tests; B-hat in the place of its C."""
 
-from approx.matrix import matrix
+from approx.pair import matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.pairs.ics import ReferenceICs
 from femic.scenes.load import scene_from_table
 
 REFERENCE_ICS = "femic.contact.pairs.pair_with_friction.full_reference_ics"

@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset as frictionless_dataset
-from compare.friction.compute import compute_with_friction
-from femic.contact.compression import compressed
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import GridOperator
@@ -14,9 +10,12 @@ from femic.contact.pairs import solved_compression
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.solved_compression import in_halves
+from femic.contact.rolling import compressed
+from femic.results.contact import compute_contact
+from femic.results.contact import to_dataset as frictionless_dataset
+from femic.results.friction import compute_with_friction
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 LOADS = [2e3, 5e3, 1e4]

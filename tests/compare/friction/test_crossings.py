@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.contact.crossings import crossing
-from compare.friction.crossings import HALF, NUMBERS, RollingDeviations
-from femic.contact.friction.kinematics import Creepages
+from compare.studies.contact_crossings import crossing
+from compare.studies.friction_crossings import HALF, NUMBERS, RollingDeviations
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
-from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.scenes.load import load_scene

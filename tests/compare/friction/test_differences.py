@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.friction.dataset import floors
-from compare.friction.differences import (
+from femic.contact.estimates import SAFETY, Measured, Scale
+from femic.contact.pairs.quantities import OF_ROLLING, kinds
+from femic.results.friction_dataset import (
     MISSED,
     estimate_of_difference,
+    floors,
     on_larger_elements,
     with_changed_ics,
 )
-from femic.contact.estimates import SAFETY, Measured, Scale
-from femic.contact.pairs.quantities import OF_ROLLING, kinds
 
 VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
 

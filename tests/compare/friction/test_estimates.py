@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.friction.compute import compute_with_friction
-from compare.friction.differences import MISSED
-from compare.friction.rolling import _distances
 from femic.contact.estimates import SAFETY, Measured
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
 from femic.contact.pairs.solved_curve import between, deciding
+from femic.results.friction import _distances, compute_with_friction
+from femic.results.friction_dataset import MISSED
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 XI = [-1e-3, 0.0, 2e-3]

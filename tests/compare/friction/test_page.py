@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.friction import compression_page, maps, rolling_page
-from compare.friction.compute import compute_with_friction
-from compare.friction.page import cost, numbers_chart
-from compare.friction.pages import PAGES, main_chart
-from compare.friction.shown import abscissa, difference, shown, vanishes, worst_friction
+from compare.pages import compression as compression_page
+from compare.pages import friction as maps
+from compare.pages import rolling as rolling_page
+from compare.pages.friction import abscissa, cost, difference, numbers_chart, shown, vanishes, worst_friction
+from compare.pages.friction_pages import PAGES, main_chart
 from compare.report import interactive, static
 from compare.report.looks import symbol_of
 from compare.report.tables import MINUS, number_text
+from femic.results.friction import compute_with_friction
 from tests.compare.friction.scenes import scene
 from tests.pages import widest
 
@@ -203,7 +204,7 @@ def test_tractions_along_the_centre_line_are_those_of_the_maps(rolled):
 def test_maps_show_the_contact_with_all_ics_in_the_same_colours(of, request):
     at = request.getfixturevalue(of).isel(friction=1)
     p = at.p.sel(direction="n")
-    drawn_maps = {"p": maps.pressures(at), "work": maps.work(at), "slides": maps.stick(at)}
+    drawn_maps = {"p": maps.pressure_maps(at), "work": maps.work_maps(at), "slides": maps.stick_maps(at)}
     expected = {"p": p, "work": at.work, "slides": 1.0 - at.stick}
     for name, cells in drawn_maps.items():
         assert [cell.title for cell in cells] == ["A", "B̂"]

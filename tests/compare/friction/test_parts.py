@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from compare.friction.compute import LABELS, compute_with_friction
 from femic.cache import digests
 from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
+from femic.results.friction import LABELS, compute_with_friction
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}

@@ -3,18 +3,17 @@
 import numpy as np
 import pytest
 
-from compare.friction.compute import compute_with_friction
-from compare.friction.rolling import scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.pairs.reference_ics import approximation
+from femic.results.friction import compute_with_friction, scaled_force
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import both_bodies
+from geometries.patches import Grid
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 SMALL = 2.0  # N: a patch of a degree in all

@@ -2,14 +2,13 @@
 
 import pytest
 
-from compare.friction.compute import compute_with_friction
-from compare.friction.page import support_tables
-from compare.friction.pages import PAGES
-from compare.friction.shown import shown, vanishes
-from compare.friction.supports import with_supports
+from compare.pages.friction import shown, support_tables, vanishes
+from compare.pages.friction_pages import PAGES
 from femic.contact import motions
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
 from femic.reference.run_options import RunOptions
+from femic.results.friction import compute_with_friction
+from femic.results.friction_dataset import with_supports
 from tests.compare.friction.conftest import SAME, SOFTER
 from tests.compare.friction.scenes import scene
 

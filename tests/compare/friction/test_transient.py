@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.friction import transient_page
-from compare.friction.compute import compute_with_friction
-from compare.friction.shown import worst_friction
-from compare.friction.supports import with_supports
-from compare.friction.transient_page import TRANSIENT, settled, summary
-from femic.campaigns.results.contact import NAMES
-from femic.campaigns.results.contact import contact as numbers_of
+from compare.campaigns.results.contact import NAMES
+from compare.campaigns.results.contact import contact as numbers_of
+from compare.pages import transient as transient_page
+from compare.pages.friction import worst_friction
+from compare.pages.transient import TRANSIENT, settled, summary
 from femic.contact.pairs.quantities import OF_ROLLING
 from femic.reference.run_options import RunOptions
+from femic.results.friction import compute_with_friction
+from femic.results.friction_dataset import with_supports
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from tests.compare.friction.scenes import scene

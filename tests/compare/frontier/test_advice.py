@@ -6,23 +6,27 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.frontier import advice as advising
-from compare.frontier import compute as frontier_compute
-from compare.frontier.advice import Question, advise, frontier_for, sentence
-from compare.frontier.figures import chart
-from compare.frontier.page import evidence
-from compare.frontier.ways import Way
-from compare.ics.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
-from compare.ics.dataset import errors
-from compare.ics.errors import measure_of, refinement_shares_of
-from compare.ics.figures import error_against_seconds
-from compare.ics.page import _error_table
-from compare.ics.summary import summary
+from compare.pages.frontier import chart, evidence
+from compare.pages.ics import _error_table, summary
+from compare.pages.ics_figures import error_against_seconds
 from compare.report.errors import error_cell
-from femic.reference.estimate import EstimatedICs
-from femic.reference.models import Cost
-from femic.reference.result import Reference
+from compare.studies import frontier as advising
+from compare.studies import frontier as frontier_compute
+from compare.studies.frontier import Question, Way, advise, frontier_for, sentence
+from femic.reference.engine import Cost
+from femic.reference.result import EstimatedICs, Reference
 from femic.reference.run_options import RunOptions
+from femic.results.ics import (
+    Results,
+    approximated,
+    ics_of,
+    jobs,
+    measure_of,
+    reference_of,
+    refinement_shares_of,
+    scene_points,
+)
+from femic.results.ics_dataset import errors
 from femic.scenes.load import load_scene
 from geometries.patches import N, S, X
 

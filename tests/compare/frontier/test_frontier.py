@@ -10,27 +10,32 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.frontier import compute as frontier
-from compare.frontier import page as frontier_report
-from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
-from compare.frontier.choice import choose, question_of
-from compare.frontier.compute import (
+from compare.pages import frontier as frontier_report
+from compare.pages.frontier import ALL, FLOOR_LABEL, chart, time_text
+from compare.report.interactive import as_json, plotly_js
+from compare.studies import frontier
+from compare.studies.frontier import (
+    AS_CHEAP,
     FrontierRequest,
+    Question,
+    Way,
+    advise,
+    choose,
     compute_frontier,
+    engine_ways,
     error_bounds,
     front,
+    question_of,
+    request_for,
     resolved_errors,
 )
-from compare.frontier.figures import ALL, FLOOR_LABEL, chart, time_text
-from compare.frontier.ways import Way, engine_ways
-from compare.ics.compute import compute
-from compare.ics.dataset import errors, to_dataset
-from compare.report.interactive import as_json, plotly_js
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.engines import ENGINES
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
+from femic.results.ics import compute
+from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
 from tests.compare.conftest import scene_text
@@ -394,7 +399,7 @@ def test_export_refuses_scene_before_choosing_ics(made, tmp_path, monkeypatch, c
     mine = tmp_path / "mine.toml"
     text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
     mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
+    monkeypatch.setattr("compare.studies.frontier.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
     assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
     assert "add 'combined'" in capsys.readouterr().err
 

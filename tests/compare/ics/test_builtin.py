@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.ics.compute import compute, jobs
-from compare.ics.dataset import errors, to_dataset
-from femic.reference.accuracy import component_of
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.level import Level
+from femic.reference.engines import HARMONIC
+from femic.reference.job import component_of
 from femic.reference.result import combine, scales, worst
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import Level, RunOptions
+from femic.results.ics import compute, jobs
+from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import builtin_names, load_scene
 from tests.compare.conftest import estimated_errors
 from tests.femic.reference.harmonic.fields import raw_ics

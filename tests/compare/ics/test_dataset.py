@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from approx.halfspace import HalfSpace
-from compare.ics import dataset as data
 from femic.cache.files import write_dataset
 from femic.reference.discount import rigid_part
+from femic.results import ics_dataset as data
 from geometries.materials import both_bodies
 from geometries.patches import Load
 from tests.compare.conftest import on_line

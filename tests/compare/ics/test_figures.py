@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from compare.ics.figures import COST, FIGURES
+from compare.pages.ics_figures import COST, FIGURES
 from compare.report import views
 from compare.report.charts import Panel, chart_of
 from compare.report.parts import Picture

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.ics.agreement import agreement
-from compare.ics.compute import compute
-from compare.ics.dataset import errors, to_dataset
-from compare.ics.errors import refinement_scales_of
-from femic.reference.accuracy import component_of
+from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
+from femic.results.ics import agreement, compute, refinement_scales_of
+from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from tests.coarse import coarse_sections
 from tests.compare.conftest import estimated_errors, on_line

@@ -6,10 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from compare.ics import curves
-from compare.ics.figures import RunOutput
-from compare.ics.page import page_of
-from compare.ics.summary import summary
+from compare.pages import ics_figures as curves
+from compare.pages.ics import page_of, summary
+from compare.pages.ics_figures import RunOutput
 from compare.report.charts import Chart
 from compare.report.interactive import as_json
 from compare.report.looks import symbol_of

@@ -7,11 +7,10 @@ import pytest
 from scipy.integrate import trapezoid
 from skfem import MeshTri
 
-from compare.ics.compute import jobs
-from compare.ics.figures import RunOutput, _solid_meshes
-from compare.ics.sections import _closing, sections, surface_mesh
+from compare.pages.ics_figures import RunOutput, _closing, _solid_meshes, sections, surface_mesh
 from compare.report import views
-from femic.reference.level import Level
+from femic.reference.run_options import Level
+from femic.results.ics import jobs
 from femic.scenes.load import load_scene
 from geometries.bodies import Body, Domain
 from geometries.contours import arc

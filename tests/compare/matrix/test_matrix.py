@@ -10,28 +10,33 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.export.contact_file import read
-from compare.export.export import SUFFIXES
-from compare.ics.compute import jobs
-from compare.matrix import page
-from compare.matrix.check import ColumnCheck, check_columns, checked_strips
-from compare.matrix.compute import FIRST_SECONDS, compute_matrix, expected_seconds
-from compare.matrix.figures import PER_KILONEWTON, chart, response
-from compare.matrix.file import MatrixFile, file_size
-from compare.matrix.jobs import matrix_jobs, matrix_plans
-from compare.matrix.results import columns_of
+from compare.pages import matrix as page
+from compare.pages.matrix_figures import PER_KILONEWTON, chart, response
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import symbol_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from femic.reference.assessment import Assessment
+from femic.reference.engines import SOLID
 from femic.reference.harmonic import engine as harmonic
 from femic.reference.harmonic import section_work
-from femic.reference.harmonic.condensation import Condensation
-from femic.reference.level import Level
-from femic.reference.run_options import RunOptions
+from femic.reference.harmonic.section_response import Condensation
+from femic.reference.refinement import Assessment
+from femic.reference.run_options import Level, RunOptions
 from femic.reference.solid import engine as solid
-from femic.reference.solid.record import SOLID
+from femic.results.contact_file import read
+from femic.results.export import SUFFIXES
+from femic.results.ics import jobs
+from femic.results.matrices import (
+    FIRST_SECONDS,
+    MatrixFile,
+    columns_of,
+    compute_matrix,
+    expected_seconds,
+    file_size,
+    matrix_jobs,
+    matrix_plans,
+)
+from femic.results.matrix_check import ColumnCheck, check_columns, checked_strips
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
@@ -214,7 +219,7 @@ def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
     y, keys = np.linspace(-9, 9, 31), []
     for radius in (30.0, 30.0, 40.0):
         np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of(scene_from_table(scene, "rail"), "compare.matrix.page", 3))
+        keys.append(key_of(scene_from_table(scene, "rail"), "compare.pages.matrix", 3))
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -231,7 +236,7 @@ def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
 def test_large_matrices_are_not_held_as_a_whole_and_made_in_threads(made, monkeypatch):
     path, out = made
     monkeypatch.setattr("femic.reference.matrix.reference.ELEMENTS_FOR_THREADS", 1)
-    monkeypatch.setattr("compare.matrix.results.LARGEST_WHOLE_MATRIX", 100)
+    monkeypatch.setattr("femic.results.matrices.LARGEST_WHOLE_MATRIX", 100)
     monkeypatch.setattr("femic.reference.matrix.reference.REMEMBERED_ENTRIES", 100)
     results = compute_matrix(load_scene(str(path)), out / "large.nc", RunOptions(2, Store(out / "store")))
     assert not results.eigenvalues

@@ -10,17 +10,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.ics.run import key_of
-from compare.overlay.curves import curves_of, is_mirrored
-from compare.overlay.differences import differences
-from compare.overlay.figures import DASHES, chart, drawn_variants
-from compare.overlay.page import _rank, rankings, summary
-from compare.overlay.results import load, worst
-from compare.overlay.sources import MOST_SCENES, sources, up_to_date
+from compare.pages.ics import key_of
+from compare.pages.overlay import (
+    DASHES,
+    _rank,
+    chart,
+    curves_of,
+    drawn_variants,
+    is_mirrored,
+    rankings,
+    summary,
+)
+from compare.pages.overlay_sources import MOST_SCENES, differences, load, sources, up_to_date, worst
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import OWN, symbol_of
 from femic.cache.digests import code_digest
-from femic.cache.folders import LOCK
+from femic.cache.files import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
 from tests.compare.conftest import on_line, scene_text
@@ -63,7 +68,7 @@ def computed(monkeypatch):
         names.append(scene.name)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("compare.ics.run.run_scene", run_scene)
+    monkeypatch.setattr("compare.pages.ics.run_scene", run_scene)
     return names
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows, answer_table, decisive_components
-from compare.overlay.results import Overlay, SceneResults
-from compare.overlay.sources import Content
+from compare.pages.overlay import WITHIN_ACCURACY, _ranking, _rows, answer_table, decisive_components
+from compare.pages.overlay_sources import Content, Overlay, SceneResults
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")
 COMMON = Content(("lower",), COMPONENTS, VARIANTS, LINES)

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.profiles.figures import over_length, section
-from compare.profiles.page import answer_table, doubts, summary, write_profile_page
-from compare.profiles.understood import of_file, of_package
+from compare.pages.profiles import answer_table, doubts, over_length, section, summary, write_profile_page
 from compare.report.interactive import as_json
+from femic.results.profiles import of_file, of_package
 from femic.scenes.profiles import Reading, prepared_file
-from geometries.profiles.named import NAMED
-from geometries.profiles.noise import LEAST_RADIUS
+from geometries.profiles.preparation import LEAST_RADIUS
+from geometries.profiles.standards import NAMED
 from tests.pages import widest
 from tests.samples import ERROR, write_head
 

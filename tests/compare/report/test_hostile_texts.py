@@ -11,10 +11,9 @@ import pytest
 
 from compare.report import static
 from compare.report.charts import Chart, Curve, Map, Panel
-from compare.report.index import write_index
 from compare.report.interactive import plotly_js
 from compare.report.looks import looks_of_labels
-from compare.report.parts import Page, Section, write_page
+from compare.report.parts import Page, Section, write_index, write_page
 from compare.report.tables import Cell, Row, Table
 
 X = np.linspace(0.0, 1.0, 3)

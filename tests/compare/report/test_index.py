@@ -2,8 +2,7 @@
 
 import os
 
-from compare.report.index import write_index
-from compare.report.parts import Page, write_page
+from compare.report.parts import Page, write_index, write_page
 
 
 def test_all_pages_are_listed_the_newest_first(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.image import imread
 
-from compare.ics.fields import on_screen
+from compare.pages.fields import on_screen
 from compare.report import views
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
 from femic.scenes.listing import listing

@@ -5,13 +5,18 @@ import json
 import numpy as np
 import pytest
 
+from compare.pages import shift_figures as figures
+from compare.pages import shift_tables as answers
+from compare.pages import shifts as page
+from compare.pages.shift_figures import F_X, F_Y, WORK, difference, reference_names
 from compare.report.interactive import as_json
-from compare.shifts import answers, compute, contacts, figures, page, rolling
-from compare.shifts.differences import F_X, F_Y, WORK, difference, reference_names
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.rolling.numbers import OF_PATCH, OF_WHEEL, OF_WHEELSET, AxleNumbers, WheelNumbers
-from femic.shifts.rolling.position import RolledICs
+from femic.results import wheelset as compute
+from femic.results import wheelset as rolling
+from femic.results import wheelset_contacts as contacts
+from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET, AxleNumbers, WheelNumbers
+from femic.shifts.position import RolledICs
 from femic.shifts.specification import ContactTable, ProfileTable, RollingTable, ShiftsFile, WheelTable
 from tests.compare.shifts.test_shifts_page import fake
 from tests.pages import widest

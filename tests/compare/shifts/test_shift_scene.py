@@ -6,17 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.contact.compute import compute_contact
-from compare.shifts.compute import SECOND
-from compare.shifts.geometry import ABOUT
-from compare.shifts.scene import write_scene
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
+from femic.results.contact import compute_contact
+from femic.results.wheelset import SECOND
+from femic.results.wheelset_contacts import ABOUT
+from femic.results.wheelset_scene import write_scene
 from femic.scenes.load import load_scene, scene_from_table
 from femic.shifts.contact import C_FLANK, contact_at
-from femic.shifts.placement import layout_of
-from femic.shifts.sides import ContactRequest, Place, bodies_at
+from femic.shifts.sides import ContactRequest, Place, bodies_at, layout_of
 from femic.shifts.specification import specification_of
 from geometries.errors import WrongInput
 from geometries.profiles.standards import standard

@@ -7,14 +7,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.pages import shift_figures as figures
+from compare.pages import shift_tables as answers
+from compare.pages import shift_tables as tables
+from compare.pages import shifts as page
+from compare.pages.shift_figures import compared, difference, reference_names, reference_values
 from compare.report.interactive import as_json
-from compare.shifts import answers, compute, contacts, figures, geometry, page, tables, values
-from compare.shifts.differences import compared, difference, reference_names, reference_values
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.contact import ICsNumbers, SideContact
-from femic.shifts.patches import PatchNumbers
-from femic.shifts.placement import layout_of
+from femic.results import wheelset as compute
+from femic.results import wheelset as values
+from femic.results import wheelset_contacts as contacts
+from femic.results import wheelset_contacts as geometry
+from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact
+from femic.shifts.sides import layout_of
 from femic.shifts.specification import (
     ContactTable,
     ProfileTable,
@@ -25,7 +31,7 @@ from femic.shifts.specification import (
     specification_of,
 )
 from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import curves_in_place, settle
 

@@ -8,30 +8,26 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.stresses import contacts as module
-from compare.stresses import lattice
-from compare.stresses.answers import summary
-from compare.stresses.compute import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
-from compare.stresses.contacts import require_stresses, with_one_contact
-from compare.stresses.damage import damage_of
-from compare.stresses.dataset import Peak, to_dataset
-from compare.stresses.page import write_stresses
+from compare.pages.stress_answers import summary
+from compare.pages.stresses import write_stresses
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.loading import Loading
-from femic.damage.dang_van import DangVan
-from femic.damage.equivalent_stress import equivalent_stress
+from femic.damage.dang_van import DangVan, equivalent_stress
 from femic.damage.laws import EnergyLaw
-from femic.damage.sliding import sliding_of, utilised_friction
-from femic.damage.wear import depth
+from femic.damage.wear import depth, sliding_of, utilised_friction
 from femic.reference.run_options import RunOptions, Watch
+from femic.results import stressed_contact as lattice
+from femic.results import stressed_contact as module
+from femic.results.damage import damage_of
+from femic.results.stressed_contact import require_stresses, with_one_contact
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Peak, compute_stresses, to_dataset
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.field import tresca, von_mises
 from femic.stresses.half_space import half_space_field
-from femic.stresses.measures import tresca, von_mises
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.compare.friction.scenes import RADIUS, scene
 
 ONE = RunOptions(workers=1)
@@ -217,8 +213,8 @@ def test_weights_of_dang_van_reach_the_stress(rolling):
     results, _, _ = rolling
     changed, keys = of_lattice(5, 4, 3), {"dang_van": {"hydrostatic": 0.0}}
     part = {name: at_all_points(one) for name, one in results.bodies.items()}
-    changed.setattr("compare.stresses.compute.solve_contacts", lambda *_: results.contacts)
-    changed.setattr("compare.stresses.compute._stored_field", lambda _, name, *__: as_stored(part[name]))
+    changed.setattr("femic.results.stresses.solve_contacts", lambda *_: results.contacts)
+    changed.setattr("femic.results.stresses._stored_field", lambda _, name, *__: as_stored(part[name]))
     without = compute_stresses(with_tables(scene(**ROLLING), damage=keys), ONE)
     changed.undo()
     for name, body in without.bodies.items():
@@ -276,7 +272,7 @@ def solved_by_command(monkeypatch, *arguments):
         solved.append(scene)
         raise BadScene("only noted")
 
-    monkeypatch.setattr("compare.stresses.compute.compute_stresses", note)
+    monkeypatch.setattr("femic.results.stresses.compute_stresses", note)
     assert exit_code(["stresses", *arguments]) == WRONG_INPUT
     return solved[0]
 

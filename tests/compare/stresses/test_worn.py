@@ -5,15 +5,15 @@ import re
 import numpy as np
 import pytest
 
-from compare.stresses import worn as module
-from compare.stresses.contacts import require_stresses
-from compare.stresses.worn import worn_of
 from femic.cli.main import WRONG_INPUT, exit_code
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.damage.estimates import RollingSolution
 from femic.damage.laws import STEEL_DENSITY, EnergyLaw
 from femic.damage.specification import DamageSpecification
+from femic.results import damage as module
+from femic.results.damage import worn_of
+from femic.results.stressed_contact import require_stresses
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 from tests.compare.contact_frontier.scenes import text

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from femic.advice.expected import Bounds, bounds_at, expect, why_not
-from femic.advice.features import FEATURES, features_of
 from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule, read, write
 from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of, worst_of
 from femic.advice.scenes import random_scene
+from femic.advice.study import FEATURES, features_of
 
 NUMBER, ICS = "p_max", "A"
 ROLLING = "p_max in rolling"

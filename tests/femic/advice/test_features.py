@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.advice.features import _beyond
+from femic.advice.study import _beyond
 from geometries.contours import arc
 
 

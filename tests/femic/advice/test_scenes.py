@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from femic.advice.errors import errors_of, estimates_of
-from femic.advice.features import FEATURES, features_of, saturation
-from femic.advice.knowledge import packaged
+from femic.advice.knowledge import errors_of, estimates_of, packaged
 from femic.advice.scenes import ANGLES, ELEMENTS, random_scene
-from femic.advice.study import studied
+from femic.advice.study import FEATURES, features_of, saturation, studied
 from femic.contact.pairs.pair_on_grid import undeformed_of
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends

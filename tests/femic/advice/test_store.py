@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from femic.advice import store
-from femic.advice.store import entries, solve_missing
+from femic.advice import study as store
+from femic.advice.study import entries, solve_missing
 
 WANTED = [(1, 0), (1, 1), (2, 0)]
 

@@ -78,7 +78,7 @@ def test_a_further_file_counts(tmp_path):
     assert digest_of([tmp_path / "package"]) != alone
 
 
-ERRORS, FE_CONTACT = "compare.ics.dataset", "compare.finite_elements.compute"
+ERRORS, FE_CONTACT = "femic.results.ics_dataset", "femic.results.finite_elements"
 
 
 @pytest.fixture
@@ -110,19 +110,22 @@ def test_a_measure_of_errors_changes_results_but_no_models(copy):
 
 
 IMPORTED = {  # by what a module imports: a file that counts for it
-    "itself": (FE_CONTACT, "compare/finite_elements/compute.py"),
+    "itself": (FE_CONTACT, "femic/results/finite_elements.py"),
     "module": (FE_CONTACT, "femic/contact/finite_elements/result.py"),
-    "module of a module": (FE_CONTACT, "femic/contact/finite_elements/overlap.py"),
+    "module of a module": (FE_CONTACT, "femic/contact/finite_elements/coupling.py"),
     "package of a module": (FE_CONTACT, "femic/contact/finite_elements/__init__.py"),
-    "module from a package": ("femic.validation.statements.registry", "femic/validation/statements/sn.py"),
+    "module from a package": (
+        "compare.validation.statements.registry",
+        "compare/validation/statements/sn.py",
+    ),
     "readers of scenes": (ERRORS, "femic/scenes/load.py"),
 }
 OTHERS = {  # modules that others do not need
     "friction, for contact by finite elements": (FE_CONTACT, "femic/contact/friction/coulomb.py"),
-    "contact, for ICs": (ERRORS, "femic/contact/bound_constrained.py"),
+    "contact, for ICs": (ERRORS, "femic/contact/normal.py"),
     "the public interface, which only type checkers import": (ERRORS, "femic/interface/ics.py"),
-    "fatigue, for scenes that have its coefficients": (FE_CONTACT, "femic/damage/hypersphere.py"),
-    "pages": ("compare.frontier.page", "compare/report/looks.py"),
+    "fatigue, for scenes that have its coefficients": (FE_CONTACT, "femic/damage/dang_van.py"),
+    "pages": ("compare.pages.frontier", "compare/report/looks.py"),
     "commands": (ERRORS, "femic/cli/main.py"),
 }
 
@@ -144,12 +147,10 @@ def test_what_it_does_not_import_does_not(copy, module, file):
 def test_a_module_that_imports_more_has_another_digest(copy):
     before = anew(ERRORS)
     path = copy / "femic/ic_errors/error_measure.py"
-    path.write_text(
-        path.read_text(encoding="utf-8") + "\nimport femic.contact.bound_constrained\n", encoding="utf-8"
-    )
+    path.write_text(path.read_text(encoding="utf-8") + "\nimport femic.contact.normal\n", encoding="utf-8")
     of_import = anew(ERRORS)
     assert of_import != before
-    append_to(copy / "femic/contact/bound_constrained.py")
+    append_to(copy / "femic/contact/normal.py")
     assert anew(ERRORS) != of_import
 
 

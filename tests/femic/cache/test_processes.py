@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from femic.cache import processes
-from femic.cache.processes import Prepared, Processes, in_processes
+from femic.cache import workers as processes
+from femic.cache.workers import Prepared, Processes, in_processes
 from geometries.errors import Failure
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
@@ -18,7 +18,7 @@ ANY = "list(in_processes(task, [sys.argv[1]] * 2, workers=2))"
 OWN = "with Processes(2) as processes: list(processes(task, [sys.argv[1]] * 2))"
 PARENT = """
 import os, sys, time
-from femic.cache.processes import Processes, in_processes
+from femic.cache.workers import Processes, in_processes
 
 def task(folder):
     open(os.path.join(folder, str(os.getpid())), "w").close()

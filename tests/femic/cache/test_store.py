@@ -16,9 +16,9 @@ import xarray as xr
 
 from femic.cache.digests import code_digest
 from femic.cache.store import Store
+from femic.reference.engines import HARMONIC
 from femic.reference.harmonic import engine
 from femic.reference.harmonic.elimination import MOST_TOGETHER
-from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.refinement import solve_models
 from femic.reference.run_options import RunOptions

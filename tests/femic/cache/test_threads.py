@@ -5,7 +5,7 @@ from threading import Event, current_thread, main_thread
 
 import pytest
 
-from femic.cache.threads import AHEAD, in_threads
+from femic.cache.workers import AHEAD, in_threads
 
 
 @pytest.mark.parametrize("workers", [1, 3])

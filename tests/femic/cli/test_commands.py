@@ -10,18 +10,16 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from compare.friction.pages import PAGES
-from compare.frontier.advice import Advice, Question
-from compare.frontier.choice import Choice
+from compare.pages.friction_pages import PAGES
+from compare.studies.frontier import Advice, Choice, Question
+from compare.validation.statements.registry import STATEMENTS
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from femic.contact.pairs.automatic_grid import grids_of
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.models import ExpectedCost
+from femic.contact.pairs.grids import grids_of
+from femic.reference.engine import ExpectedCost
+from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.plan import ModelPlan
-from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
-from femic.validation.statements.registry import STATEMENTS
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS
 
@@ -86,7 +84,7 @@ def test_internal_errors_are_not_hidden(monkeypatch):
 
 @pytest.mark.parametrize("tolerance", [1e-4, 0.02])
 def test_validate_passes_statements_tolerance_and_folder(tolerance, recorded, command, tmp_path):
-    calls = recorded("femic.validation.statements.page.validate", Path("there"))
+    calls = recorded("compare.validation.statements.page.validate", Path("there"))
     assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
     ((numbers, runs, folder),) = calls
     assert (numbers, runs.tolerance, folder) == ((3, 1), tolerance, tmp_path / "out")
@@ -94,14 +92,14 @@ def test_validate_passes_statements_tolerance_and_folder(tolerance, recorded, co
 
 @pytest.mark.parametrize("tolerance", ["0.99e-4", "0.0201"])
 def test_validate_refuses_tolerances_beyond_the_limits(tolerance, recorded, command, capsys):
-    calls = recorded("femic.validation.statements.page.validate")
+    calls = recorded("compare.validation.statements.page.validate")
     assert command("validate", "--tolerance", tolerance) == WRONG_INPUT
     assert f"--tolerance {float(tolerance):g}: 0.0001 ... 0.02" in capsys.readouterr().err
     assert not calls
 
 
 def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command):
-    calls = recorded("femic.validation.statements.page.validate", Path("there"))
+    calls = recorded("compare.validation.statements.page.validate", Path("there"))
     assert command("validate") == DONE
     assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
 
@@ -111,9 +109,9 @@ def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command
 
 @pytest.mark.parametrize(("options", "budget"), [((), 600.0), (("--budget", "7.5"), 7.5)])
 def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, command):
-    calls = recorded("compare.frontier.compute.compute_frontier")
-    recorded("compare.frontier.page.summary", "")
-    recorded("compare.frontier.page.write_frontier", Path("there"))
+    calls = recorded("compare.studies.frontier.compute_frontier")
+    recorded("compare.pages.frontier.summary", "")
+    recorded("compare.pages.frontier.write_frontier", Path("there"))
     assert command("frontier", "flat", *options) == DONE
     assert (calls[0][0], calls[0][1].budget) == ("flat", budget)
 
@@ -129,8 +127,8 @@ def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, comm
     ],
 )
 def test_advise_defaults_to_what_the_scene_compares(options, question, recorded, command):
-    tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
-    advised = recorded("compare.frontier.advice.advise", "advice")
+    tried = recorded("compare.studies.frontier.frontier_for", ("request", "frontier"))
+    advised = recorded("compare.studies.frontier.advise", "advice")
     for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
@@ -150,8 +148,8 @@ def test_advice_is_about_a_contact_or_about_a_body(command, capsys):
 def exported(recorded, monkeypatch):
     calls = []
     formats = {"contact": lambda scene, specification, *_: calls.append((scene, specification))}
-    monkeypatch.setattr("compare.export.export.FORMATS", formats)
-    recorded("compare.export.export.contact_settings", "")
+    monkeypatch.setattr("femic.results.export.FORMATS", formats)
+    recorded("femic.results.export.contact_settings", "")
     return calls
 
 
@@ -171,7 +169,7 @@ def test_export_defaults_to_the_ics_of_the_scene(options, ics, discount, exporte
 )
 def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
-    questions = recorded("compare.frontier.choice.choose", choice)
+    questions = recorded("compare.studies.frontier.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
     assert questions[0][1] == Question("combined", COMPONENTS, 0.02)
     ((scene, specification),) = exported
@@ -183,9 +181,9 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
     for name in names:
         (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
-    recorded("compare.calibration.compute.calibrate", "fit")
-    written = recorded("compare.calibration.page.write_fit", Path("there"))
-    reports = recorded("compare.calibration.page.write_report", Path("there"))
+    recorded("femic.results.calibration.calibrate", "fit")
+    written = recorded("compare.pages.calibration.write_fit", Path("there"))
+    reports = recorded("compare.pages.calibration.write_report", Path("there"))
     if n > 5:
         assert command("calibrate", *names) == WRONG_INPUT
         assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
@@ -201,8 +199,8 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 
 def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
-    recorded("compare.ics.run.run_scene", Path("there"))
-    questions = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
+    recorded("compare.pages.ics.run_scene", Path("there"))
+    questions = recorded("compare.studies.frontier.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
     assert not questions
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
@@ -211,10 +209,10 @@ def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
 
 
 def test_compare_computes_only_scenes_without_current_results(recorded, monkeypatch, tmp_path):
-    ran = recorded("compare.ics.run.run_scene", Path("there"))
-    recorded("compare.overlay.results.load", "curves")
-    written = recorded("compare.overlay.page.write", Path("there"))
-    monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
+    ran = recorded("compare.pages.ics.run_scene", Path("there"))
+    recorded("compare.pages.overlay_sources.load", "curves")
+    written = recorded("compare.pages.overlay.write", Path("there"))
+    monkeypatch.setattr("compare.pages.overlay_sources.up_to_date", lambda source: source.name == "flat")
     words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
     assert exit_code(words) == DONE
     assert [(scene.name, folder) for scene, folder, _ in ran] == [("geometry1", tmp_path / "geometry1")]
@@ -304,9 +302,9 @@ def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
-    computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
+    computed = recorded("femic.results.friction.compute_with_friction", returns="contact")
     supported = recorded(
-        "compare.friction.supports.with_supports", returns=xr.Dataset(attrs={"given": "yes"})
+        "femic.results.friction_dataset.with_supports", returns=xr.Dataset(attrs={"given": "yes"})
     )
     written = []
     page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
@@ -320,11 +318,11 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
 
 
 def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, command, tmp_path):
-    recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
+    recorded("femic.results.contact.compute_contact", SimpleNamespace(solved=None))
     recorded("femic.contact.pairs.supports.changed_supports")
-    recorded("compare.finite_elements.beside.stored_solution")
-    written = recorded("compare.contact.page.write_contact", Path("there"))
-    maps = recorded("compare.contact.page.write_sensitivity", Path("there"))
+    recorded("compare.pages.finite_elements.stored_solution")
+    written = recorded("compare.pages.contact.write_contact", Path("there"))
+    maps = recorded("compare.pages.contact.write_sensitivity", Path("there"))
     assert command("contact", "wide", "tall") == DONE
     out = tmp_path / "out"
     assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]

@@ -6,8 +6,8 @@ import sys
 import pytest
 
 from femic.cli import doctor
+from femic.cli.doctor import Finding
 from femic.cli.main import DONE, WRONG_INPUT, exit_code, main
-from femic.installation import Finding
 from femic.shifts.specification import example
 from tests.samples import write_head
 

@@ -8,8 +8,7 @@ import xarray as xr
 
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.named import NAMED
-from geometries.profiles.standards import standard_profile
+from geometries.profiles.standards import NAMED, standard_profile
 from tests.samples import ERROR, write_head
 
 

@@ -8,11 +8,9 @@ from rich.console import Console
 
 from femic.cli import progress, scenes
 from femic.cli.main import DONE, exit_code
-from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text
-from femic.cli.terminal import terminal
-from femic.reference.level import Level
-from femic.reference.models import Cost, RawICs
-from femic.reference.run_options import Solved, Step, Task
+from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text, terminal
+from femic.reference.engine import Cost, RawICs
+from femic.reference.run_options import Level, Solved, Step, Task
 
 LOWER = Task("lower", Level(), None, 1000)
 UPPER = Task("upper", Level(cells=-1), None, 1000)

@@ -67,7 +67,7 @@ def test_commands_without_c_accept_the_engine(command, femic):
 
 def test_frontier_has_the_default_tolerances_of_the_engine(femic, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "compare.frontier.compute.perf_counter", lambda: 0.0
+        "compare.studies.frontier.perf_counter", lambda: 0.0
     )  # to plan takes none of the budget
     code, _ = femic("frontier", "--components", "nn,xn", "--budget", "1")
     assert code == DONE
@@ -91,7 +91,7 @@ def test_plan_shows_models_and_refuses_matrices(femic):
 
 
 def test_show_draws_with_the_solid_engine(femic, monkeypatch):
-    monkeypatch.setattr("compare.ics.fields._write_solved", lambda *_: _raise(Failure("solved")))
+    monkeypatch.setattr("compare.pages.fields._write_solved", lambda *_: _raise(Failure("solved")))
     code, output = femic("show")
     assert (code, "(solid engine)" in output) == (FAILED, True)
 

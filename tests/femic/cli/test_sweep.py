@@ -15,17 +15,17 @@ import pytest
 import zarr
 from rich.console import Console
 
-from femic.campaigns.dataset.reading import open_sweep
-from femic.campaigns.results import registry
-from femic.campaigns.running.cluster import ClusterSize
-from femic.campaigns.running.run import Progress
+from compare.campaigns.cluster import ClusterSize
+from compare.campaigns.integrity import open_sweep
+from compare.campaigns.results import registry
+from compare.campaigns.run import Progress
 from femic.cli import scenes
 from femic.cli.campaign_progress import CampaignLines, show_campaign
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.cli.progress import EVERY
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
-from tests.femic.campaigns.campaigns import (
+from tests.compare.campaigns.campaigns import (
     CELLS_OF_PATCHES,
     LIGHT,
     LIGHT_KINDS,
@@ -57,8 +57,8 @@ def femic(client, tmp_path, monkeypatch, capsys):
         yield client
 
     monkeypatch.setattr(registry, "KINDS", LIGHT_KINDS)
-    monkeypatch.setattr("femic.campaigns.running.cluster.local_cluster", cluster)
-    monkeypatch.setattr("femic.campaigns.running.plan.largest_memory", lambda _: 100.0)
+    monkeypatch.setattr("compare.campaigns.cluster.local_cluster", cluster)
+    monkeypatch.setattr("compare.campaigns.plan.largest_memory", lambda _: 100.0)
     monkeypatch.chdir(tmp_path)
 
     def sweep(text, *options):
@@ -117,7 +117,7 @@ def test_impossible_combinations_are_noted_and_fail(femic):
     ],
 )
 def test_missing_schedulers_are_reported_before_any_work(femic, monkeypatch, address, code, message):
-    monkeypatch.setattr("femic.campaigns.running.run.compute_sweep", None)
+    monkeypatch.setattr("compare.campaigns.run.compute_sweep", None)
     actual, printed = femic(LIGHT, "--scheduler", address)
     assert actual == code
     assert message in " ".join(printed.split())
@@ -165,7 +165,7 @@ def test_page_is_written_without_computing(femic, monkeypatch):
     assert "out/mine: nothing is finished yet" in printed
     femic(LIGHT)
     Path("out/mine/sweep.html").unlink()
-    monkeypatch.setattr("femic.campaigns.running.run.compute_sweep", None)
+    monkeypatch.setattr("compare.campaigns.run.compute_sweep", None)
     assert femic(LIGHT, "--page") == (DONE, "Report: out/mine/sweep.html\n")
     assert Path("out/mine/sweep.html").is_file()
 
@@ -173,7 +173,7 @@ def test_page_is_written_without_computing(femic, monkeypatch):
 @pytest.mark.parametrize("large", [False, True])
 def test_page_of_a_damaged_dataset_is_refused(femic, monkeypatch, large):
     if large:
-        monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
+        monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
     femic(LIGHT)
     if large:
         zarr.open_group("out/mine/sweep.zarr", mode="a")["sum"][2, 1] = 1.0
@@ -203,7 +203,7 @@ def test_written_scene_has_no_check(femic):
 
 
 def test_a_large_campaign_has_a_page(femic, monkeypatch):
-    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
+    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
     code, printed = femic(LIGHT)
     assert code == DONE
     assert "Dataset: out/mine/sweep.zarr" in printed
@@ -220,7 +220,7 @@ def test_compare_refuses_too_many_scenes_of_a_campaign(tmp_path, monkeypatch, ca
 
 def test_fewer_workers_are_explained(femic, monkeypatch):
     size = ClusterSize(1, 100.0, "1 instead of 2 workers: ...")
-    monkeypatch.setattr("femic.campaigns.running.cluster.size_for", lambda *_: size)
+    monkeypatch.setattr("compare.campaigns.cluster.size_for", lambda *_: size)
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
 
 

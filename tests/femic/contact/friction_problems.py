@@ -7,19 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.friction.kinematics import RollingKinematics
-from femic.contact.friction.leading_edge import DEPTH, LeadingEdge
+from femic.contact.friction.motion import DEPTH, LeadingEdge, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, plane
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.femic.contact.problems import BRASS, STEEL, x_of
 

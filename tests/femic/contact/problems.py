@@ -10,9 +10,8 @@ from femic.contact.normal import NormalProblem
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, ellipse, plane
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER, Surface
 
 STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)

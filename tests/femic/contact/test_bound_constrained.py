@@ -8,14 +8,13 @@ import pytest
 from scipy.optimize import nnls
 
 from approx.pair import Pair, Solid
-from femic.contact import bound_constrained
-from femic.contact.bound_constrained import Bounded, pressures
+from femic.contact import normal as bound_constrained
+from femic.contact.normal import Bounded, pressures
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from geometries.contours import arc, plane
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER, Surface
 
 STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)

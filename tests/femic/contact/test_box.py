@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.box import ROOM, STEP, Box
+from femic.contact.patch import ROOM, STEP, Box
 
 
 def touching(*places, shape=(40, 50)):

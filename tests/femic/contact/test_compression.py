@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from femic.contact import normal
-from femic.contact.compression import compressed
-from femic.contact.exact.full_stick import StickingPoint
+from femic.contact.exact.friction import StickingPoint
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Shift
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
+from femic.contact.rolling import compressed
 from geometries.errors import WrongInput
-from geometries.grids import Grid
 from geometries.materials import Material, both_bodies
-from geometries.patches import N, S
+from geometries.patches import Grid, N, S
 from tests.femic.contact.friction_problems import (
     MIXED,
     groove,

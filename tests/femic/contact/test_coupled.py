@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from femic.contact import coupled, frictional
-from femic.contact.box import Box
 from femic.contact.coupled import Coupled, Guess, State, Step
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.motion import RollingStep, Shift, SteadyRolling
-from femic.contact.friction.newton import idle as are_idle
+from femic.contact.friction.law import idle as are_idle
+from femic.contact.friction.motion import Creepages, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
+from femic.contact.patch import Box
 from tests.femic.contact.friction_problems import MIXED, groove, law_errors, movable, paraboloids, wheel_on
 
 LOAD, LESS = Loading(4000.0), Loading(3000.0)

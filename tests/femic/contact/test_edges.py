@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.edges import ACCURACY, ALONE, BESIDE, ENDS, MARGIN, extents, near_ends
+from femic.contact.patch import ACCURACY, ALONE, BESIDE, ENDS, MARGIN, extents, near_ends
 
 
 def flat_ended(low, high, n, power=1.5):

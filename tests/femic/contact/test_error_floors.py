@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.error_floors import (
+from femic.contact.estimates import (
     OF_EDGE,
     OF_FOLLOWERS,
     OF_SLIDING,
@@ -15,7 +15,7 @@ from femic.contact.error_floors import (
     scales,
     vanishing_by_symmetry,
 )
-from femic.contact.friction.leading_edge import LeadingEdge
+from femic.contact.friction.motion import LeadingEdge
 
 SHAPE = (12, 10)
 X, S = np.meshgrid(np.arange(12) - 5.7, np.arange(10) - 4.4, indexing="ij")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.extra_gap import extra_gap
+from femic.contact.specification import extra_gap
 from geometries.errors import WrongInput
 
 X, S = np.linspace(-3.0, 3.0, 7)[:, None], np.linspace(-4.4, 4.6, 10)[None]

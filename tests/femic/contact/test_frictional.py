@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 
 from femic.contact import frictional, normal
-from femic.contact.bound_constrained import pressures
-from femic.contact.exact.cattaneo import ShiftedPoint
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.motion import Shift, SteadyRolling
+from femic.contact.exact.friction import ShiftedPoint
+from femic.contact.friction.motion import Creepages, Shift, SteadyRolling
 from femic.contact.frictional import solve
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.normal import PotentialAreaTooSmall, pressures
 from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from tests.femic.contact.friction_problems import (
     MIXED,
     POINT,

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.friction import compute, pages
-from compare.friction.compute import compute_with_friction
-from compare.friction.pages import require_page
+from compare.pages import friction_pages as pages
+from compare.pages.friction_pages import require_page
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.pair_with_friction import solve_with_friction
 from femic.contact.pairs.solved_curve import solve_curve
 from femic.contact.specification import FrictionSpecification
+from femic.results import friction as compute
+from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 from tests.compare.friction.scenes import scene

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.bound_constrained import pressures
-from femic.contact.edges import MARGIN
-from femic.contact.normal import NormalProblem, PotentialAreaTooSmall, solve
+from femic.contact.normal import NormalProblem, PotentialAreaTooSmall, pressures, solve
+from femic.contact.patch import MARGIN
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.problems import (
     CIRCLE,
     ELLIPSE,

@@ -5,7 +5,7 @@ import pytest
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import solve
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.problems import (
     GROOVES,
     ROLLING_RADIUS,

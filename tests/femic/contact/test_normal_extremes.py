@@ -5,7 +5,7 @@ import pytest
 
 from femic.contact.exact.hertz import PointContact
 from femic.contact.normal import NormalProblem, PotentialAreaTooSmall, solve
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.problems import (
     CIRCLE,
     ELLIPSE,

@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
 from geometries.contours import arc, plane
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.femic.contact.problems import BRASS, ELLIPSE, STEEL, conformal, half_spaces, hertzian
 

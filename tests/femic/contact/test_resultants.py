@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.resultants import centre_of_pressure, resultant
+from femic.contact.patch import centre_of_pressure, resultant
 from geometries.contours import arc, ellipse
 
 X = np.array([-1.0, 0.5, 2.0])

@@ -8,8 +8,8 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.friction import coulomb
-from femic.contact.friction.force_limit import ForcesBeyondFriction
-from femic.contact.friction.kinematics import NAMES, Creepages
+from femic.contact.friction.coulomb import ForcesBeyondFriction
+from femic.contact.friction.motion import NAMES, Creepages
 from femic.contact.frictional import _Solution
 from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import NAMES, Creepages
-from femic.contact.friction.motion import RollingStep, Shift, SteadyRolling
+from femic.contact.friction.motion import NAMES, Creepages, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import TOLERANCE
 from femic.contact.loading import Loading
 from femic.contact.rolling import RollingContact, RollingProblem

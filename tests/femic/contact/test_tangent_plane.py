@@ -6,8 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from femic.contact.tangent_plane import Line, TangentPlane
-from femic.contact.undeformed import Undeformed
+from femic.contact.undeformed import Line, TangentPlane, Undeformed
 from geometries.contours import Contour, arc
 from geometries.errors import WrongInput
 from geometries.surfaces import LOWER, UPPER, Surface

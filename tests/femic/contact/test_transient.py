@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from femic.contact.exact.cattaneo import ShiftedPoint
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.motion import Shift
+from femic.contact.exact.friction import ShiftedPoint
+from femic.contact.friction.motion import Creepages, Shift
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
 from femic.contact.normal import solve as solve_normal

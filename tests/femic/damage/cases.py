@@ -3,8 +3,8 @@
 import numpy as np
 
 from femic.contact.exact.hertz import PointContact
-from femic.damage.sliding import Sliding
-from geometries.grids import Grid
+from femic.damage.wear import Sliding
+from geometries.patches import Grid
 
 HERTZ = PointContact(1 / 60, 1 / 25, 114e3).at_load(4000.0)
 FRICTION, CREEPAGE = 0.3, 0.02

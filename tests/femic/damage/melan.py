@@ -15,8 +15,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize
 from scipy.special import logsumexp, softmax
 
-from femic.stresses.corners import Corners
-from femic.stresses.half_space import fields
+from femic.stresses.half_space import Corners, fields
 from geometries.materials import Material
 
 STEEL = Material(210e3, 0.3)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.damage.dang_van import DangVan
-from femic.damage.equivalent_stress import equivalent_stress, shear_amplitudes, tensors
+from femic.damage.dang_van import DangVan, equivalent_stress, shear_amplitudes, tensors
 from geometries.errors import WrongInput
 
 RANDOM = np.random.default_rng(7)

@@ -5,21 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.error_floors import floors, readings
-from femic.contact.estimates import ROUNDING, from_grids
+from femic.contact.estimates import ROUNDING, floors, from_grids, readings
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.quantities import main_patch
 from femic.damage.estimates import FOLLOW, RollingSolution, Solved, estimated_errors
-from femic.damage.fatigue import surface_index
+from femic.damage.fatigue import aspect_of, nearest_aspect, shakedown, shakedown_limit, surface_index, t_gamma
 from femic.damage.laws import EnergyLaw
-from femic.damage.shakedown import aspect_of, nearest_aspect, shakedown, shakedown_limit
-from femic.damage.sliding import sliding_of, utilised_friction
-from femic.damage.t_gamma import t_gamma
-from femic.damage.wear import section_area
-from geometries.grids import Grid
-from geometries.patches import N
+from femic.damage.wear import section_area, sliding_of, utilised_friction
+from geometries.patches import Grid, N
 from tests.femic.contact.friction_problems import (
     MIXED,
     POINT,

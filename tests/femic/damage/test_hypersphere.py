@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from femic.damage.hypersphere import smallest_hypersphere
+from femic.damage.dang_van import smallest_hypersphere
 from geometries.errors import WrongInput
 
 RANDOM = np.random.default_rng(41)

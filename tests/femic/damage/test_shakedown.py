@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from femic.damage import shakedown as module
-from femic.damage.fatigue import surface_index
-from femic.damage.shakedown import ellipse_shears, largest_limit, line_shears, shakedown, shakedown_limit
+from femic.damage import fatigue as module
+from femic.damage.fatigue import (
+    ellipse_shears,
+    largest_limit,
+    line_shears,
+    shakedown,
+    shakedown_limit,
+    surface_index,
+)
 from geometries.errors import WrongInput
 from tests.femic.damage.melan import Melan, elastic
 

@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.exact.carter import TractiveRolling
+from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
-from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.motion import Shift
+from femic.contact.friction.motion import Creepages, Shift
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
-from femic.damage.sliding import Sliding, sliding_of, utilised_friction
+from femic.damage.wear import Sliding, sliding_of, utilised_friction
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
 from tests.femic.damage.cases import CREEPAGE, FRICTION, HERTZ, full_sliding, x_of
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
-from femic.damage.sliding import sliding_of
-from femic.damage.t_gamma import t_gamma
+from femic.damage.fatigue import t_gamma
+from femic.damage.wear import sliding_of
 from geometries.errors import WrongInput
 from tests.femic.contact.friction_problems import POINT, groove, paraboloids, wheel_on
 

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
-from femic.damage.sliding import sliding_of
-from femic.damage.wear import SectionLoss, depth, regimes, section_area, wheel_depth_per_metre
+from femic.damage.wear import SectionLoss, depth, regimes, section_area, sliding_of, wheel_depth_per_metre
 from geometries.errors import WrongInput
 from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
 from tests.femic.damage.cases import CREEPAGE, FRICTION, HERTZ, full_sliding

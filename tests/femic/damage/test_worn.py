@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.undeformed import Undeformed

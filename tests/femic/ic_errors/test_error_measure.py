@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.ic_errors.error_measure import Measure, far_from
-from femic.reference.estimate import EstimatedICs
+from femic.reference.result import EstimatedICs
 from geometries.patches import N, Patch, S, X
 
 NEAR, FAR = "near", "far"  # two lines of three points each

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
-from femic.reference.estimate import EstimatedICs
-from femic.reference.matrix.columns import NEAR_ELEMENTS, is_far
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from femic.reference.matrix.reference import NEAR_ELEMENTS, is_far
+from femic.reference.result import EstimatedICs
+from geometries.patches import Grid, N, S, X
 
 N_X, N_S = 5, 2
 GRID = Grid(N_X, N_S, 0.4, 0.3, 0.0)

@@ -7,11 +7,10 @@ import pytest
 import xarray as xr
 
 import femic
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
-from compare.friction.compute import compute_with_friction
 from femic.contact.operators.dense import Asymmetry
-from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator
+from femic.contact.pairs.ics import ReferenceICs, normal_operator
+from femic.results.contact import compute_contact, to_dataset
+from femic.results.friction import compute_with_friction
 
 STEEL = femic.Material(E=210e3, nu=0.3)
 PAIR = femic.Pair(
@@ -151,7 +150,7 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
 
 @pytest.mark.parametrize("motion", motions("none", "transient", "compression"))
 def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
-    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", None)
+    monkeypatch.setattr("femic.contact.pairs.ics.matrices", None)
     contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
     assert list(contact.ics.values) == ["C"]
     assert np.all(contact.p_max > 0)

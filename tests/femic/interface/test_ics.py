@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 import femic
-from approx.matrix import matrix
-from compare.ics.compute import compute
-from compare.ics.dataset import errors, to_dataset
+from approx.pair import matrix
 from femic.interface.matrices import grid_of
 from femic.interface.options import scene_of
+from femic.results.ics import compute
+from femic.results.ics_dataset import errors, to_dataset
 from geometries.patches import COMPONENTS
 from tests.femic.reference.stand_ins import b_hat_as_c
 
@@ -248,7 +248,7 @@ def test_foreign_matrix_is_labelled_the_same_way(pair, monkeypatch):
 
 
 def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
-    from compare.export.contact_file import read  # noqa: PLC0415
+    from femic.results.contact_file import read  # noqa: PLC0415
 
     labelled = femic.compute_matrix(pair, GRID, "Bhat")
     femic.write_for_contact(pair, labelled, tmp_path / "contact.txt")

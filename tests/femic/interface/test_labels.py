@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import femic
-from compare.contact.figures import surfaces
+from compare.pages.contact_figures import surfaces
 from femic.interface.labels import contacts_by_label
 from femic.interface.matrices import ordered
 from tests.femic.reference.stand_ins import b_hat_as_c

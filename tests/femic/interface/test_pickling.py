@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 
 import femic
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
-from compare.ics.compute import approximation, scene_points
+from femic.results.contact import compute_contact, to_dataset
+from femic.results.ics import approximation, scene_points
 from femic.scenes.load import builtin_names
 
 STEEL = femic.Material(E=210e3, nu=0.28)

@@ -163,7 +163,7 @@ def test_both_sides_carry_the_load_and_are_mirrored(study):
 def test_a_measured_rail_is_solved_as_it_was_read_and_smoothed(head, monkeypatch):
     """The specification that is solved has the file with its axes, unit and tolerance, and further keys."""
     seen = []
-    monkeypatch.setattr("compare.shifts.compute.compute_shifts", lambda file, *_: seen.append(file))
+    monkeypatch.setattr("femic.results.wheelset.compute_shifts", lambda file, *_: seen.append(file))
     femic.compute_shifts(head, CONE, [0.0], tables={"rail": {"nu": 0.3}})
     (rail,) = (file.rail for file in seen)
     assert (rail.profile, rail.axes, rail.unit) == (str(head.file), "field up", "mm")

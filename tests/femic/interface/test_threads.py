@@ -8,7 +8,7 @@ from threading import Thread
 import pytest
 
 import femic
-from femic.interface.threads import LOCK, in_turn
+from femic.interface.options import LOCK, in_turn
 
 COMPUTE = ("compute_ics", "compute_matrix", "solve_contact", "fit_bhat_prime", "compute_shifts", "run_scene")
 THREE = """

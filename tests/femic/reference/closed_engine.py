@@ -5,9 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from approx.halfspace import HalfSpace
-from femic.reference.engine import Engine, ErrorEstimate, Limits, Models, TunedCells
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Cost, ExpectedCost, RawICs
+from femic.reference.engine import (
+    Cost,
+    Engine,
+    ErrorEstimate,
+    ExpectedCost,
+    Limits,
+    Models,
+    RawICs,
+    TunedCells,
+)
+from femic.reference.meshing import Cells
 from femic.reference.run_options import Solved
 from geometries.materials import one_body
 

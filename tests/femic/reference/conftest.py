@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
+from femic.reference.engine import Points
+from femic.reference.engines import SOLID
 from femic.reference.job import Job, Settings
-from femic.reference.level import MODELS, Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.meshing import Cells
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import RunOptions, Task
-from femic.reference.solid.engine import assemble, build_mesh, raw_ics
-from femic.reference.solid.record import SOLID
-from femic.reference.solid.request import SolidRequest
+from femic.reference.run_options import MODELS, Level, RunOptions, Task
+from femic.reference.solid.engine import SolidRequest, assemble, build_mesh, raw_ics
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material

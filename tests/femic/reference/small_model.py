@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from femic.cache.store import Store
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.level import Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.meshing import Cells
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import RunOptions, Task
+from femic.reference.run_options import Level, RunOptions, Task
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material

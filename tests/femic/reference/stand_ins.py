@@ -7,17 +7,16 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.reference.estimate import EstimatedICs
-from femic.reference.level import Level
+from femic.reference.engine import Cost
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import Cost
-from femic.reference.result import Reference
+from femic.reference.result import EstimatedICs, Reference
+from femic.reference.run_options import Level
 from geometries.materials import one_body
 
 NAMES = (  # of `references` and `matrices`, where they are used
-    ("compare.ics.compute.references", "references"),
+    ("femic.results.ics.references", "references"),
     ("femic.interface.matrices.matrices", "matrices"),
-    ("femic.contact.pairs.body_ics.matrices", "matrices"),
+    ("femic.contact.pairs.ics.matrices", "matrices"),
 )
 COST = Cost(1, 1, "B-hat", (), 0.0, {}, 0.0)
 

@@ -7,9 +7,16 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.reference.discount import ENTRIES, discount, fit_discount, generalized, motions, rigid_part
-from femic.reference.discount_rules import SourceRule
-from femic.reference.models import Points
+from femic.reference.discount import (
+    ENTRIES,
+    SourceRule,
+    discount,
+    fit_discount,
+    generalized,
+    motions,
+    rigid_part,
+)
+from femic.reference.engine import Points
 from femic.reference.solid.engine import raw_ics
 from geometries.contours import through_points
 from geometries.materials import one_body

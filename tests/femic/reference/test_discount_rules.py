@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 from approx.pair import Solid
-from femic.reference.discount import fit_discount, rigid_part
-from femic.reference.discount_rules import ApproachRule, NoRule
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.tuned import cells
+from femic.reference.discount import ApproachRule, NoRule, fit_discount, rigid_part
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC
+from femic.reference.harmonic.request import HarmonicRequest, cells
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
-from femic.reference.models import Points
 from femic.reference.run_options import RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import Load, N, Patch, S
+from geometries.patches import Grid, Load, N, Patch, S
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.harmonic.fields import raw_ics
 

@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.reference.accuracy import NotConverged
-from femic.reference.at_points import references
-from femic.reference.engine import Comparison
+from femic.reference.engine import Comparison, Points
 from femic.reference.engines import ENGINES
-from femic.reference.job import Job, Settings
-from femic.reference.level import MODELS, Level
-from femic.reference.models import Points
-from femic.reference.run_options import RunOptions
+from femic.reference.job import Job, NotConverged, Settings
+from femic.reference.refinement import references
+from femic.reference.run_options import MODELS, Level, RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.materials import one_body

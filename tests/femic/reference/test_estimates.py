@@ -5,30 +5,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import line_errors
+from femic.reference.engine import Cost, Points, RawICs
 from femic.reference.engines import ENGINES, HARMONIC, SOLID
-from femic.reference.estimate import (
+from femic.reference.harmonic.request import waves_for
+from femic.reference.job import line_errors
+from femic.reference.result import (
     CLOSE_TO_ARC,
     ON_OUTLINE,
     EstimatedICs,
     Orders,
-    estimated,
-    orders_at,
-    pooled,
-    total,
-)
-from femic.reference.harmonic.request import waves_for
-from femic.reference.level import HIGHER, Level, factors
-from femic.reference.models import Cost, Points, RawICs
-from femic.reference.result import (
     combine,
     costs_of,
     discounted,
+    estimated,
     estimated_errors,
+    orders_at,
+    pooled,
     scales,
     shares,
+    total,
     worst,
 )
+from femic.reference.run_options import HIGHER, Level, factors
 from geometries.patches import Patch
 from tests.femic.reference.conftest import JOB, changed
 

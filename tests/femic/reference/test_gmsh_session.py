@@ -8,7 +8,7 @@ import pytest
 WRITES = """
 import os
 from threading import Thread
-from femic.reference.meshing.gmsh_session import gmsh_session
+from femic.reference.meshing import gmsh_session
 
 def meshes():
     with gmsh_session():

@@ -2,11 +2,11 @@
 
 import pytest
 
-from compare.ics.compute import run_plans
-from compare.matrix.page import _cost_table
+from compare.pages.matrix import _cost_table
+from femic.reference.engine import Cost, ExpectedCost
 from femic.reference.engines import ENGINES
-from femic.reference.models import Cost, ExpectedCost
 from femic.reference.plan import ModelPlan, total_seconds
+from femic.results.ics import run_plans
 from femic.scenes.load import load_scene
 
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.harmonic import plan, section_work
-from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.expected import expected_samples
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
-from femic.reference.solid import plan as solid_plan
-from femic.reference.solid.request import SolidRequest
+from femic.reference.harmonic import engine as plan
+from femic.reference.harmonic import section_work
+from femic.reference.harmonic.engine import build_section, expected_samples
+from femic.reference.meshing import Cells
+from femic.reference.solid import engine as solid_plan
+from femic.reference.solid.engine import SolidRequest
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.patches import Load, Patch

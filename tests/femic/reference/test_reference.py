@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.level import MODELS, Level, factors
 from femic.reference.result import combine, discounted, estimated_errors, scales
+from femic.reference.run_options import MODELS, Level, factors
 from tests.femic.reference.conftest import JOB, LINES
 
 

@@ -5,17 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import NotConverged
-from femic.reference.at_points import assess_references, references
-from femic.reference.estimate import EstimatedICs, total
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.level import MODELS, Level, factors
-from femic.reference.models import Points
-from femic.reference.refinement import refine, refined
-from femic.reference.result import combine, scales, shares, worst
-from femic.reference.run_options import RunOptions, Watch
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC, SOLID
+from femic.reference.job import NotConverged
+from femic.reference.refinement import assess_references, references, refine, refined
+from femic.reference.result import EstimatedICs, combine, scales, shares, total, worst
+from femic.reference.run_options import MODELS, Level, RunOptions, Watch, factors
 from femic.reference.solid import engine as solid
-from femic.reference.solid.record import SOLID
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import UPPER

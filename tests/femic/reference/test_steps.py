@@ -5,13 +5,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import NotConverged, Shares
-from femic.reference.assessment import Assessment
+from femic.reference.engine import Cost
 from femic.reference.engines import ENGINES, HARMONIC
-from femic.reference.job import Settings
-from femic.reference.level import Level
-from femic.reference.models import Cost
-from femic.reference.refinement import _steps, refine, refined
+from femic.reference.job import NotConverged, Settings, Shares
+from femic.reference.refinement import Assessment, _steps, refine, refined
+from femic.reference.run_options import Level
 
 START = Level()
 LARGE = Settings(HARMONIC, most_unknowns=10**9)

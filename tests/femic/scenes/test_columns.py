@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.scenes.columns import columns
+from femic.scenes.input_files import columns
 from femic.scenes.load import BUILTIN, load_scene
 from femic.shifts.specification import example, load_shifts
 from geometries.errors import WrongInput

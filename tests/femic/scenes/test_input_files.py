@@ -7,18 +7,17 @@ import numpy as np
 import pytest
 import tomlkit
 
-from femic.campaigns.files.keys import CampaignFile
-from femic.campaigns.files.load import load_campaign
+from compare.campaigns.keys import CampaignFile
+from compare.campaigns.load import load_campaign
 from femic.cli.main import exit_code
+from femic.scenes.bodies import CONTOURS, OutlineTable
 from femic.scenes.contact import ContactTable
-from femic.scenes.contours import CONTOURS
 from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute, replace_files
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene, scene_from_table
-from femic.scenes.outlines import OutlineTable
 from femic.scenes.scene_table import tables
-from geometries.rail_sections import RAIL_SECTIONS
+from geometries.outlines import RAIL_SECTIONS
 from tests.compare.conftest import scene_text
 
 KEYS = {  # that name files, and what is in these

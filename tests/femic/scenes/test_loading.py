@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.solid.record import SOLID
+from femic.reference.engines import HARMONIC, SOLID
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene, load_solid_scene, read_scene, scene_from_table, scene_path

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 import femic
-from femic.scenes.contact import ContactTable
+from femic.scenes.contact import ContactTable, StressTable
 from femic.scenes.engine import EngineTable
 from femic.scenes.file import SceneFile
-from femic.scenes.messages import OPTIONS, in_keys
-from femic.scenes.stresses import StressTable
+from femic.scenes.load import OPTIONS, in_keys
 
 OF_PYTHON = {"expected"}  # arguments that no command has
 MAKES_TEXT = "_too_expensive"  # a function of femic.reference.refinement

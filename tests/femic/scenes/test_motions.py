@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from compare.contact.compute import require_solvable
+from femic.results.contact import require_solvable
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from femic.campaigns.files.load import load_campaign
+from compare.campaigns.load import load_campaign
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, load_solid_scene
 

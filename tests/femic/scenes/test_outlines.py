@@ -8,18 +8,17 @@ import pytest
 import xarray as xr
 
 import femic
-from compare.finite_elements.compute import require_suitable, stored_fe_contact
+from compare.campaigns.maps import _inputs_of_c
 from femic.cache.store import Store
-from femic.campaigns.maps.c_map import _inputs_of_c
 from femic.contact.pairs.supports import flatter_problem
+from femic.results.finite_elements import require_suitable, stored_fe_contact
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from femic.scenes.plausibility import warnings
 from femic.scenes.receipts import key_of
-from geometries.outlines import SectionOutline
+from geometries.outlines import RAIL_SECTIONS, SectionOutline
 from geometries.profiles.placement import arc_length_at
 from geometries.profiles.standards import standard
-from geometries.rail_sections import RAIL_SECTIONS
 
 STEEL = {"E": 210e3, "nu": 0.28}
 ARC = {"kind": "arc", "radius": 15.0, "flank_inclination_deg": 60.0}
@@ -83,7 +82,7 @@ def test_results_and_maps_of_other_outlines_have_other_keys():
     bodies = [store.key("body", scene.bodies["lower"].outline) for scene in scenes]
     assert bodies[0] == bodies[1]
     assert len(set(bodies)) == 3
-    keys = [key_of(replace(scene, text=""), "compare.ics.compute") for scene in scenes]
+    keys = [key_of(replace(scene, text=""), "femic.results.ics") for scene in scenes]
     assert keys[0] == keys[1]
     assert len(set(keys)) == 3
 

@@ -9,30 +9,28 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from compare.calibration.compute import with_properties
-from compare.ics.compute import compute
-from compare.ics.dataset import approximations_dataset
-from compare.overlay.sources import scene_of_text
+from compare.campaigns.load import load_campaign
+from compare.campaigns.tasks import tasks_of
+from compare.pages.overlay_sources import scene_of_text
 from femic.cache.store import Store
-from femic.campaigns.files.load import load_campaign
-from femic.campaigns.running.scene_task import tasks_of
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
+from femic.results.calibration import with_properties
+from femic.results.ics import compute
+from femic.results.ics_dataset import approximations_dataset
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import as_toml
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.receipts import key_of
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.named import NAMED
-from geometries.profiles.placement import arc_length_at, contour_at
+from geometries.profiles.placement import arc_length_at, contour_at, spline_contour
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
-from geometries.profiles.splines import spline_contour
-from geometries.profiles.standards import STANDARDS, standard, standard_profile
+from geometries.profiles.standards import NAMED, STANDARDS, standard, standard_profile
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
+from geometries.track.wear import TRACK, WHEELSET
 from geometries.track.wheelset import settle
-from geometries.track.worn_standards import TRACK, WHEELSET
 
 R = 15.0  # mm
 STEEL = {"E": 210e3, "nu": 0.28}
@@ -225,7 +223,7 @@ def test_key_of_results_depends_on_the_content_of_the_file_alone(tmp_path):
     keys = []
     for points, header in ((y, ""), (y, "# seen today\n"), (higher, ""), (y, "")):
         write(tmp_path / "rail.txt", points, header)
-        keys.append(key_of(load_scene(str(path)), "compare.ics.compute"))
+        keys.append(key_of(load_scene(str(path)), "femic.results.ics"))
     assert keys[0] == keys[1] == keys[3]
     assert keys[0] != keys[2]
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from approx.variants import VARIANTS
 from femic.cli.main import DONE, exit_code
 from femic.key_types import Length
-from femic.scenes.contours import CONTOURS
+from femic.scenes.bodies import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene

@@ -8,9 +8,8 @@ import pytest
 
 from approx.effective import EffectiveProperties, Transition
 from approx.variants import VARIANTS
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.solid.record import SOLID
-from femic.scenes.contours import CONTOURS
+from femic.reference.engines import HARMONIC, SOLID
+from femic.scenes.bodies import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.file import SceneFile
 from femic.scenes.listing import listing

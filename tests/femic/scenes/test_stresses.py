@@ -8,12 +8,12 @@ import pytest
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.damage.specification import DamageSpecification
+from femic.scenes.contact import DamageTable, StressTable
 from femic.scenes.errors import BadScene
 from femic.scenes.file import SceneFile
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene import StressSpecification
-from femic.scenes.stresses import DamageTable, StressTable
 
 LAWS = {"energy": EnergyLaw, "twin_disc": TwinDiscLaw, "archard": ArchardMap, "dang_van": DangVan}
 OF_MATERIAL = {"archard": {"hardness"}}  # the hardness is a key of [damage]

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.shifts import compute, contacts, page
+from compare.pages import shifts as page
+from femic.results import wheelset as compute
+from femic.results import wheelset_contacts as contacts
 from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable, specification_of
 from geometries.errors import WrongInput
 from tests.compare.shifts.test_shifts_page import fake

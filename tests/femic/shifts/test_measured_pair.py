@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from compare.shifts.compute import compute_shifts
-from compare.shifts.differences import difference
+from compare.pages.shift_figures import difference
 from femic.reference.run_options import RunOptions
+from femic.results.wheelset import compute_shifts
 from femic.shifts.contact import contact_at
-from femic.shifts.placement import layout_of
-from femic.shifts.sides import ContactRequest, Place
+from femic.shifts.sides import ContactRequest, Place, layout_of
 from femic.shifts.specification import load_shifts
 from geometries.track.wheelset import settle
 from tests.samples import SAMPLES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.contact.estimates import from_grids
-from femic.shifts.rolling.numbers import WheelNumbers, _error_of_creepage, axle_numbers
+from femic.shifts.axle import WheelNumbers, _error_of_creepage, axle_numbers
 
 RADIUS, SLOPE = 460.0, -2.3e9  # mm; N mm
 

@@ -8,16 +8,16 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.pairs.reference_ics import approximation
+from femic.contact.pairs.ics import approximation
+from femic.shifts.axle import TORQUE, VERTICAL, RollingWheelset
 from femic.shifts.contact import contact_at
-from femic.shifts.rolling.position import RollingSide, roll
-from femic.shifts.rolling.wheel import Friction, Motion, RollingWheel
-from femic.shifts.rolling.wheelset import TORQUE, VERTICAL, RollingWheelset
+from femic.shifts.position import RollingSide, roll
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, RollingTable, WheelTable
+from femic.shifts.wheel import Friction, Motion, RollingWheel
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.track.wheelset import settle
 from tests.femic.shifts.layouts import R_0, arcs_on_arcs, cones_on_arcs
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from femic.shifts.contact import contact_at
-from femic.shifts.placement import layout_of, sections_of
-from femic.shifts.sides import ContactRequest, Place
+from femic.shifts.sides import ContactRequest, Place, layout_of, sections_of
 from femic.shifts.specification import specification_of
 from geometries.profiles.rounding import peak_slope
 from geometries.profiles.standards import standard

@@ -9,8 +9,7 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.planar import solve_planar
 from femic.shifts import contact as module
-from femic.shifts.contact import contact_at
-from femic.shifts.patches import planar_patches
+from femic.shifts.contact import contact_at, planar_patches
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
 from femic.shifts.specification import ProfileTable, WheelTable
 from geometries.errors import Failure

@@ -5,14 +5,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from compare.shifts.contacts import Study
 from femic.reference.run_options import RunOptions
-from femic.shifts.placement import doubts, layout_of, sections_of, understood
+from femic.results.wheelset_contacts import Study
+from femic.shifts.sides import doubts, layout_of, sections_of, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
 from geometries.profiles.standards import standard_profile
-from geometries.track.worn_standards import unworn
+from geometries.track.wear import unworn
 from tests.samples import ERROR, write_head
 
 MINIMAL = '[rail]\nprofile = "60E1"\n[wheel]\nprofile = "S1002"\n'

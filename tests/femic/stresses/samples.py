@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.points import SurfaceTractions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 
 STEEL = Material(210e3, 0.28)
 SIDES = (+1, -1)

@@ -12,17 +12,15 @@ import pytest
 
 from femic.contact.exact.pin import PinInHole
 from femic.reference.harmonic.section import SectionMesh, _curved
-from femic.reference.meshing.collected import collected
-from femic.reference.meshing.gmsh_session import gmsh_session
+from femic.reference.meshing import collected, gmsh_session
+from femic.stresses.engine import SectionUnderWaves
 from femic.stresses.half_space import half_space_field
-from femic.stresses.points import section_points
+from femic.stresses.points import SurfaceTractions, section_points
 from femic.stresses.resolution import Resolution
-from femic.stresses.rest import SectionUnderWaves
-from femic.stresses.spectra import Spectra
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.waves import Spectra
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.stresses.samples import STEEL
 from tests.truths.hollow_cylinder import amplitudes, solutions
 

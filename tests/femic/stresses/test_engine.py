@@ -7,8 +7,7 @@ import pytest
 
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import in_section_axes
-from femic.stresses.points import InnerPoints, points_at, section_points
-from femic.stresses.tractions import SurfaceTractions, merged
+from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at, section_points
 from geometries.errors import WrongInput
 from tests.femic.stresses.samples import SIDES, curved, flat, grid_of, tractions_of, unsymmetric
 

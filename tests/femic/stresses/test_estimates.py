@@ -8,9 +8,8 @@ import pytest
 from femic.stresses import engine
 from femic.stresses.engine import AT_EDGES, OF_ELEMENTS
 from femic.stresses.half_space import half_space_field
-from femic.stresses.points import InnerPoints
-from femic.stresses.tractions import SurfaceTractions, merged
-from geometries.grids import Grid
+from femic.stresses.points import InnerPoints, SurfaceTractions, merged
+from geometries.patches import Grid
 from tests.femic.stresses.samples import curved, grid_of, tractions_of
 
 HALF_LENGTH, HALF_WIDTH, MIDDLE = 1.4, 1.9, 0.7

@@ -7,16 +7,14 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator
 
 from femic.contact.finite_elements.coupling import on_upper
-from femic.contact.finite_elements.meshed_contact import meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import meshed_bodies, meshes_of, solved
 from femic.contact.finite_elements.result import hertz_patch
-from femic.contact.finite_elements.supports import meshed_bodies
 from femic.reference.solid.fields import figure_grid, stress
 from femic.scenes.load import load_scene
 from femic.stresses.engine import StressSettings, stress_field
-from femic.stresses.measures import von_mises
-from femic.stresses.points import InnerPoints, points_at
-from femic.stresses.tractions import SurfaceTractions
-from geometries.grids import Grid
+from femic.stresses.field import von_mises
+from femic.stresses.points import InnerPoints, SurfaceTractions, points_at
+from geometries.patches import Grid
 
 LOAD, CELLS, ELEMENTS = 7.4e3, 15.0, 48  # N, along the shorter half-length, along x and s
 

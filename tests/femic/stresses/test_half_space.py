@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.stresses.corners import Corners
-from femic.stresses.half_space import fields, half_space_field, stress_of
-from femic.stresses.measures import largest_shear
-from femic.stresses.points import InnerPoints, line_into_depth, section_points
-from femic.stresses.tractions import SurfaceTractions
+from femic.stresses.field import largest_shear
+from femic.stresses.half_space import Corners, fields, half_space_field, stress_of
+from femic.stresses.points import InnerPoints, SurfaceTractions, line_into_depth, section_points
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch

@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.stresses.measures import (
-    largest_shear,
-    mean_stress,
-    principal_values,
-    rise_between,
-    tresca,
-    von_mises,
-)
+from femic.stresses.field import largest_shear, mean_stress, principal_values, rise_between, tresca, von_mises
 
 
 def rotation(seed):

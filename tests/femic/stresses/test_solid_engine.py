@@ -5,11 +5,9 @@ import pytest
 
 from femic.reference.solid.fields import nodal_fields
 from femic.stresses.engine import StressSettings, stress_field
-from femic.stresses.measures import von_mises
-from femic.stresses.points import points_at
-from femic.stresses.tractions import SurfaceTractions
-from geometries.grids import Grid
-from geometries.patches import Patch
+from femic.stresses.field import von_mises
+from femic.stresses.points import SurfaceTractions, points_at
+from geometries.patches import Grid, Patch
 from tests.femic.reference.conftest import COARSE, UNSYMMETRIC, request_for
 
 PATCH = Patch(0.6, 0.9, 1.0)

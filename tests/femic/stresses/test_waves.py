@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from femic.stresses.section_fields import _strained
-from femic.stresses.spectra import Spectra
+from femic.stresses.waves import Spectra
 from tests.femic.stresses.samples import SIDES, curved, flat, grid_of, unsymmetric
 
 R = 60.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from profile_texts import rail
 
-from geometries.profiles.crossing import Entangled, first_crossing
+from geometries.profiles.preparation import Entangled, first_crossing
 
 
 def brute_force(points):

@@ -7,10 +7,9 @@ from profile_texts import MM, block_text, columns_text, miniprof_text, old_minip
 from geometries.errors import WrongInput
 from geometries.profiles.axes import Axes, axes_by_shape
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.noise import noise
-from geometries.profiles.preparation import figure_of, prepare
+from geometries.profiles.preparation import figure_of, noise, prepare
 from geometries.profiles.profile import Profile
-from geometries.profiles.rows import Rows, drop_zigzags
+from geometries.profiles.text import Rows, drop_zigzags
 
 SECTIONS = {"rail": rail(), "wheel": wheel()}
 ROUNDING = 1e-12  # [mm]; coordinates of 100 mm, times or divided by a unit

@@ -5,12 +5,10 @@ import pytest
 import scipy
 from profile_texts import block_text, columns_text
 
-from geometries.profiles.decimals import steps_as_written
 from geometries.profiles.files import read_profile
-from geometries.profiles.noise import noise
-from geometries.profiles.preparation import Prepared, figure_of, prepare
+from geometries.profiles.preparation import Prepared, figure_of, noise, prepare
 from geometries.profiles.profile import Profile
-from geometries.profiles.rounding import ROUNDING, curvature_noise, peak_slope
+from geometries.profiles.rounding import ROUNDING, curvature_noise, peak_slope, steps_as_written
 from geometries.profiles.smoothing import rms, smooth
 from geometries.profiles.standards import standard
 

@@ -3,10 +3,9 @@ import pytest
 from track_sections import rail_through
 
 from geometries.profiles.files import read_profile
-from geometries.profiles.named import NAMED
 from geometries.profiles.pieces import ArcPiece, Outline
 from geometries.profiles.preparation import prepare
-from geometries.profiles.standards import standard
+from geometries.profiles.standards import NAMED, standard
 from geometries.track import curves
 from geometries.track.curves import Moved, quintics, sampled
 from geometries.track.touching import refined

@@ -12,8 +12,7 @@ from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.shifts import over_shifts
-from geometries.track.wheelset import settle
+from geometries.track.wheelset import over_shifts, settle
 from tests.samples import SAMPLES
 
 ROOT = Path(__file__).parents[3]

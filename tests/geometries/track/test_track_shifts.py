@@ -5,8 +5,7 @@ from track_sections import BACKS, TRACK, Circles, Cone, arc, flanged, symmetric,
 from geometries.errors import WrongInput
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import WheelsetDimensions, lay_out
-from geometries.track.shifts import JUMP_WIDTH, over_shifts
-from geometries.track.wheelset import settle
+from geometries.track.wheelset import JUMP_WIDTH, over_shifts, settle
 
 
 def test_jumps_to_the_flange_are_found_and_are_two_points_of_contact():

@@ -21,14 +21,13 @@ from track_sections import (
 
 from geometries.errors import Failure, WrongInput
 from geometries.track import wheelset
-from geometries.track.curves import Samples
+from geometries.track.curves import Graph, Samples, graphs
 from geometries.track.en_15302 import CASES, WHEELS
-from geometries.track.graphs import Graph, graphs
 from geometries.track.layout import lay_out
 from geometries.track.strips import distances, strips
 from geometries.track.touching import gap_minima, refined, refined_near
+from geometries.track.wear import unworn
 from geometries.track.wheelset import curves_in_place, settle, settle_wheel
-from geometries.track.worn_standards import unworn
 
 CONE, CIRCLES = Cone(), Circles()
 SHIFTS = (

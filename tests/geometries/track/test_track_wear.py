@@ -9,15 +9,25 @@ import pytest
 import scipy
 
 from geometries.errors import Failure, WrongInput
-from geometries.profiles.crossing import first_crossing
 from geometries.profiles.files import read_profile
-from geometries.profiles.named import NAMED, WORN
-from geometries.profiles.preparation import prepare
+from geometries.profiles.preparation import first_crossing, prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import chord_lengths
+from geometries.profiles.standards import NAMED, WORN
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.wear import WearLaw, all_contacts, contacts_at, sections_of, shifts_in_curves, wear
-from geometries.track.worn_standards import TRACK, WHEELSET, WORN_AREA, unworn, worn_pair
+from geometries.track.wear import (
+    TRACK,
+    WHEELSET,
+    WORN_AREA,
+    WearLaw,
+    all_contacts,
+    contacts_at,
+    sections_of,
+    shifts_in_curves,
+    unworn,
+    wear,
+    worn_pair,
+)
 
 R_R, R_W = 80.0, 110.0
 CHEAP = WearLaw(steps=45, straight_samples=40, curve_samples=20)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from femic.contact.exact.carter import TractiveRolling
+from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from geometries.errors import WrongInput
 

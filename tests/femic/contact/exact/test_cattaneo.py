@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from approx.halfspace import HalfSpace
-from femic.contact.exact.cattaneo import ShiftedLine, ShiftedPoint
+from femic.contact.exact.friction import ShiftedLine, ShiftedPoint
 from femic.contact.exact.hertz import LineContact, PointContact, combined_modulus
 from geometries.errors import WrongInput
 from geometries.materials import Material, both_bodies

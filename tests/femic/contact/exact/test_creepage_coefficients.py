@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from approx.halfspace import HalfSpace
-from femic.contact.exact.full_stick import StickingLine, StickingPoint
+from femic.contact.exact.friction import StickingLine, StickingPoint
 from femic.contact.exact.hertz import LineContact, PointContact, combined_modulus
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants, Material, both_bodies

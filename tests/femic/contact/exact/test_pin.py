@@ -8,10 +8,10 @@ from scipy.integrate import quad
 from scipy.linalg import toeplitz
 
 from approx.cylinder import cavity_ics, solid_cylinder_ics
-from femic.contact.bound_constrained import Bounded, pressures
-from femic.contact.edges import extents
 from femic.contact.exact.hertz import LineContact
 from femic.contact.exact.pin import PinInHole
+from femic.contact.normal import Bounded, pressures
+from femic.contact.patch import extents
 from geometries.errors import WrongInput
 from geometries.materials import Material
 

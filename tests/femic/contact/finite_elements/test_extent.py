@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.contact.exact.hertz import LineContact
-from femic.contact.finite_elements.extent import end
+from femic.contact.finite_elements.meshed_contact import end
 from geometries.errors import Failure
 
 LINE = LineContact(0.01, 115e3)

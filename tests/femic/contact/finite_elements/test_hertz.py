@@ -5,7 +5,7 @@ import pytest
 
 from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, meshes_of, solved
 from femic.contact.finite_elements.result import numbers_of
-from femic.reference.accuracy import NotConverged
+from femic.reference.job import NotConverged
 from tests.femic.contact.finite_elements.ellipse import (
     HERTZ,
     LOAD,
@@ -92,7 +92,7 @@ def test_contact_larger_than_its_zone_is_refused(meshes):
 
 
 def test_endless_search_for_the_contact_area_is_refused(meshes, monkeypatch):
-    monkeypatch.setattr("femic.contact.finite_elements.active_set.MOST_STEPS", 1)
+    monkeypatch.setattr("femic.contact.finite_elements.saddle.MOST_STEPS", 1)
     with pytest.raises(NotConverged, match=r"still change after 1 steps .* Try more `cells`"):
         solved(bodies(far=FAR), meshes, LOAD / 3)
 

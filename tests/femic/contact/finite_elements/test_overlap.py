@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from femic.contact.finite_elements.overlap import barycentric, overlaps
+from femic.contact.finite_elements.coupling import barycentric, overlaps
 
 
 def triangulation(seed, n):

@@ -12,8 +12,7 @@ from femic.contact.finite_elements.bodies import Expected, elastic
 from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel
-from femic.reference.solid.mesh import curved
-from femic.reference.solid.tetrahedra import Tetrahedra
+from femic.reference.solid.mesh import Tetrahedra, curved
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.materials import Material

@@ -7,12 +7,12 @@ import pytest
 
 from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
 from femic.reference.discount import FZ
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.engines import HARMONIC
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from geometries.bodies import Domain
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.finite_elements.ellipse import HERTZ, LOAD, bodies, expected
 
 NEAR, FAR, CELLS, LENGTH = 8.0, 32.0, 6.0, 3.0

@@ -6,14 +6,12 @@ import numpy as np
 
 from approx.pair import Pair, Solid
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.friction.strips import Strips
+from femic.contact.friction.law import Strips
+from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
 from femic.contact.operators.approximations import half_space_operator
 from geometries.contours import plane
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import S, X
+from geometries.patches import Grid, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.femic.contact.problems import x_of
 

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.compression import compressed
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
-from femic.contact.friction.by_angle import friction_factors, in_words, largest_factor
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages, friction_factors, in_words, largest_factor
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
+from femic.contact.rolling import compressed
 from geometries.errors import WrongInput
 from geometries.patches import N
 from tests.femic.contact.friction_problems import (

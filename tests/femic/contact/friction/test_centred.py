@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.centred import centred, centred_derivative
+from femic.contact.friction.motion import centred, centred_derivative
 
 
 def pairs(n=400, seed=0):

@@ -6,17 +6,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from femic.contact.exact.carter import TractiveRolling
+from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.friction.strips import Strips
+from femic.contact.friction.law import Strips
+from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
 from femic.contact.operators.convolution import Convolution
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import S, X
+from geometries.patches import Grid, S, X
 from tests.femic.contact.friction.laws import (
     GRID,
     MOTIONS,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.force_limit import attainable_factor, require_attainable
+from femic.contact.friction.coulomb import attainable_factor, require_attainable
 from geometries.errors import Failure
 
 BOUND = np.random.default_rng(0).uniform(0.0, 2.0, (9, 8)) - 0.4

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.kinematics import NAMES, Creepages, RollingKinematics
+from femic.contact.friction.motion import NAMES, Creepages, RollingKinematics
 from geometries.contours import arc, plane
 from geometries.errors import WrongInput
 

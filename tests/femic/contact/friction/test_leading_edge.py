@@ -5,7 +5,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
-from femic.contact.friction.leading_edge import LEAST_PER_DEPTH, LeadingEdge
+from femic.contact.friction.motion import LEAST_PER_DEPTH, LeadingEdge
 
 
 def runs(column):

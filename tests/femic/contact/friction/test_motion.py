@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.block_mean import block_mean
-from femic.contact.box import Box
-from femic.contact.friction.leading_edge import DEPTH
-from femic.contact.friction.motion import FreeSlip, Motion, RollingStep, Shift, SteadyRolling
+from femic.contact.friction.motion import DEPTH, FreeSlip, Motion, RollingStep, Shift, SteadyRolling
+from femic.contact.patch import Box, block_mean
 from geometries.errors import WrongInput
 
 RANDOM = np.random.default_rng(0)

@@ -8,9 +8,8 @@ import pytest
 
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.friction.newton import idle as are_idle
+from femic.contact.friction.law import idle as are_idle
+from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
 from tests.femic.contact.friction.laws import (
     GRID,
     MOTIONS,
@@ -236,7 +235,7 @@ def equations(monkeypatch, newton, state, *arguments):
         return np.zeros(len(right)), 0
 
     with monkeypatch.context() as patch:
-        patch.setattr("femic.contact.friction.newton.gmres", watched)
+        patch.setattr("femic.contact.friction.law.gmres", watched)
         newton.step(state, *arguments)
     return given[0]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from femic.contact.friction.newton import correction, inverse_of_amplitudes
+from femic.contact.friction.law import correction, inverse_of_amplitudes
 
 
 def test_the_correction_takes_the_residual_away() -> None:

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from femic.contact.friction.law import Law
-from femic.contact.friction.leading_edge import LeadingEdge
-from femic.contact.friction.motion import RollingStep, Shift, SteadyRolling
-from femic.contact.friction.strips import Strips
-from geometries.grids import Grid
+from femic.contact.friction.law import Law, Strips
+from femic.contact.friction.motion import LeadingEdge, RollingStep, Shift, SteadyRolling
+from geometries.patches import Grid
 from tests.femic.contact.friction.laws import on_half_spaces
 
 MOTIONS = {"shift": Shift, "first": SteadyRolling, "second": SteadyRolling, "step": RollingStep}

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
 from approx.variants import VARIANTS
 from femic.contact.operators.approximations import (
     approximate_matrix,
@@ -16,9 +15,8 @@ from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import WrongInput
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.approx.new_forms import register
 

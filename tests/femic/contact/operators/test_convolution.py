@@ -4,8 +4,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.contact.operators.convolution import merged
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.femic.contact.operators.test_ring import BODIES, flat
 
 

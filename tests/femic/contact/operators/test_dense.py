@@ -5,12 +5,11 @@ import warnings
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from approx.pair import Solid
+from approx.pair import Solid, matrix
 from femic.contact.operators import dense
 from femic.contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
 from geometries.contours import arc
-from geometries.grids import Grid
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, Surface
 from tests.femic.reference.conftest import STEEL
 

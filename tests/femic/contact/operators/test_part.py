@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
-from femic.contact.box import Box
-from femic.contact.operators import part
+from approx.pair import Pair, Solid, matrix
+from femic.contact.operators import dense as part
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.dense import GridOperator
-from femic.contact.operators.part import Part, coarsened, part_of
+from femic.contact.operators.dense import GridOperator, Part, coarsened, part_of
+from femic.contact.patch import Box
 from geometries.contours import arc
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.femic.contact.problems import BRASS, STEEL
 

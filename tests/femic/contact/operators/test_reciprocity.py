@@ -6,11 +6,10 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from compare.matrix.page import reciprocity_text
-from femic.contact.operators.dense import PARITY
-from femic.contact.operators.reciprocity import reciprocity
+from compare.pages.matrix import reciprocity_text
+from femic.contact.operators.dense import PARITY, reciprocity
 from geometries.contours import arc, plane
-from geometries.grids import Grid
+from geometries.patches import Grid
 
 GRID = Grid(4, 6, 0.5, 0.4, s=0.1)  # strips from -1.1 to 1.3 mm
 JOINTED = arc(2.0, 0.5, 0.31)  # joints at -1.0 (strip 0) and 0.62 mm (strip 4)

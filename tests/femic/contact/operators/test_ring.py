@@ -7,9 +7,8 @@ from scipy import fft
 from approx.pair import Pair, Solid
 from femic.contact.operators.approximations import half_space_operator
 from geometries.contours import plane
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 
 STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from femic.contact.operators.rolled import rolled
+from femic.contact.operators.approximations import rolled
 from geometries.contours import arc
-from geometries.grids import Grid
-from geometries.patches import N, S, X
+from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 
 WHEEL = Surface(UPPER, arc(10.2, 1.2, 1.2), 300.0)

@@ -6,13 +6,13 @@ from approx.pair import Pair, Solid
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.tuned import FAR_RADIUS
+from femic.reference.engines import HARMONIC
+from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER
 
 RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0  # mm: arcs of rail and wheel, rolling radius

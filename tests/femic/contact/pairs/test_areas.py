@@ -8,24 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femic.contact.edges import MARGIN
-from femic.contact.error_floors import floors
+from compare.validation.statements.wheels import kinked
+from femic.contact.estimates import floors
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.pairs import area_grids
 from femic.contact.pairs import pair_on_grid as pair_on_grid_module
 from femic.contact.pairs.area_grids import find_patches, overlaps, refined_grids, unresolved
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
+from femic.contact.pairs.grids import Sizing
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import measured
-from femic.contact.pairs.sizing import Sizing
-from femic.shifts.placement import layout_of
-from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from femic.contact.patch import MARGIN
+from femic.shifts.sides import ContactRequest, Place, bodies_at, layout_of, problem_of
 from femic.shifts.specification import load_shifts
-from femic.validation.statements.wheels import kinked
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.track.wheelset import settle
 from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
 from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy

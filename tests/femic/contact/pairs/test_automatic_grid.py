@@ -5,23 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from femic.contact.edges import MARGIN
+from approx.pair import matrix
+from compare.validation.extremes import bodies
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs import first_touch
-from femic.contact.pairs.automatic_grid import grids_of, sizing_of
-from femic.contact.pairs.contact_size import MOST_STRIPS, contact_size
+from femic.contact.pairs import grids as first_touch
 from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.pairs.grids import MOST_STRIPS, contact_size, grids_of, sizing_of
+from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.patch import MARGIN
 from femic.scenes.load import load_scene
-from femic.validation.extremes import bodies
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.femic.contact.pairs.problems import RADIUS, ROLLING, SMALL, WHEEL, problem
 
 EXACT = Asymmetry(0.0, "nn")

@@ -5,19 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.friction.compute import compute_with_friction
-from femic.contact.compression import compressed
 from femic.contact.estimates import Measured
 from femic.contact.loading import Loading
-from femic.contact.pairs.automatic_grid import grids_of
-from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
-from femic.contact.pairs.displaced import Linearisation, displaced, displaced_numbers
+from femic.contact.pairs.creep_force import (
+    Continuation,
+    CreepForceCurve,
+    Linearisation,
+    displaced,
+    displaced_numbers,
+)
+from femic.contact.pairs.grids import grids_of
+from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING, kinds, measured
-from femic.contact.pairs.reference_ics import approximation
+from femic.contact.rolling import compressed
+from femic.results.friction import compute_with_friction
 from femic.scenes.load import load_scene
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.compare.friction.scenes import scene
 
 LOAD = 1e4
@@ -156,7 +161,9 @@ def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
     first = along.solve(0.0, None)
     curve = CreepForceCurve({}, {}, Measured({"zero_creepage": -1e-3, "slope": 1e7}, {}, {}), first)
     simpler = replace(first.contact, motion=replace(first.contact.motion, followers=followers))
-    monkeypatch.setattr("femic.contact.pairs.displaced.displaced", lambda *_: replace(first, contact=simpler))
+    monkeypatch.setattr(
+        "femic.contact.pairs.creep_force.displaced", lambda *_: replace(first, contact=simpler)
+    )
     known = displaced_numbers(along, curve)
     assert np.isnan(known["zero_creepage"]) == np.isnan(known["p_max"]) == (followers != 2)
 

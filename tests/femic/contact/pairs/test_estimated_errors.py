@@ -3,17 +3,16 @@
 import numpy as np
 
 from approx.pair import Pair, Solid
-from compare.friction.compute import compute_with_friction
-from femic.contact.extra_gap import Profile
-from femic.contact.friction.kinematics import Creepages
+from compare.validation.estimates import STEEL, RandomContact, frictionless, rolling
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
-from femic.contact.pairs.contact_size import contact_size
+from femic.contact.pairs.grids import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
-from femic.validation.estimates.contacts import STEEL, RandomContact
-from femic.validation.estimates.studies import frictionless, rolling
+from femic.results.friction import compute_with_friction
 from geometries.contours import arc
-from geometries.grids import Grid
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.compare.friction.scenes import scene
 

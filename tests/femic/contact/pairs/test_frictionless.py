@@ -5,19 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
+from approx.pair import matrix
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.extra_gap import extra_gap
 from femic.contact.loading import Loading
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.given_ics import GivenICs
+from femic.contact.pairs.ics import GivenICs, ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import numbers
-from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.specification import extra_gap
 from geometries.errors import WrongInput
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.femic.contact.pairs.problems import RADIUS, ROLLING, SMALL, WHEEL, problem, solved
 
 EXACT = Asymmetry(0.0, "nn")

@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from compare.validation.extremes.bodies import BUMP_RADIUS, bumps
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.extra_gap import Profile
 from femic.contact.loading import Loading
-from femic.contact.pairs import contact_size as sizes
-from femic.contact.pairs.automatic_grid import sizing_of
-from femic.contact.pairs.contact_size import COUNTS, FEWEST, contact_size
+from femic.contact.pairs import grids as sizes
+from femic.contact.pairs.areas import touching_beyond
 from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.further_patches import touching_beyond
+from femic.contact.pairs.grids import COUNTS, FEWEST, contact_size, sizing_of
+from femic.contact.specification import Profile
 from femic.scenes.load import load_scene
-from femic.validation.extremes.bodies import BUMP_RADIUS, bumps
 from geometries.errors import Failure
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import RADIUS, SMALL, problem
 
 LOAD = 200.0  # N

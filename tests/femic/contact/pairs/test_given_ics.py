@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
-from femic.contact.pairs.given_ics import GivenICs
+from approx.pair import matrix
+from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from geometries.errors import WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import problem
 
 GRID = Grid(6, 5, 0.5, 0.3)

@@ -6,24 +6,23 @@ import numpy as np
 import pytest
 
 from approx.pair import Pair, Solid
+from compare.validation.statements.wheels import kinked
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.extra_gap import Profile
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
+from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
 from femic.contact.pairs.planar import planar, solve_planar
 from femic.contact.pairs.quantities import numbers
-from femic.contact.pairs.reference_ics import approximation
-from femic.contact.tangent_plane import Line
+from femic.contact.specification import Profile
+from femic.contact.undeformed import Line
 from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
-from femic.validation.statements.wheels import kinked
 from geometries.bodies import Body
 from geometries.contours import Contour, arc
 from geometries.errors import WrongInput
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import N
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER
 from geometries.track.wheelset import settle
 from tests.femic.contact.pairs.problems import DOMAIN, problem

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.contact.edges import extents
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_COMPRESSION, main_patch
-from geometries.grids import Grid
+from femic.contact.patch import extents
+from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import problem
 
 

@@ -5,27 +5,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.matrix import matrix
+from approx.pair import matrix
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
-from femic.contact.pairs.automatic_grid import sizing_of
-from femic.contact.pairs.body_ics import ALL, BodyICs, reciprocal, sum_of_bodies
 from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_of
-from femic.contact.pairs.positivity import require_positive, smallest_eigenvalue
-from femic.contact.pairs.reference_ics import (
+from femic.contact.pairs.grids import sizing_of
+from femic.contact.pairs.ics import (
+    ALL,
+    BodyICs,
     approximation,
     full_reference_ics,
     normal_reference_ics,
     pair_operator,
+    reciprocal,
+    require_positive,
+    smallest_eigenvalue,
+    sum_of_bodies,
 )
+from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
-from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import Grid, N
 from tests.femic.contact.pairs.problems import problem
 
 
@@ -39,7 +42,7 @@ def test_c_of_the_upper_body_lies_opposite_the_lower_strips(monkeypatch):
         submitted.update(jobs)
         raise InterruptedError
 
-    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", recorded)
+    monkeypatch.setattr("femic.contact.pairs.ics.matrices", recorded)
     with pytest.raises(InterruptedError):
         normal_reference_ics(of, pair_on_grid(of, grid), RunOptions())
     middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in submitted.items()}
@@ -108,7 +111,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     size = matrix("Bhat", of.pair, grid)
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
     made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.c_of_bodies", lambda *_: made)
+    monkeypatch.setattr("femic.contact.pairs.ics.c_of_bodies", lambda *_: made)
     c, p = (
         full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True),
         random.random((6, 4, 3)),
@@ -125,7 +128,7 @@ def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     on_grid = pair_on_grid(of, grid)
     nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
     estimate = 0.01 * nn
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.normal_ics", lambda *_: (nn, estimate))
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_ics", lambda *_: (nn, estimate))
     c, p = (
         normal_reference_ics(of, on_grid, RunOptions()),
         np.random.default_rng(4).random((6, 4, 1)),

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from femic.contact.estimates import errors
-from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
+from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured
-from femic.contact.pairs.reference_ics import approximation
-from femic.contact.pairs.rolling_numbers import OF_EDGE, measured_rolling
-from geometries.grids import Grid
+from femic.contact.pairs.quantities import OF_EDGE, OF_ROLLING, kinds, measured, measured_rolling
+from geometries.patches import Grid
 from tests.compare.friction.scenes import scene
 
 LOAD = Loading(1e4)

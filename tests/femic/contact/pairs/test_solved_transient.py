@@ -23,7 +23,7 @@ from femic.contact.pairs.solved_transient import (
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import FrictionSpecification
 from geometries.errors import Failure, WrongInput
-from geometries.grids import Grid
+from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import problem
 
 LOAD = 2000.0

@@ -7,16 +7,21 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.accuracy import NotConverged
-from femic.reference.harmonic import condensation, elimination, engine, section_response
-from femic.reference.harmonic.condensation import Condensed
+from femic.reference.harmonic import elimination, engine, section_response
+from femic.reference.harmonic import section_response as condensation
 from femic.reference.harmonic.elimination import Eliminated, Elimination
 from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.entry import StoredWaves
-from femic.reference.harmonic.equations import LARGEST_RESIDUAL
 from femic.reference.harmonic.section_model import assemble
-from femic.reference.harmonic.section_response import SectionSolver, observers, strip_force
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.harmonic.section_response import (
+    LARGEST_RESIDUAL,
+    Condensed,
+    SectionSolver,
+    observers,
+    strip_force,
+)
+from femic.reference.harmonic.stored import StoredWaves
+from femic.reference.job import NotConverged
+from femic.reference.meshing import Cells
 from femic.reference.symmetry import Parity, Y, parities
 from geometries.bodies import Domain
 from geometries.contours import arc

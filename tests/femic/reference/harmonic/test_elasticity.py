@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.harmonic.section import section_mesh
+from femic.reference.engine import Points
+from femic.reference.harmonic.section import SectionSize, section_mesh
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import strip_force
-from femic.reference.harmonic.section_size import SectionSize
-from femic.reference.level import Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.meshing import Cells
+from femic.reference.run_options import Level
 from geometries.bodies import Body, Domain
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER

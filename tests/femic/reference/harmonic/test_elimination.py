@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, random_array
 
-from femic.reference.harmonic import dissection, fronts
-from femic.reference.harmonic.dissection import dissected
-from femic.reference.harmonic.elimination import Elimination, in_parts
+from femic.reference.harmonic import elimination as dissection
+from femic.reference.harmonic import elimination as fronts
+from femic.reference.harmonic.elimination import Elimination, Equations, dissected, in_parts
 from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.fronts import Equations
 from femic.reference.harmonic.section_model import assemble
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.meshing import Cells
 from geometries.bodies import Domain
 from tests.femic.reference.harmonic.fields import stiffness
 from tests.femic.reference.small_model import BODY, TASK

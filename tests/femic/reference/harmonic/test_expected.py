@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from femic.reference.harmonic.engine import solve
-from femic.reference.harmonic.expected import expected_samples
+from femic.reference.engine import Points
+from femic.reference.harmonic.engine import expected_samples, solve
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.meshing import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.materials import Material

@@ -7,17 +7,15 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.reference.accuracy import line_errors
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.section import section_mesh
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC, SOLID
+from femic.reference.harmonic.section import SectionSize, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.harmonic.section_size import SectionSize
-from femic.reference.level import MODELS, Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.job import line_errors
+from femic.reference.meshing import Cells
 from femic.reference.result import combine, discounted
+from femic.reference.run_options import MODELS, Level
 from femic.reference.solid.engine import raw_ics as solid_raw_ics
-from femic.reference.solid.record import SOLID
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material, one_body

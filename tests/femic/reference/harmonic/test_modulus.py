@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.at_points import references
-from femic.reference.harmonic.modulus import DIGITS, with_unit_modulus
-from femic.reference.harmonic.nesting import model_key, stored_model
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC
+from femic.reference.harmonic.stored import DIGITS, model_key, stored_model, with_unit_modulus
 from femic.reference.job import Job, Settings
-from femic.reference.level import Level
-from femic.reference.models import Points
-from femic.reference.run_options import RunOptions, Watch
+from femic.reference.refinement import references
+from femic.reference.run_options import Level, RunOptions, Watch
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material

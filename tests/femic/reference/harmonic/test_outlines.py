@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.at_points import references
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.nesting import _index_key, model_key
-from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.section_response import SectionSolver
+from femic.reference.harmonic.stored import _index_key, model_key
 from femic.reference.harmonic.synthesis import displacements
 from femic.reference.job import Job, Settings
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
-from femic.reference.solid.engine import raw_ics
-from femic.reference.solid.request import SolidRequest
+from femic.reference.meshing import Cells
+from femic.reference.refinement import references
+from femic.reference.solid.engine import SolidRequest, raw_ics
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material

@@ -6,23 +6,22 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
+from femic.reference.engines import HARMONIC
 from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.section import MeshTri4, section_mesh, shapes
+from femic.reference.harmonic.request import far_radius_of_grid
+from femic.reference.harmonic.section import MeshTri4, SectionSize, section_mesh, shapes
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.harmonic.section_size import SectionSize
-from femic.reference.harmonic.tuned import far_radius_of_grid
 from femic.reference.job import Settings
-from femic.reference.level import Level
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.meshing.cell_size import Cells
+from femic.reference.meshing import Cells
+from femic.reference.run_options import Level
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import Failure
-from geometries.grids import Grid
 from geometries.materials import Material
+from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER
 
 STEEL = Material(210e3, 0.28)

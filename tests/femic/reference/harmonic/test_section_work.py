@@ -5,15 +5,15 @@ import os
 import numpy as np
 import pytest
 
-from femic.cache.processes import Processes
 from femic.cache.store import Store
-from femic.reference import models
-from femic.reference.accuracy import NotConverged
+from femic.cache.workers import Processes
+from femic.reference import engine as models
 from femic.reference.harmonic import section_work
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.entry import StoredWaves
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_work import SectionWork
+from femic.reference.harmonic.stored import StoredWaves
+from femic.reference.job import NotConverged
 from tests.femic.reference.small_model import TASK
 
 REQUEST = TASK.request

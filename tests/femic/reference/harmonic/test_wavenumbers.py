@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.wavenumbers import Axis, Samples, sample
+from femic.reference.job import NotConverged
 
 AXIS = Axis(1e-3, 25.0)
 ODD = np.array([[False], [True]])

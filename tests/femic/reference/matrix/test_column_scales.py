@@ -4,21 +4,18 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.reference.accuracy import Shares
-from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.estimate import EstimatedICs
-from femic.reference.harmonic.tuned import far_radius_of_grid
-from femic.reference.job import Settings
-from femic.reference.matrix.columns import column_scale, column_shares
+from femic.reference.harmonic.request import far_radius_of_grid
+from femic.reference.job import Settings, Shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import assess_matrices
+from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares
+from femic.reference.refinement import worst_of
+from femic.reference.result import EstimatedICs
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.errors import WrongInput
-from geometries.grids import Grid
 from geometries.materials import Material, one_body
-from geometries.patches import Patch
+from geometries.patches import Grid, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL
 

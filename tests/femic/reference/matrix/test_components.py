@@ -7,16 +7,13 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.nesting import stored_model
-from femic.reference.level import Level
-from femic.reference.matrix.columns import column_scale
-from femic.reference.matrix.reference import assess_matrices, matrices
+from femic.reference.harmonic.stored import stored_model
+from femic.reference.matrix.reference import assess_matrices, column_scale, matrices
 from femic.reference.refinement import refine
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Domain
 from geometries.contours import arc
-from geometries.grids import Grid
-from geometries.patches import COMPONENTS, N, S, X, indices
+from geometries.patches import COMPONENTS, Grid, N, S, X, indices
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import changed
 from tests.femic.reference.harmonic.test_condensation import largest

@@ -6,32 +6,26 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from approx.matrix import matrix
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
-from femic.reference.at_points import references
 from femic.reference.discount import generalized, rigid_part
-from femic.reference.estimate import estimated, total
+from femic.reference.engine import Points
+from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.lags import syntheses
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.request import far_radius_of_grid
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.harmonic.section_response import strip_force
-from femic.reference.harmonic.synthesis import displacements
-from femic.reference.harmonic.tuned import far_radius_of_grid
+from femic.reference.harmonic.synthesis import displacements, syntheses
 from femic.reference.job import Job, Settings
-from femic.reference.level import Level
-from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.matrix.reference import assess_matrices, matrices
-from femic.reference.models import Points
-from femic.reference.result import scales
-from femic.reference.run_options import RunOptions
+from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares, matrices
+from femic.reference.refinement import references
+from femic.reference.result import estimated, scales, total
+from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
-from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import COMPONENTS, Load
+from geometries.patches import COMPONENTS, Grid, Load
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, changed
 from tests.femic.reference.harmonic.fields import fields
@@ -122,7 +116,7 @@ def test_lags_are_points(grid, radius, monkeypatch):
 
     Both sums end at the same wavenumber.
     """
-    monkeypatch.setattr("femic.reference.harmonic.lags.COLUMNS_NEED", 1.0)
+    monkeypatch.setattr("femic.reference.harmonic.synthesis.COLUMNS_NEED", 1.0)
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
     model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))

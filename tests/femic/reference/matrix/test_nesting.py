@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.harmonic import nesting
-from femic.reference.harmonic.condensation import Condensation
-from femic.reference.harmonic.nesting import stored_model
-from femic.reference.level import Level
-from femic.reference.matrix.columns import column_scale
-from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import RunOptions
+from femic.reference.harmonic import stored as nesting
+from femic.reference.harmonic.section_response import Condensation
+from femic.reference.harmonic.stored import stored_model
+from femic.reference.matrix.reference import column_scale, matrices
+from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Domain
 from geometries.contours import arc
-from geometries.grids import Grid
 from geometries.materials import Material
-from geometries.patches import Load, Patch
+from geometries.patches import Grid, Load, Patch
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import changed
 from tests.femic.reference.matrix.test_matrix import matrix_job

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.meshing import Cells
 from femic.reference.solid.elasticity import is_curved
 from femic.reference.solid.engine import assemble, build_mesh, observe, solve
 from femic.reference.solid.fields import displacement, figure_grid, nodal_fields, stress, von_mises

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.reference.accuracy import line_errors
-from femic.reference.job import Job, Settings
-from femic.reference.level import MODELS, Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.engines import SOLID
+from femic.reference.job import Job, Settings, line_errors
+from femic.reference.meshing import Cells
 from femic.reference.result import combine, discounted
+from femic.reference.run_options import MODELS, Level
 from femic.reference.solid.engine import raw_ics
-from femic.reference.solid.record import SOLID
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body

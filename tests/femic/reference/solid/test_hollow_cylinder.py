@@ -10,14 +10,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from femic.reference.estimate import ESTIMATE_ORDER, SAFETY
-from femic.reference.level import COARSER
-from femic.reference.meshing.gmsh_session import gmsh_session
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.meshing import gmsh_session
+from femic.reference.result import ESTIMATE_ORDER, SAFETY
+from femic.reference.run_options import COARSER
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel, observe, solve
-from femic.reference.solid.mesh import curved
-from femic.reference.solid.tetrahedra import _collect
+from femic.reference.solid.mesh import _collect, curved
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
 from geometries.materials import Material

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import NotConverged
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.job import NotConverged
 from femic.reference.solid import engine, linear
 from femic.reference.solid.elasticity import rigid_body_modes
 from femic.reference.solid.engine import from_vertices, patch_load, raw_ics, solve

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from femic.reference.discount import rigid_part
+from femic.reference.engine import Points
+from femic.reference.engines import SOLID
 from femic.reference.job import Job, Settings
-from femic.reference.level import MODELS, Level
-from femic.reference.models import Points
 from femic.reference.result import combine
+from femic.reference.run_options import MODELS, Level
 from femic.reference.solid.engine import raw_ics
-from femic.reference.solid.record import SOLID
 from geometries.contours import through_points
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER

@@ -7,11 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
 
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.meshing import Cells
 from femic.reference.solid.engine import build_mesh
-from femic.reference.solid.mesh import Trace, curved
-from femic.reference.solid.tetrahedra import Focus, fill
+from femic.reference.solid.mesh import Focus, Trace, curved, fill
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 

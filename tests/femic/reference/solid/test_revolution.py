@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementTetP2
 
-from femic.reference.accuracy import line_errors
-from femic.reference.level import Level
-from femic.reference.models import Points
+from femic.reference.engine import Points
+from femic.reference.job import line_errors
 from femic.reference.result import discounted
+from femic.reference.run_options import Level
 from femic.reference.solid.engine import assemble, build_mesh, raw_ics
 from geometries.bodies import Domain
 from geometries.contours import arc, plane

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from femic.reference.engine import Points
 from femic.reference.job import directions_of
-from femic.reference.models import Points
 from femic.reference.solid import engine
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import build_mesh, observe, patch_load, raw_ics, solve

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from femic.reference.accuracy import line_errors
 from femic.reference.discount import fit_discount, rigid_part
-from femic.reference.level import MODELS, Level
+from femic.reference.job import line_errors
 from femic.reference.result import combine
+from femic.reference.run_options import MODELS, Level
 from femic.reference.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.surfaces import LOWER, UPPER

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from femic.reference.solid.engine import build_mesh
-from femic.reference.solid.fields import NodalField, figure_grid
-from femic.reference.solid.vtu import write_vtu
+from femic.reference.solid.fields import NodalField, figure_grid, write_vtu
 from geometries.contours import plane
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import UNSYMMETRIC, request_for

@@ -5,11 +5,10 @@ import pytest
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from femic.cache.store import Store
-from femic.reference.level import MODELS, Level
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import MODELS, Level, RunOptions
 from femic.reference.solid import engine as solid
-from femic.reference.solid import tasks
+from femic.reference.solid import engine as tasks
 from geometries.errors import Failure
 from tests.femic.reference.conftest import TASKS, solve_all
 

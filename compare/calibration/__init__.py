@@ -1,1 +1,0 @@
-"""`femic calibrate` fits B-hat-prime to C."""

@@ -1,0 +1,1 @@
+"""Campaigns: one scene over ranges of its keys, computed on a cluster."""

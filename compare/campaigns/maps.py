@@ -1,0 +1,264 @@
+"""A map of C: C_nn on a grid at any values of the swept keys of a campaign that kept "matrix".
+
+C less B-hat is interpolated between the nodes, as a share of the mean B-hat of an element on itself: it is
+smaller and smoother than C, and does not depend on the size of the moduli. B-hat itself is exact. At a node
+the map is C to rounding. Its error: the estimate of C at the nodes around, and the largest error at left-out
+nodes around the place, along each axis.
+
+Fits of B-hat-prime between the scenes of a campaign that kept "calibration".
+
+C at the points of the calibration is interpolated, and then fitted: parameters that the data hardly determine
+jump from scene to scene, C does not.
+"""
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+import xarray as xr
+
+from approx.calibration import Fit, Target, fit
+from compare.campaigns.interpolation import KINK, AxisNodes, SceneGrid, Stencil, interpolate, open_grid
+from compare.campaigns.keys import is_number
+from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.results.calibration import target_from, unit_of
+from femic.scenes.errors import BadScene
+from femic.scenes.ic_names import MAP, is_map
+from femic.scenes.input_files import key_of, set_key
+from femic.scenes.load import scene_from_table
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.patches import Grid, N
+
+SAME = 1e-9  # relative difference of numbers that are the same
+VARIABLES = ("c", "c_estimate", "bhat")
+
+
+@dataclass(frozen=True, eq=False)
+class CMap:
+    """The map of C of a campaign that kept "matrix", at the place of one scene.
+
+    A contact takes it as given ICs (`femic.contact.pairs.ics.NormalICs`).
+    """
+
+    nodes: SceneGrid
+    scene: Scene
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The grid on which C is known."""
+        return scene_from_table(dict(self.nodes.table), str(self.nodes.path)).grid
+
+    def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
+        """Return C_nn [mm/MPa] of both bodies on the grid, and its error, (n_x, n_s, n_s) each.
+
+        Raises BadScene where the scene is not one of the map's but for the axes, WrongInput outside the map,
+        and Failure where a scene of the campaign that is needed has no results.
+        """
+        point = self.point
+        stencils = self.nodes.stencils(point)
+        bhat = bhat_nn(on_grid)
+        own, axes = _self_ic(bhat), tuple(range(len(stencils)))
+        correction = interpolate(self._corrections(stencils), stencils)
+        estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
+        return bhat + own * correction, estimate + own * self._error(point)
+
+    @property
+    def point(self) -> tuple[float, ...]:
+        """The values of the axes in the scene, which must otherwise equal the map's; raises BadScene."""
+        scene = self.scene
+        table, own = tomllib.loads(scene.text), json.loads(json.dumps(self.nodes.table))
+        point = []
+        for axis, keys in zip(self.nodes.axes, self.nodes.keys, strict=True):
+            values = [_number(table, key, axis.name) / factor for key, factor in keys.items()]
+            if not np.ptp(values) <= SAME * np.max(np.abs(values)):
+                raise BadScene(
+                    f"{scene.name}: {', '.join(keys)} give {axis.name} = {values}: in {self.nodes.path} "
+                    "they are the same"
+                )
+            for key in keys:
+                set_key(own, key, key_of(table, key, axis.name), axis.name)
+            point.append(_rounded(axis, float(values[0])))
+        self._require_same(scene_from_table(own, scene.name))
+        return tuple(point)
+
+    def _require_same(self, own: Scene) -> None:
+        """Raise BadScene where C of the scene differs from C of the map's scene at the same point."""
+        scene = self.scene
+        for name in ("lower", "upper"):
+            inputs, own_inputs = _inputs_of_c(scene, name), _inputs_of_c(own, name)
+            different = [what for what, value in inputs.items() if value != own_inputs[what]]
+            if different:
+                raise BadScene(
+                    f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
+                    f"{self.nodes.path}, which knows C for other values of {self.nodes.names} only"
+                )
+
+    def _corrections(self, stencils: list[Stencil]) -> Array:
+        """Return C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
+        bhat = self.nodes.at_nodes("bhat", stencils)
+        return (self.nodes.at_nodes("c", stencils) - bhat) / _self_ic(bhat)[..., None, None, None]
+
+    def _error(self, point: tuple[float, ...]) -> Array:
+        """Return errors of corrections near a point [-]: the sum over axes of the largest at left-out nodes.
+
+        These lie on the lines through all nodes around the point: a kink may lie elsewhere on each.
+        """
+        around = [axis.neighbours(value) for axis, value in zip(self.nodes.axes, point, strict=True)]
+        errors = []
+        for k, (axis, value) in enumerate(zip(self.nodes.axes, point, strict=True)):
+            along = [
+                self._prediction_error(
+                    [*beside[:k], others, *beside[k:]], [*beside[:k], axis.single(node), *beside[k:]]
+                )
+                for beside in product(*around[:k], *around[k + 1 :])
+                for node, others in axis.left_out(value)
+            ]
+            errors.append(KINK * np.max(along, axis=0))
+        return np.asarray(np.sum(errors, axis=0))
+
+    def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
+        """Return the difference of corrections from other nodes and those at the node itself [-]."""
+        predicted = interpolate(self._corrections(others), others)
+        return np.abs(predicted - interpolate(self._corrections(itself), itself))
+
+
+def open_map(name: str, scene: Scene) -> CMap:
+    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raise BadScene for other files.
+
+    The file, or the folder with it, is of a campaign that kept "matrix" on a grid of numbers.
+    """
+    try:
+        return CMap(open_grid(Path(name.removeprefix(MAP)), "matrix", VARIABLES), scene)
+    except BadScene as error:
+        raise BadScene(f"contact.ics: {MAP}{error}") from error
+
+
+def maps_of_scene(scene: Scene) -> dict[str, CMap]:
+    """Open the maps of C among the ICs of a scene, by name; raise as `open_map`."""
+    return {name: open_map(name, scene) for name in scene.contact.ics if is_map(name)}
+
+
+def bhat_nn(on_grid: PairOnGrid) -> Array:
+    """Return B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
+    ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
+    return ics[..., N, N]
+
+
+def _self_ic(bhat: Array) -> Array:
+    """Return the mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
+    return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
+
+
+def _rounded(axis: AxisNodes, value: float) -> float:
+    """Return the node that equals a value to rounding, else the value."""
+    return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
+
+
+def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
+    value = key_of(table, key, axis)
+    if not is_number(value):
+        raise BadScene(f"{key} = {value!r}: a map of C over {axis} needs a number there")
+    return float(value)
+
+
+def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
+    """Return the inputs of C of a body, except its accuracy and the grid."""
+    body, settings = scene.bodies[name], scene.settings
+    return {
+        "contour": joblib.hash(body.contour),
+        "E": body.material.E,
+        "nu": body.material.nu,
+        "rolling_radius": body.rolling_radius,
+        "hub_radius": body.hub_radius,
+        "outline": joblib.hash(body.outline),
+        "rotation_reach": settings.rotation_reach,
+        "moment_arm": settings.moment_arm,
+        "discount": scene.discount,
+        "engine.far_radius": scene.support_radius,
+        "reference_length": settings.approach_side,
+        "contact.shift": scene.contact.shift,
+    }
+
+
+BY = ("map", "own", "Bhat")  # fit of C from other nodes, own fit, no fit
+
+
+def open_fits(path: Path) -> SceneGrid:
+    """Open the dataset of a campaign that kept "calibration"; raise BadScene for others."""
+    return open_grid(path, "calibration", ("fit_c",))
+
+
+def fit_at(fits: SceneGrid, point: Sequence[float], body: str = "combined") -> Fit:
+    """Return the fit to C at values of the axes, for the patch and the materials of the campaign.
+
+    Raises WrongInput outside the map, Failure where a scene that is needed has no results.
+    """
+    return fit(_target(fits, point, fits.stencils(point), body), fits.scene(point).calibration.properties)
+
+
+def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
+    """Return deviations from C, `rms` and `worst` (node, by), at nodes that the others on an axis predict.
+
+    They are shares of max |C| of the points: of the fit to C from the other nodes ("map"), of the fit to C
+    itself ("own"), and of B-hat. `along` is the axis along which the node was left out.
+    """
+    places = [range(len(axis.values)) for axis in fits.axes]
+    inner = [range(1, len(axis.values) - 1) for axis in fits.axes]
+    cases = [
+        (along, node)
+        for along in range(len(fits.axes))
+        for node in product(*(inner[k] if k == along else places[k] for k in range(len(places))))
+    ]
+    rows = [_deviations(fits, along, node, body) for along, node in cases]
+    values = np.array([_point(fits, node) for _, node in cases])
+    share = {"units": "1", "long_name": "deviation from C, share of max |C| of the points"}
+    return xr.Dataset(
+        {
+            name: (("node", "by"), np.array(rows)[:, :, number], share)
+            for number, name in enumerate(("rms", "worst"))
+        }
+        | {axis.name: ("node", values[:, k]) for k, axis in enumerate(fits.axes)}
+        | {"along": ("node", [fits.axes[along].name for along, _ in cases])},
+        coords={"by": list(BY)},
+    )
+
+
+def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -> list[tuple[float, float]]:
+    point = _point(fits, node)
+    itself = [axis.single(k) for axis, k in zip(fits.axes, node, strict=True)]
+    others = [*itself[:along], fits.axes[along].without(node[along]), *itself[along + 1 :]]
+    properties = fits.scene(point).calibration.properties
+    target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
+    approximations = [
+        target.bhat_prime(fit(predicted, properties).effective),
+        target.bhat_prime(fit(target, properties).effective),
+        target.approximate("Bhat"),
+    ]
+    return [_rms_and_worst(target, ics) for ics in approximations]
+
+
+def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
+    """Return the values of the axes at a node."""
+    return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
+
+
+def _rms_and_worst(target: Target, ics: Array) -> tuple[float, float]:
+    deviation = np.abs(ics - target.ics) / target.scales
+    return float(np.sqrt(np.mean(deviation**2))), float(np.max(deviation))
+
+
+def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:
+    """Return C of stencils as the target of a fit at a point."""
+    scene = fits.scene(point)
+    place = list(fits.dataset.fitted_body.values).index(body)
+    values = interpolate(fits.at_nodes("fit_c", stencils), stencils)[place]
+    return target_from(scene, values / unit_of(scene), body)

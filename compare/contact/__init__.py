@@ -1,1 +1,0 @@
-"""`femic contact`: figures and pages of contact by several ICs."""

@@ -1,1 +1,0 @@
-"""`femic frontier` and `femic advise` of contacts: errors over seconds, by ICs and grids."""

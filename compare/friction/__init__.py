@@ -1,1 +1,0 @@
-"""`femic contact`: figures and pages of motions with friction by several ICs."""

@@ -1,1 +1,0 @@
-"""`femic frontier` and `femic advise` compare the speed and the accuracy of ways to compute ICs."""

@@ -1,1 +1,0 @@
-"""`femic run` computes the ICs of a scene along its lines; `femic show` draws fields in 3D."""

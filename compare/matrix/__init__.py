@@ -1,1 +1,0 @@
-"""`femic matrix` computes the IC matrix on a grid and writes it."""

@@ -1,1 +1,0 @@
-"""`femic compare` shows the results of several scenes together."""

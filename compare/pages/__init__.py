@@ -1,0 +1,1 @@
+"""A page for each question: what a dataset says in sentences, tables and charts."""

@@ -1,0 +1,219 @@
+"""Charts of contacts: pressures and numbers over the angle of the patch, patches, pressures on the rail."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from compare.pages.contact_answers import case_labels, largest_case
+from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface, chart_of
+from compare.report.looks import drawing_order, looks_of, symbol_of, without_marker
+from compare.report.tables import Column
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.results.contact import ics_of, others_of, pressures, reference_of
+from geometries.arrays import Array, Mask
+from geometries.patches import N
+from geometries.surfaces import Surface as BodySurface
+
+MAIN = ("p_max", "b")  # quantities over the angle of the patch, beside the pressures
+FURTHER = ("a", "aspect", "approach", "stiffness")
+RELIEF = 0.2  # drawn height of the largest pressure over the grid's width
+LIFTED = 0.02  # drawn height of pressures of 0 over the height of the largest
+LOAD = "load"  # the name of sliders
+Line = tuple[Array, Array]  # arc lengths [mm] and pressures [MPa], (n,)
+
+
+def answer_chart(dataset: xr.Dataset) -> Chart:
+    """Return pressures across the patch by load beside numbers over the angle; differences below them."""
+    reference = reference_of(dataset)
+    profiles = {
+        label: _profile(dataset, number, reference) for number, label in enumerate(case_labels(dataset))
+    }
+    return beside_numbers(dataset, profiles, reference)
+
+
+def beside_numbers(dataset: xr.Dataset, profiles: Mapping[str, Sequence[Panel]], reference: str) -> Chart:
+    """Return profiles and their differences, by load, beside the main numbers over the angle.
+
+    A single case has no numbers over an angle.
+    """
+    above, below = over_angle(dataset, MAIN, reference) if len(profiles) > 1 else ([], [])
+    steps = {label: [first, *above, *rest, *below] for label, (first, *rest) in profiles.items()}
+    columns = len(next(iter(steps.values()))) // 2 if above else 2
+    return Chart("answer", steps, columns, LOAD, 0.78, _start(dataset, reference))
+
+
+def _start(dataset: xr.Dataset, reference: str) -> str:
+    """Return the case that charts show first, the one that sentences are about."""
+    return case_labels(dataset)[largest_case(dataset, reference)]
+
+
+def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tuple[list[Panel], list[Panel]]:
+    """Return numbers over the angle of the patch with the reference, and their differences to it.
+
+    Cases that the reference has no solution of are left out.
+    """
+    cases = dataset.isel(case=dataset.angle.sel(ics=reference).notnull().values)
+    cases = cases.isel(case=np.argsort(cases.angle.sel(ics=reference).values))
+    angle = cases.angle.sel(ics=reference).values
+    looks = looks_of(ics_of(dataset))
+    across, above, below = f"Δδ with {symbol_of(reference)} [deg]", [], []
+    for key in keys:
+        exact, estimate = (cases[name].sel(ics=reference).values for name in (key, f"estimate_{key}"))
+        nonzero = np.where(exact == 0, np.nan, exact)
+        values, differences = [], []
+        for name in drawing_order(looks):
+            with_ics, is_reference = cases[key].sel(ics=name).values, name == reference
+            values.append(
+                Curve(symbol_of(name), angle, with_ics, looks[name], estimate if is_reference else None)
+            )
+            band = 100 * np.abs(estimate / nonzero) if is_reference else None
+            differences.append(
+                Curve(symbol_of(name), angle, 100 * (with_ics / nonzero - 1), looks[name], band)
+            )
+        quantity = OF_FRICTIONLESS[key]
+        title = f"{quantity.symbol} over the angle"
+        above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
+        difference = f"{quantity.symbol}: difference to {symbol_of(reference)}"
+        below.append(Panel(difference, across, f"{quantity.symbol} [%]", differences))
+    return above, below
+
+
+def further_numbers(dataset: xr.Dataset) -> Chart:
+    """Return further numbers over the angle of the patch, and below them their differences."""
+    return chart_of(
+        "numbers", list(chain(*over_angle(dataset, FURTHER, reference_of(dataset)))), len(FURTHER)
+    )
+
+
+def _profile(dataset: xr.Dataset, number: int, reference: str) -> list[Panel]:
+    """Return pressures along s through the largest, and below them their differences to the reference."""
+    p = pressures(dataset, number)
+    at = _section(p.sel(ics=reference).values)
+    across, middle = p.isel(x=at), at == p.sizes["x"] // 2
+    place = "x = 0" if middle else f"x = {float(p.x[at]):.2g} mm"
+    part = loaded_part(across)
+    s = across.s.values[part]
+    lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
+    differences = {name: (s, p - lines[reference][1]) for name, (_, p) in lines.items()}
+    angle = float(dataset.angle.sel(ics=reference)[number])
+    title = f"pressure at {place}, patch over {angle:.0f}°"
+    panels = profile_panels(title, lines, differences, reference)
+    return panels if len(lines) > 1 else panels[:1]
+
+
+def profile_panels(
+    title: str, by_ics: Mapping[str, Line], differences: Mapping[str, Line], reference: str
+) -> list[Panel]:
+    """Return panels of pressures along s with ICs, by name, and of their differences to the reference."""
+    looks, symbol = looks_of(by_ics), symbol_of(reference)
+    upper, lower = (
+        [Curve(symbol_of(name), *lines[name], looks[name]) for name in drawing_order(lines)]
+        for lines in (by_ics, differences)
+    )
+    return [
+        Panel(title, "s [mm]", "p [MPa]", upper),
+        Panel(f"pressure: difference to {symbol}", "s [mm]", f"p − with {symbol} [MPa]", lower),
+    ]
+
+
+def loaded_part(p: xr.DataArray) -> slice:
+    """Return where along s any of the ICs has pressures, (ics, s), with an element on each side."""
+    return _around((p > 0).any("ics").values)
+
+
+def _around(loaded: Mask) -> slice:
+    """Return the range of what is true, (n,), with one more on each side."""
+    at = np.flatnonzero(loaded)
+    return slice(max(at[0] - 1, 0), at[-1] + 2)
+
+
+def _section(p: Array) -> int:
+    """Return the index along x of the drawn section: the middle, or the largest pressure."""
+    middle = len(p) // 2
+    return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
+
+
+def surfaces(dataset: xr.Dataset) -> Chart:
+    """Return pressures of the reference on the developed surface, with contact edges of all ICs."""
+    labels = case_labels(dataset)
+    steps = {label: [_pressures(dataset, number)] for number, label in enumerate(labels)}
+    return Chart("patches", steps, min(len(labels), 3), LOAD)
+
+
+def patches(dataset: xr.Dataset) -> Chart:
+    """Return the same by load, and how far the pressures with other ICs are from it."""
+    steps = {
+        label: [_pressures(dataset, number), *_differences(dataset, number)]
+        for number, label in enumerate(case_labels(dataset))
+    }
+    start = _start(dataset, reference_of(dataset))
+    return Chart("patches", steps, min(len(ics_of(dataset)), 2), LOAD, start=start)
+
+
+def _on_patch(dataset: xr.Dataset, number: int) -> xr.DataArray:
+    """Return the pressures of a case about the patches of all ICs, (ics, x, s)."""
+    p = pressures(dataset, number)
+    loaded = (p > 0).any("ics")
+    return p.isel(x=_around(loaded.any("s").values), s=_around(loaded.any("x").values))
+
+
+def _pressures(dataset: xr.Dataset, number: int) -> Map:
+    p, reference, looks = _on_patch(dataset, number), reference_of(dataset), looks_of(ics_of(dataset))
+    x, s = p.x.values, p.s.values
+    edges = [
+        Curve(symbol_of(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
+        for name in drawing_order(looks)
+    ]
+    title = f"pressure with {symbol_of(reference)}, edges with all ICs"
+    with_reference = p.sel(ics=reference)
+    return Map(
+        title, "x [mm]", "s [mm]", x, s, with_reference.where(with_reference > 0).values, "MPa", curves=edges
+    )
+
+
+def _differences(dataset: xr.Dataset, number: int) -> Iterator[Map]:
+    p, reference = _on_patch(dataset, number), reference_of(dataset)
+    with_reference = p.sel(ics=reference)
+    largest = max(float(abs(p - with_reference).max()), np.finfo(float).tiny)
+    for name in others_of(dataset):
+        with_ics = p.sel(ics=name)
+        difference = (with_ics - with_reference).where((with_ics > 0) | (with_reference > 0)).values
+        title = f"pressure with {symbol_of(name)} minus {symbol_of(reference)}"
+        limits = -largest, largest
+        yield Map(title, "x [mm]", "s [mm]", p.x.values, p.s.values, difference, "MPa", "diverging", limits)
+
+
+def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
+    """Return the line about the elements that are inside, (n_x, n_s); its parts are separated by NaN."""
+    contour = Figure().subplots().contour(x, s, inside.T.astype(float), levels=[0.5])
+    parts = [np.concatenate([part, [[np.nan, np.nan]]]) for part in contour.allsegs[0]]
+    x_of_edge, s_of_edge = np.concatenate(parts)[:-1].T
+    return x_of_edge, s_of_edge
+
+
+def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
+    """Return pressures on the lower surface, as heights and colours, by load and ICs; the reference first."""
+    names = [reference_of(dataset), *others_of(dataset)]
+    steps = {
+        label: [_raised(dataset, number, name, lower) for name in names]
+        for number, label in enumerate(case_labels(dataset))
+    }
+    return Chart("rail", steps, 1, LOAD, start=_start(dataset, names[0]), choice="ICs")
+
+
+def _raised(dataset: xr.Dataset, number: int, name: str, lower: BodySurface) -> Cell:
+    whole, p = pressures(dataset, number), _on_patch(dataset, number).sel(ics=name)
+    x, s = p.x.values, p.s.values
+    body = _points(lower, whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 200))
+    height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
+    raised = _points(lower, x, s) + height * lower.axes(0.0, s)[N][:, None]
+    return Surface(symbol_of(name), body, raised, p.where(p > 0).values, "p [MPa]")
+
+
+def _points(surface: BodySurface, x: Array, s: Array) -> Array:
+    """Return points of a grid on a surface, (3, n_x, n_s)."""
+    points = surface.position(*map(np.ravel, np.meshgrid(x, s, indexing="ij")))
+    return np.reshape(points, (3, len(x), len(s)))

@@ -1,0 +1,197 @@
+"""File and report of `femic shifts`: at which shifts half-space ICs are good enough."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from compare.pages.shift_figures import forces, geometry, places, pressures, ranked, reference_names, rolling
+from compare.pages.shift_tables import (
+    answer_table,
+    each_patch_table,
+    force_table,
+    geometry_table,
+    grid_table,
+    patch_table,
+    pressure_table,
+    rolling_patch_table,
+    summary,
+    values_table,
+    wheelset_table,
+)
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
+from femic.contact.finite_strain import finite_strain_share
+from femic.contact.pairs.planar import PLANAR
+
+ELASTIC = (
+    "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
+    "carries the same vertical load; the lateral forces follow from the contact, whatever a vehicle needs."
+)
+PATCHES = (
+    "With the best ICs of each contact, from the gauge side to the field side. The contact angle is to the "
+    "track plane, positive on a flange; the force along the normal of a steep patch is much larger than its "
+    "vertical part. The centre is an arc length from the rail's top, positive to the field side."
+)
+AREAS = (
+    "Patches near each other share a grid and stand in one row. Creepages of a patch are the rigid slip and "
+    "the spin, the turning about its normal per rolled distance, in its centre of pressure. F_s and the slip "
+    "along the profile are positive to the field side."
+)
+FORCES = (
+    "With the best ICs of each contact. M_z is about the vertical of the touching point, positive where it "
+    "turns the front of the wheel outwards; utilised is the tangential force over the sum of friction times "
+    "pressures; p_max is that with friction."
+)
+CONVENTION = (
+    "Shifts are those of the wheelset at the rails, to the left; the roll follows from both wheels touching. "
+    "Touching points and rolling radii are those of the undeformed profiles."
+)
+
+
+def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write `shifts.nc`, the figures and `shifts.html`; returns the path of the page."""
+    title = f"Wheelset at lateral shifts: {dataset.attrs['title']}"
+    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset))
+    return write_results(page, folder, "shifts", dataset)
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    if doubts := json.loads(dataset.attrs["doubts"]):
+        yield Section("", [Items(doubts)])
+    yield Section("", [pressures(dataset), Note(_reading(dataset))])
+    if unusual := json.loads(dataset.attrs["unusual"]):
+        yield Section("Unusual contacts", [Items([f"{at} mm: {note}" for at, note in unusual.items()])])
+    if (several := each_patch_table(dataset, several=True)) is not None:
+        yield Section("What each patch carries", [several, Note(PATCHES)])
+    if "F_x" in dataset:
+        yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])
+    yield Section("Where they touch", [places(dataset), Note(_places_note())])
+    if "F_x" in dataset:
+        yield Section("The axle", [rolling(dataset), Note(_axle_note(dataset))])
+    yield Section("Angles and radii", [geometry(dataset), Note(CONVENTION)])
+    left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
+    not_rolling = json.loads(dataset.attrs.get("not_rolling", "{}"))
+    left_out += [f"{place}: {reason}" for place, reason in not_rolling.items()]
+    if left_out:
+        yield Folded("Not solved", [Items(left_out)])
+    yield Folded("All contacts: pressures", [pressure_table(dataset), Note(ELASTIC)])
+    yield Folded("All contacts: patches and forces", [patch_table(dataset)])
+    if (patches := each_patch_table(dataset, several=False)) is not None:
+        yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
+    if "F_x" in dataset:
+        yield Folded("All contacts: creep forces", [force_table(dataset), Note(FORCES)])
+        yield Folded("All contacts: patches that roll", [rolling_patch_table(dataset), Note(AREAS)])
+        yield Folded("All shifts: axle", [wheelset_table(dataset)])
+    yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
+    yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
+    yield Folded("All values, given and assumed", [values_table(dataset)])
+    yield Folded("Grids", [grid_table(dataset), Note(_time(dataset))])
+    yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
+
+
+def _reading(dataset: xr.Dataset) -> str:
+    best = ranked(dataset)
+    of_best = (
+        "B̂ is itself an approximation: it is the reference where C was not computed (contact.c_above_deg). "
+        if "Bhat" in best and np.any(reference_names(dataset).values == "Bhat")
+        else ""
+    )
+    of_c = (
+        "C is of bodies with flanks of 60 degrees beside the contact; its estimate has the change by nearer "
+        "supports in it. "
+        if np.any(reference_names(dataset).values == "C")
+        else ""
+    )
+    of_planar = (
+        "Planar contact has the elements of each patch in one plane, of the mean inclination where the "
+        "profiles overlap, and ICs A; patches do not act on each other. "
+        if PLANAR in dataset.ics.values
+        else ""
+    )
+    alike = (
+        "Both sides are alike: the right contact at a shift is the left one at the opposite shift. "
+        if dataset.attrs["alike"]
+        else ""
+    )
+    return (
+        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{of_planar}{alike}"
+        "Distances are those of the displaced profiles. "
+        "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share, and "
+        "by the last decimals of the profiles' files. Strains are taken as small: finite ones may change "
+        f"p_max by {_finite_strain(dataset):.0f} MPa where it is largest. "
+        f"{ELASTIC}"
+    )
+
+
+def _finite_strain(dataset: xr.Dataset) -> float:
+    """Return what finite strains may change the largest pressure by [MPa]."""
+    largest = float(dataset.p_max.max())
+    return largest * finite_strain_share(largest, float(dataset.attrs["E"])).p_max
+
+
+def _places_note() -> str:
+    return (
+        "Sections seen along the track, the left rail at the left; orange: patches with the best ICs, and "
+        "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled "
+        "rail; arc lengths are positive to the field side, which is at the left of the left rail."
+    )
+
+
+def _conicity_note(dataset: xr.Dataset) -> str:
+    if np.isfinite(dataset.attrs["conicity"]):
+        jumps = np.atleast_1d(dataset.attrs["jumps"])
+        where = (
+            f" Touching points jump at {', '.join(f'{jump:g}' for jump in jumps)} mm." if len(jumps) else ""
+        )
+        return f"Equivalent conicity {dataset.attrs['conicity']:.4f} (EN 15302).{where}"
+    return f"No equivalent conicity: {dataset.attrs['conicity_reason']}"
+
+
+def _time(dataset: xr.Dataset) -> str:
+    return (
+        "Patches far from each other have a grid each; the share of the load beside the main patch stands "
+        f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count "
+        "nothing."
+    )
+
+
+def _rolling_note(dataset: xr.Dataset) -> str:
+    free = dataset.attrs["longitudinal"] == "free"
+    axle = (
+        "No torque acts on the axle"
+        if free
+        else f"The creepage at the nominal radius is {float(dataset.attrs['longitudinal']):g}"
+    )
+    return (
+        f"Steady rolling, coefficient of friction {dataset.attrs['friction']:g}{_by_angle(dataset)}. {axle}. "
+        f"{_motion(dataset)}F_x is positive in the rolling direction, F_y towards the middle of the track, "
+        "with the part of the inclined pressures. Differences of forces are shares of friction times "
+        f"load, {dataset.attrs['friction'] * dataset.attrs['load'] / 1000:.3g} kN, those of the work of "
+        "friction (T-gamma, per rolled distance) shares of itself. Bands: estimated errors by the size of "
+        "elements, which all ICs of a contact share."
+    )
+
+
+def _by_angle(dataset: xr.Dataset) -> str:
+    pairs = json.loads(dataset.attrs["by_angle"])
+    factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
+    return f" times a factor by the contact angle, {factors}" if pairs else ""
+
+
+def _motion(dataset: xr.Dataset) -> str:
+    lateral, spin = dataset.attrs["lateral"], dataset.attrs["spin"]
+    parts = [f"a lateral velocity of {lateral:g} V to the left"] if lateral else []
+    parts += [f"a yaw rate of {spin:g} V per mm to the left"] if spin else []
+    return f"The wheelset has {' and '.join(parts)}. " if parts else ""
+
+
+def _axle_note(dataset: xr.Dataset) -> str:
+    largest = float(np.nanmax(np.abs(dataset.resistance)))
+    return (
+        "The creepage is that at the nominal radius; the steering moment is that of the longitudinal forces, "
+        "positive where it turns the wheelset to the right, which is back to the middle for a shift to the "
+        "left. The torque about the axle takes each traction on its own circle: over the rolling radius it "
+        f"differs from F_x by up to {largest:.0f} N."
+    )

@@ -1,1 +1,0 @@
-"""How a profile was understood, as a page: its points, the smooth curve, its inclination and curvature."""

@@ -1,0 +1,1 @@
+"""Studies of the program itself and of statements about ICs: many scenes, one page each."""

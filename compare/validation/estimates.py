@@ -1,0 +1,434 @@
+"""Random contacts of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown.
+
+In a quarter of them a hump of the distance parts the contact into patches, which differ in size.
+
+Studies of random contacts: numbers on a grid, a coarser and a much finer one, and their estimates.
+
+Coverage of estimates: how often errors of random contacts are within them, and their ratios.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count, islice
+
+import numpy as np
+import xarray as xr
+
+from approx.pair import Pair, Solid
+from compare.studies.contact_crossings import NUMBERS, PairDeviations
+from femic.cache.digests import results_digest
+from femic.cache.store import Arrays
+from femic.cache.workers import in_processes
+from femic.contact.estimates import Measured, Numbers, errors
+from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
+from femic.contact.friction.motion import Creepages
+from femic.contact.frictional import FrictionalContact
+from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.normal import NormalContact
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.grids import Range, contact_size
+from femic.contact.pairs.ics import C, approximation
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
+from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
+from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured_rolling, numbers
+from femic.contact.rolling import RollingProblem
+from femic.contact.specification import Profile
+from femic.contact.undeformed import Undeformed
+from femic.reference.run_options import RunOptions
+from femic.results.contact import variables
+from femic.results.friction_dataset import (
+    FLOOR,
+    LARGER,
+    Difference,
+    estimate_of_difference,
+    floors,
+    on_larger_elements,
+)
+from geometries.contours import Contour, arc, ellipse
+from geometries.errors import Failure
+from geometries.materials import Material
+from geometries.patches import Grid
+from geometries.surfaces import LOWER, UPPER, Surface
+
+FINER = 4  # by which elements of the reference are smaller
+RADIUS = 10.0  # of the rail, of an arc or at the crown of an ellipse [mm]
+FLANKS = (1.1, 0.9)  # inclination at which contours go on straight, to the left and to the right [rad]
+HUMPS = 0.25  # share of contacts with a hump
+HUMP = (0.3, 1.0)  # width and height of one, as shares of the patch's half-width and its sagitta
+REACH = 9.0  # arc length to both sides on which bodies may touch [mm]
+ICS = ("A", "A", "A", "B", "Bhat", "mix")  # each as often as it is named
+FEWEST, MOST, MOST_OF_OTHERS = 8, 20, 13  # elements across the patch; products of A are faster
+ROOM = (3, 6)  # elements beside the patch
+FREE = 0.25  # share of contacts without force along x
+LONGEST = 12.0  # half-length of a patch [mm]
+STEEL = Material(210e3, 0.3)
+
+
+@dataclass(frozen=True, eq=False)
+class RandomContact:
+    """A wheel on a rail, ICs, load [N], friction, creepages, and a grid."""
+
+    on_grid: PairOnGrid
+    ics: str
+    load: float
+    friction: float
+    creepages: Creepages
+    free: bool  # along x: the creepage is that without force
+    times: int = FINER  # by which elements of the reference are smaller
+
+    @property
+    def finer(self) -> "RandomContact":
+        """The same on the smaller elements of the reference."""
+        grid, times = self.on_grid.grid, self.times
+        finer = Grid(times * grid.n_x, times * grid.n_s, grid.dx / times, grid.ds / times, grid.s)
+        return replace(self, on_grid=replace(self.on_grid, grid=finer))
+
+    @property
+    def problem(self) -> FrictionalProblem:
+        """The contact with friction on the grid."""
+        operator = approximation(self.on_grid, self.ics)
+        return frictional_problem(self.on_grid, operator, self.friction)
+
+    def rolling(self, problem: FrictionalProblem) -> RollingProblem:
+        """Return the wheel that rolls on the grid of a problem."""
+        return rolling_problem(self.on_grid, problem)
+
+
+def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
+    """Return the contact of a number and a seed: the first of its own random ones that a grid fits."""
+    random = np.random.default_rng([seed, number])
+    while True:
+        try:
+            return _drawn_contact(random, ics)
+        except Failure:
+            continue
+
+
+def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
+    """Draw a contact; raises Failure where no grid fits it."""
+    rolling_radius = random.uniform(250, 700)
+    ratio = 1 + 10 ** random.uniform(-1.7, 0)
+    contours = _contours(random, ratio)
+    low, high = (_curvature(contour) for contour in contours)
+    shift = random.choice([0.0, 1.0]) * random.uniform(-0.4, 0.4) * (1 / high - 1 / low)
+    materials = STEEL, Material(STEEL.E * 10 ** random.uniform(-0.3, 0.3), STEEL.nu)
+    rail, wheel = Surface(LOWER, contours[0]), Surface(UPPER, contours[1], rolling_radius)
+    hertz = PointContact(1 / rolling_radius, low - high, combined_modulus(*materials))
+    half_width = 10 ** random.uniform(-0.7, 0.6)  # of Hertz's patch [mm]
+    load = (half_width / hertz.at_load(1.0).b) ** 3
+    patch = hertz.at_load(load)
+    if patch.a > LONGEST:
+        raise Failure("a patch longer than those of wheels")
+    on_grid = PairOnGrid(
+        Pair(Solid(materials[0], wheel), Solid(materials[1], rail)),
+        Undeformed(wheel, rail, (-REACH, REACH), shift),
+        Grid(16, 16, 0.1, 0.1),
+    )
+    if random.random() < HUMPS:
+        on_grid = replace(on_grid, extra_gap=_hump(random, on_grid, load))
+    name = str(random.choice(list(ics)))
+    on_grid = replace(on_grid, grid=_grid(random, on_grid, load, MOST if name == "A" else MOST_OF_OTHERS))
+    friction = random.uniform(0.1, 0.6)
+    creepages = _creepages(random, friction, load, patch)
+    return RandomContact(on_grid, name, load, friction, creepages, free=bool(random.random() < FREE))
+
+
+def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Contour]:
+    """Draw two arcs, or two ellipses."""
+    if random.random() < 0.7:
+        return arc(RADIUS, *FLANKS), arc(ratio * RADIUS, *FLANKS)
+    along, deep = (RADIUS * random.uniform(0.7, 1.3) for _ in range(2))
+    return ellipse(along, deep, *FLANKS), ellipse(ratio * along, deep, *FLANKS)
+
+
+def _hump(random: np.random.Generator, on_grid: PairOnGrid, load: float) -> Profile:
+    """Draw a gap beside the middle of the patch, higher than the bodies come together without it."""
+    size = contact_size(on_grid, Loading(load))
+    half, middle = (size.s[1] - size.s[0]) / 2, (size.s[0] + size.s[1]) / 2
+    width = half * random.uniform(*HUMP)
+    place = middle + half * random.uniform(-0.3, 0.3)
+    s = place + width * np.linspace(-1, 1, 801)  # smooth within elements
+    height = half**2 * _relative_curvature(on_grid) * random.uniform(*HUMP)
+    return Profile(s, height * np.cos(np.pi * (s - place) / (2 * width)) ** 2)
+
+
+def _relative_curvature(on_grid: PairOnGrid) -> float:
+    """Return the curvature of the lower contour less that of the upper one at its crown [1/mm]."""
+    return _curvature(on_grid.undeformed.lower.contour) - _curvature(on_grid.undeformed.upper.contour)
+
+
+def _curvature(contour: Contour) -> float:
+    """Return the curvature at the crown [1/mm]."""
+    return abs(float(np.gradient(contour.inclination(np.array([-0.01, 0.0, 0.01])), 0.01)[1]))
+
+
+def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: int) -> Grid:
+    """Draw a grid about the patch; raises Failure where it does not fit the bodies."""
+    size = contact_size(on_grid, Loading(load))
+    n_x, dx, _ = _line(random, most, size.x, size.patch[0])
+    n_s, ds, middle = _line(random, most, size.s, size.patch[1])
+    return Grid(n_x, n_s, dx, ds, middle)
+
+
+def _line(random: np.random.Generator, most: int, ends: Range, smallest: float) -> tuple[int, float, float]:
+    """Draw number, size and middle of elements along a line over all patches, of which one is smallest."""
+    elements, room = FEWEST * (most / FEWEST) ** random.random(), 2 * random.integers(ROOM[0], ROOM[1] + 1)
+    step = smallest / elements
+    count = 4 * int(np.ceil(((ends[1] - ends[0]) / step + room) / 4))
+    return count, float(step), float(sum(ends) / 2 + step * random.uniform(-0.5, 0.5))
+
+
+def _creepages(random: np.random.Generator, friction: float, load: float, hertz: LoadedPoint) -> Creepages:
+    """Draw creepages, from sticking to sliding; in Kalker's linear theory G a b C is about 3e5 a b."""
+    saturated = friction * load / (80e3 * hertz.a * hertz.b * 4)
+    size = saturated * 10 ** random.uniform(-1.0, 1.2)
+    turn = random.uniform(0, 2 * np.pi)
+    spin = random.choice([0.0, 1.0]) * random.uniform(-1, 1) * size / np.sqrt(hertz.a * hertz.b)
+    return Creepages(float(size * np.cos(turn)), float(size * np.sin(turn)), float(spin))
+
+
+STICKING, SLIDING = 0.3, 0.95  # sliding shares: fewer stick, more slide
+TOLERANCE = 1e-4  # of tractions: errors of results are 1e-3 and more
+
+
+@dataclass(frozen=True)
+class GridComparison:
+    """Numbers of a contact on its grid, on elements four times smaller, on larger ones, and estimates.
+
+    Estimates of numbers that are exact are NaN: these have no error of elements.
+    """
+
+    numbers: Numbers
+    finer: Numbers
+    larger: Numbers
+    estimates: Numbers
+    regime: str
+
+
+def regime(contact: NormalContact | FrictionalContact) -> str:
+    """Return the regime of a contact: by its patches and the share of them that slides."""
+    if len(contact.patches) > 1:
+        return "several patches"
+    if isinstance(contact, NormalContact):
+        return "one patch"
+    share = contact.sliding_share
+    return "sticking" if share < STICKING else "sliding" if share > SLIDING else "mixed"
+
+
+def without_exact(estimates: Numbers, known: Measured) -> dict[str, float]:
+    """Return estimates, NaN of numbers that are exact."""
+    return {name: np.nan if name in known.exact else value for name, value in estimates.items()}
+
+
+def frictionless(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction; raises Failure where one of the grids has no solution."""
+
+    def solved(case: RandomContact) -> SolvedContact:
+        loading = Loading(case.load)
+        normal = case.on_grid.solve_in_place(case.on_grid.operator(case.ics), loading)
+        return SolvedContact(loading, case.ics, PairContact(case.on_grid, normal))
+
+    contact, finer = solved(case), solved(case.finer)
+    coarse = contact.normal.coarser
+    if coarse is None:
+        raise Failure("the grid is too small")
+    fine = measured(case.on_grid, contact.normal, prescribed=("load", "position"))
+    exact, larger = (numbers(case.on_grid, normal) for normal in (finer.normal, coarse))
+    estimates = without_exact(contact.estimated_errors(), fine)
+    return GridComparison(fine.numbers, exact, larger, estimates, regime(contact.normal))
+
+
+def rolling(case: RandomContact) -> GridComparison:
+    """Solve steady rolling at given creepages, or without force along x; raises Failure likewise."""
+    of_regime, fine, *larger = _rolled_on_grids(case)
+    finer = _rolled(case.finer, case.finer.problem)[1].numbers
+    estimates = without_exact(errors(kinds(OF_ROLLING), fine, larger), fine)
+    return GridComparison(fine.numbers, finer, larger[0].numbers, estimates, of_regime)
+
+
+def differences(case: RandomContact) -> GridComparison:
+    """Solve steady rolling with A and with B-hat, and compare the differences of their numbers."""
+    cases = {name: replace(case, ics=name) for name in ("A", "Bhat")}
+    on_grids = {name: _rolled_on_grids(one) for name, one in cases.items()}
+    finer = {name: _rolled(one.finer, one.finer.problem)[1].numbers for name, one in cases.items()}
+    of_regime, known = on_grids["A"][:2]
+    tables = {
+        "": [own.numbers for _, own, *_ in on_grids.values()],
+        LARGER: [larger.numbers for _, _, larger, _ in on_grids.values()],
+        FLOOR: [floors(own, OF_ROLLING) for _, own, *_ in on_grids.values()],
+    }
+    dataset = xr.Dataset(variables(OF_ROLLING, "ics", tables), {"ics": [*cases]})
+    rows = {name: _difference(name) for name in OF_ROLLING}
+    return GridComparison(
+        {name: float(row(dataset)) for name, row in rows.items()},
+        {name: finer["A"][name] - finer["Bhat"][name] for name in rows},
+        {name: float(row(on_larger_elements(dataset))) for name, row in rows.items()},
+        without_exact(
+            {name: float(estimate_of_difference(dataset, row)) for name, row in rows.items()}, known
+        ),
+        of_regime,
+    )
+
+
+def frictionless_differences(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction, and compare errors of its numbers with A over those with B-hat."""
+
+    def solved(case: RandomContact) -> PairDeviations:
+        on_grid = case.on_grid
+        return PairDeviations(on_grid, {"A": on_grid.operator("A"), C: on_grid.operator("Bhat")})
+
+    def error(ours: Measured, theirs: Measured, number: str) -> float:
+        return ours.numbers[number] / theirs.numbers[number] - 1
+
+    contact, finer, load = solved(case), solved(case.finer), case.load
+    found = {number: contact.error(number, "A", load) for number in NUMBERS}
+    _, larger, *_ = zip(contact.levels(load, "A"), contact.levels(load, C), strict=True)
+    return GridComparison(
+        {number: value for number, (value, _) in found.items()},
+        {number: finer.error(number, "A", load)[0] for number in NUMBERS},
+        {number: error(*larger, number) for number in NUMBERS},
+        {number: estimate for number, (_, estimate) in found.items()},
+        "frictionless",
+    )
+
+
+def _difference(name: str) -> Difference:
+    """Return the difference of a number with A to that with B-hat."""
+    return lambda dataset: dataset[name].sel(ics="A") - dataset[name].sel(ics="Bhat")
+
+
+def _rolled(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measured]:
+    """Return the regime and the numbers of rolling on the grid of a problem."""
+    forces, rolling = {"longitudinal": 0.0} if case.free else {}, case.rolling(problem)
+    rolled = rolling.contact(case.creepages, Loading(case.load), forces=forces, tolerance=TOLERANCE)
+    return regime(rolled.contact), measured_rolling(case.on_grid, rolling, rolled)
+
+
+def _rolled_on_grids(case: RandomContact) -> tuple[str, Measured, Measured, Measured]:
+    """Return the regime, and the numbers on the grid and on elements twice and four times as large."""
+    (of_regime, fine), (_, coarse), (_, coarser) = (_rolled(case, problem) for problem in grids(case))
+    return of_regime, fine, coarse, coarser
+
+
+def grids(case: RandomContact) -> list[FrictionalProblem]:
+    """Return the problem on its elements, and on elements twice and four times as large."""
+    problem = case.problem
+    return [problem, problem.coarsened, problem.coarsened.coarsened]
+
+
+Study = Callable[[RandomContact], GridComparison]
+STUDIES: Mapping[str, Study] = {
+    "frictionless": frictionless,
+    "rolling": rolling,
+    "differences": differences,
+    "frictionless differences": frictionless_differences,
+}
+
+
+NOTHING = 1e-9  # of estimates: errors that are rounding
+ROWS = "numbers", "finer", "larger", "estimates"  # of a comparison, by name of the number
+SPARE = 1.25  # contacts to start with for one that has a solution on all grids
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Share of errors within estimates, worst error over estimate, median of estimate over error."""
+
+    held: float
+    worst: float
+    median: float
+
+
+def coverage(
+    comparisons: Sequence[GridComparison], name: str, *, differences: bool = False, factor: float = 1.0
+) -> Coverage:
+    """Return the coverage of a number's estimates, or differences to larger elements, times a factor.
+
+    Contacts in which the number is exact do not count.
+    """
+    number, finer, larger, estimate = (
+        np.array([getattr(comparison, kind)[name] for comparison in comparisons])
+        for kind in ("numbers", "finer", "larger", "estimates")
+    )
+    known = np.isfinite(estimate)
+    if not np.any(known):
+        return Coverage(1.0, 0.0, np.nan)  # a number that is exact in all contacts
+    error = np.abs(number - finer)[known]
+    bound = factor * (np.abs(number - larger) if differences else estimate)[known]
+    finite = error > NOTHING * np.maximum(bound, np.finfo(float).tiny)  # rounding would have any ratio
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Coverage(
+            float(np.mean(error <= bound)),
+            float(np.max(np.where(finite, error / bound, 0.0))),
+            float(np.median(bound[finite] / error[finite])) if np.any(finite) else np.nan,
+        )
+
+
+def by_regime(comparisons: Iterable[GridComparison]) -> dict[str, list[GridComparison]]:
+    """Return contacts by their regime."""
+    regimes: dict[str, list[GridComparison]] = {}
+    for comparison in comparisons:
+        regimes.setdefault(comparison.regime, []).append(comparison)
+    return regimes
+
+
+def comparisons(study: Study, seed: int, ics: Sequence[str] = ICS) -> Iterator[GridComparison]:
+    """Yield random contacts, endlessly; contacts without a solution on one of the grids are left out."""
+    return (
+        comparison for number in count() if (comparison := compared(study, seed, number, ics)) is not None
+    )
+
+
+def compared(study: Study, seed: int, number: int, ics: Sequence[str] = ICS) -> GridComparison | None:
+    """Return the random contact of a number; None where it has no solution on one of the grids."""
+    try:
+        return study(random_contact(seed, number, ics))
+    except Failure:
+        return None
+
+
+def stored_comparisons(name: str, seed: int, count: int, options: RunOptions) -> list[GridComparison]:
+    """Return random contacts of a study, each stored; a quarter more are solved, since some have no solution.
+
+    Raises Failure where fewer than `count` have one.
+    """
+    key = options.store.key("coverage", results_digest(__name__), name, seed)
+    numbers = range(round(SPARE * count))
+    parts = {number: options.store.part(key, _part(number)) for number in numbers}
+    open_ = [number for number, part in parts.items() if part is None]
+    solve = partial(_compared_by_number, name, seed)
+    for done, (number, comparison) in enumerate(in_processes(solve, open_, options.workers), start=1):
+        parts[number] = part = _arrays(comparison)
+        options.store.put_part(key, _part(number), part)
+        options.watch.on_stage(f"  {name}: {done} of {len(open_)} random contacts")
+    solved = [comparison for part in parts.values() if part and (comparison := _comparison(part)) is not None]
+    if len(solved) < count:
+        raise Failure(f"{name}: only {len(solved)} of {len(numbers)} random contacts have a solution")
+    return list(islice(solved, count))
+
+
+def _part(number: int) -> str:
+    return f"contact{number}"
+
+
+def _compared_by_number(name: str, seed: int, number: int) -> tuple[int, GridComparison | None]:
+    return number, compared(STUDIES[name], seed, number)
+
+
+def _arrays(comparison: GridComparison | None) -> Arrays:
+    """Return the arrays of a comparison for the store; a marker where there is none."""
+    if comparison is None:
+        return {"none": np.zeros(0)}
+    names = np.array(list(comparison.numbers))
+    rows = {key: np.array([getattr(comparison, key)[name] for name in names]) for key in ROWS}
+    return {"names": names, "regime": np.array(comparison.regime), **rows}
+
+
+def _comparison(part: Arrays) -> GridComparison | None:
+    if "none" in part:
+        return None
+    names = [str(name) for name in part["names"]]
+    rows = {key: dict(zip(names, map(float, part[key]), strict=True)) for key in ROWS}
+    return GridComparison(**rows, regime=str(part["regime"]))

@@ -1,0 +1,211 @@
+"""Closed forms for contacts with friction: Kalker, Carter, Coulomb's law, full stick, no friction.
+
+Each returns the numbers that it has of a contact of rollers; similar bodies unless it says otherwise.
+
+Contacts with friction that are compared at limits: steady rolling, rolling from rest, compression.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from compare.validation.extremes.bodies import hertz_of, one_of_two
+from compare.validation.extremes.contacts import Solved, Truth, scales_of
+from compare.validation.study import coefficients_of
+from femic.contact.estimates import Measured, Numbers, errors
+from femic.contact.exact.friction import StickingPoint, TractiveRolling
+from femic.contact.exact.hertz import LineContact, LoadedPoint
+from femic.contact.friction.motion import Creepages
+from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements, solve_with_friction
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds, measured_rolling
+from femic.contact.pairs.solved_compression import in_halves, in_steps, solve_compression
+from femic.contact.pairs.solved_transient import solve_transient
+from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.reference.run_options import RunOptions
+from geometries.patches import Grid
+
+STRIPS = 4001  # of an ellipse
+
+
+def kalker(solved: Solved) -> dict[str, float]:
+    """Return forces and moment of elastically similar bodies where nothing slips, and Hertz."""
+    hertz = hertz_of(solved.problem)
+    F_x, F_y, M_z = _sticking(solved.problem, hertz, asked_of(solved))
+    return {"F_x": F_x, "F_y": F_y, "M_z": M_z, "p_max": hertz.p_max}
+
+
+def _sticking(
+    problem: ContactProblem, patch: LoadedPoint, asked: FrictionSpecification
+) -> tuple[float, float, float]:
+    """Return F_x, F_s [N] and M_n [N mm] of a patch where nothing slips."""
+    constants = problem.pair.constants
+    coefficients = coefficients_of(patch, float(constants.nu))
+    return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
+
+
+def sliding(solved: Solved) -> dict[str, float]:
+    """Return the numbers where all slides in one direction: Coulomb's law, and Hertz."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    xi, upsilon = asked.longitudinal[-1], asked.lateral
+    size, largest = float(np.hypot(xi, upsilon)), asked.coefficients[0] * hertz.load
+    return {
+        "F_x": largest * xi / size,
+        "F_y": -largest * upsilon / size,
+        "dissipation": largest * size,
+        "sliding_share": 1.0,
+        "p_max": hertz.p_max,
+    }
+
+
+def turning(solved: Solved) -> dict[str, float]:
+    """Return the numbers of a circle that slides about its middle: M = 3 pi / 16 friction load a."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    moment = 3 * np.pi / 16 * asked.coefficients[0] * hertz.load * hertz.a
+    return {
+        "M_z": -moment * np.sign(asked.spin),
+        "dissipation": moment * abs(asked.spin),
+        "sliding_share": 1.0,
+    }
+
+
+def carter(solved: Solved) -> dict[str, float]:
+    """Return the force of strips along x, each a contact of cylinders: of patches much longer along s."""
+    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    s = (np.arange(STRIPS) + 0.5) / STRIPS * 2 - 1  # over b
+    surfaces = LineContact(hertz.surfaces.curvature_x, hertz.surfaces.modulus)
+    loads = np.pi / 2 * hertz.a * hertz.p_max * (1 - s**2)  # N/mm
+    friction, xi = asked.coefficients[0], asked.longitudinal[-1]
+    forces = [TractiveRolling(surfaces, load, friction, xi).force for load in loads.tolist()]
+    return {"F_x": float(np.mean(forces)) * 2 * hertz.b}
+
+
+def without_friction(solved: Solved) -> dict[str, float]:
+    """Return the numbers without friction on the same grid."""
+    on_grid, load = solved.on_grid, solved.problem.specification.loads[-1]
+    (name,) = solved.problem.specification.ics
+    contact = on_grid.solve_in_place(on_grid.operator(name), Loading(load))
+    return {"approach": contact.approach, "p_max": float(np.max(contact.p)), "area": contact.area}
+
+
+def full_stick(solved: Solved) -> dict[str, float]:
+    """Return the numbers of unlike bodies with equal curvatures that stick wherever they touch."""
+    hertz, constants = hertz_of(solved.problem), solved.problem.pair.constants
+    beta = float(constants.mismatch_k / (1 - constants.nu))
+    exact = StickingPoint(hertz.surfaces.curvature_x, hertz.surfaces.modulus, abs(beta))
+    radius = exact.radius(hertz.load)
+    return {"approach": exact.approach(hertz.load), "a": radius, "b": radius}
+
+
+def two_of_kalker(solved: Solved) -> dict[str, float]:
+    """Return the force of two bumps far apart where nothing slips: each bears half of the load."""
+    patch = one_of_two(solved.problem)
+    F_x, _, _ = _sticking(solved.problem, patch, asked_of(solved))
+    return {"F_x": 2 * F_x, "p_max": patch.p_max}
+
+
+def asked_of(solved: Solved) -> FrictionSpecification:
+    """Return the specification of friction and motion of a contact."""
+    asked = solved.problem.specification.friction
+    assert asked is not None
+    return asked
+
+
+KALKER, SLIDING, CARTER = Truth("Kalker", kalker), Truth("Coulomb", sliding), Truth("Carter", carter)
+TURNING, TWO_OF_KALKER = Truth("turning circle", turning), Truth("two of Kalker", two_of_kalker)
+NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full stick", full_stick)
+
+
+def rolled(problem: ContactProblem, options: RunOptions) -> Solved:
+    """Solve steady rolling at the last creepage of a problem, with its only ICs and friction."""
+    return solve_with_friction(problem, _rolled_on, options)
+
+
+def _rolled_on(pair: PairWithFriction) -> Solved:
+    fine = _frictional(pair)
+    known = _rolled(pair, fine)
+    larger = on_larger_elements(pair, fine, pair.problem.name, lambda *of: _rolled(*of[:2]))
+    estimates = errors(kinds(OF_ROLLING), known, larger)
+
+    def on(grid: Grid) -> Numbers:
+        other = _on(pair, grid)
+        return _rolled(other, _frictional(other)).numbers
+
+    return _solved(pair, known, estimates, OF_ROLLING, on)
+
+
+def _rolled(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
+    """Return the numbers of steady rolling; raises Failure."""
+    asked = pair.specification
+    creepages = Creepages(asked.longitudinal[-1], asked.lateral, asked.spin)
+    rolling = pair.rolling(problem)
+    return measured_rolling(pair.on_grid, rolling, rolling.contact(creepages, Loading(pair.loads[0])))
+
+
+def transient(problem: ContactProblem, options: RunOptions) -> Solved:
+    """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
+    return solve_with_friction(problem, _transient_on, options)
+
+
+def _transient_on(pair: PairWithFriction) -> Solved:
+    solved = solve_transient(pair, *_only(pair))
+    asked = pair.specification
+    steady = replace(asked, longitudinal=(-1.0, asked.creepage))
+
+    def on(grid: Grid) -> Numbers:
+        other = _on(_with(pair, friction=steady), grid)
+        return _rolled(other, _frictional(other)).numbers
+
+    return _solved(pair, solved.path.steps[-1], solved.errors[-1], OF_ROLLING, on)
+
+
+def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
+    """Solve a compression, and return the numbers under the last load.
+
+    On other grids the steps of the load are half as large.
+    """
+    return solve_with_friction(problem, _pressed_on, options)
+
+
+def _pressed_on(pair: PairWithFriction) -> Solved:
+    solved = solve_compression(pair, *_only(pair))
+
+    def on(grid: Grid) -> Numbers:
+        other = _on(_with(pair, loads=tuple(in_halves(pair.loads))), grid)
+        return in_steps(other, _frictional(other), "finer")[0][-1].numbers
+
+    return _solved(pair, solved.steps[-1], solved.errors[-1], OF_COMPRESSION, on)
+
+
+def _solved(
+    pair: PairWithFriction,
+    known: Measured,
+    estimates: Numbers,
+    quantities: Mapping[str, Quantity],
+    on: Callable[[Grid], Numbers],
+) -> Solved:
+    return Solved(pair.problem, pair.on_grid, known.numbers, estimates, scales_of(known, quantities), on)
+
+
+def _only(pair: PairWithFriction) -> tuple[float, str]:
+    """Return the only coefficient of friction and the name of the only ICs."""
+    (friction,), (name,) = pair.specification.coefficients, pair.problem.specification.ics
+    return friction, name
+
+
+def _frictional(pair: PairWithFriction) -> FrictionalProblem:
+    friction, name = _only(pair)
+    return pair.frictional(pair.operator(name), friction)
+
+
+def _with(pair: PairWithFriction, **changes: Any) -> PairWithFriction:
+    """Return the pair with changes of its specification."""
+    specification = replace(pair.problem.specification, **changes)
+    return replace(pair, problem=replace(pair.problem, specification=specification))
+
+
+def _on(pair: PairWithFriction, grid: Grid) -> PairWithFriction:
+    return replace(pair, on_grid=replace(pair.on_grid, grid=grid))

@@ -1,0 +1,295 @@
+"""Contact without friction at its limits: A against Hertz, others against finer elements and finer C."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compare.validation.extremes.bodies import (
+    APART,
+    base_of,
+    bumps,
+    conformal,
+    crossed,
+    hertz_of,
+    one_of_two,
+    two_bumps,
+)
+from compare.validation.extremes.cases import CONTACT, Limit
+from compare.validation.extremes.contacts import (
+    BeyondContact,
+    ContactCase,
+    ContactLimit,
+    Solved,
+    Truth,
+    finer,
+    same_as,
+    scales_of,
+)
+from compare.validation.extremes.engines import Changes
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, measured, numbers
+from femic.contact.specification import ContactProblem, Profile
+from femic.reference.run_options import RunOptions
+from geometries.patches import Grid
+
+SHAPE = ("p_max", "a", "b", "approach", "stiffness")
+COARSE, FINE = 8, 16  # elements across a patch with C, and with a finer one,
+FINE_TOLERANCE = 0.03  # whose C has this tolerance
+
+
+def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
+    """Solve the contact with the only ICs under the only load of a problem, as `femic contact` does."""
+    ((loading, ics),) = (contacts := solve_frictionless(problem, options).contacts)
+    contact = contacts[loading, ics]
+    on_grid, known = contact.on_grid, measured(contact.on_grid, contact.normal)
+
+    def on(grid: Grid) -> dict[str, float]:
+        other = replace(on_grid, grid=grid)
+        return numbers(other, other.solve(other.operator(ics), loading).normal)
+
+    scales = scales_of(known, OF_FRICTIONLESS)
+    return Solved(problem, on_grid, known.numbers, contact.estimated_errors(), scales, on)
+
+
+def limits(options: RunOptions) -> list[Limit]:
+    """Return the limits of contact without friction, with cases within and beyond them."""
+    parts = [
+        *_of_loads_and_materials(options),
+        *_of_shapes(options),
+        *_of_elements(),
+        ContactLimit("patches", "1, 2, …", _of_many_patches()),
+        ContactLimit("units, sides, names", "any", _invariances(options)),
+    ]
+    return [part.of(CONTACT, options) for part in parts]
+
+
+def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:
+    """Return the limits of loads, moduli and Poisson's ratio."""
+    tall = {"contact": {"ics": ["Bhat"]}}
+    loads = [
+        against_hertz("1e-3 N", crossed(1e-3)),
+        against_hertz("1e5 N", crossed(1e5)),
+        against_hertz("tall, 1e-3 N", {"contact": {"loads": [1e-3], "ics": ["Bhat"]}}, base="tall"),
+        against_finer("tall, 310 kN", {"contact": {"loads": [310e3], **tall["contact"]}}, base="tall"),
+    ]
+    moduli = [
+        against_hertz(f"{ratio:g}", crossed(100.0, bodies={"upper": {"E": 210e3 * ratio}}))
+        for ratio in (0.01, 100.0)
+    ]
+    soft = conformal(20.0, 0.01, bodies={"upper": {"E": 2100.0}})
+    nu = [against_hertz(f"ν = {nu:g}", crossed(100.0, bodies=_both({"nu": nu}))) for nu in (0.0, 0.4999)]
+    nearly = conformal(1e3, 0.01, bodies=_both({"nu": 0.4999}))
+    return [
+        ContactLimit(
+            "load",
+            "1e-3 N … the end of a contour",
+            loads,
+            [
+                _leaves("tall, 1e7 N", {"contact": {"loads": [1e7], **tall["contact"]}}, base="tall"),
+                _beyond("tall, 1e8 N", {"contact": {"loads": [1e8], **tall["contact"]}}, base="tall"),
+                _beyond("-1 N", crossed(-1.0)),
+                _beyond("1e16 N", crossed(1e16)),
+            ],
+        ),
+        ContactLimit(
+            "modulus ratio",
+            "0.01 … 100",
+            [*moduli, against_finer("0.01, conformal", soft)],
+            [_beyond("E = 0", crossed(100.0, bodies={"upper": {"E": 0.0}}))],
+        ),
+        ContactLimit(
+            "ν",
+            "0 … 0.4999",
+            [*nu, against_finer("ν = 0.4999, conformal", nearly), with_c("ν = 0.4999, C", nearly, options)],
+            [_beyond("ν = 0.49995", crossed(100.0, bodies=_both({"nu": 0.49995})))],
+        ),
+    ]
+
+
+def _of_shapes(options: RunOptions) -> list[ContactLimit]:
+    """Return the limits of rolling radius, conformity and aspect of the patch."""
+    small = conformal(300.0, 0.01, roller=20.0)
+    return [
+        ContactLimit(
+            "R_roll",
+            "20 … 1e6 mm",
+            [
+                against_hertz("20 mm", crossed(10.0, roller=20.0)),
+                against_finer("20 mm, conformal", small),
+                against_hertz("1e6 mm", crossed(10.0, crown=1e6, roller=1e6)),
+            ],
+            [
+                _beyond("19 mm", crossed(10.0, roller=19.0)),
+                _beyond("∞", crossed(10.0, roller=np.inf)),
+            ],
+        ),
+        ContactLimit(
+            "R_w / R_r − 1",
+            "> 0",
+            [
+                *(against_finer(f"{ratio:g}", conformal(10.0, ratio)) for ratio in (1e-4, 1e-3, 9.0)),
+                with_c("0.001, C", conformal(10.0, 1e-3), options),
+            ],
+            [_beyond("0", conformal(10.0, 0.0)), _leaves("-0.01", conformal(10.0, -0.01))],
+        ),
+        ContactLimit(
+            "patch aspect a/b",
+            "any",
+            [
+                against_hertz("1/46", crossed(10.0, crown=1e4, roller=20.0)),
+                against_hertz("46", crossed(10.0, crown=20.0, roller=1e4)),
+            ],
+        ),
+    ]
+
+
+def _of_elements() -> list[ContactLimit]:
+    """Return the limits of numbers and shapes of elements."""
+    return [
+        ContactLimit(
+            "elements across",
+            "8 … 64",
+            [against_hertz(str(count), crossed(100.0, elements=count)) for count in (8, 64)],
+            [_beyond(str(count), crossed(100.0, elements=count)) for count in (7, 65)],
+        ),
+        ContactLimit(
+            "element aspect dx/ds",
+            "0.01 … 100",
+            [against_hertz(f"{aspect:g}", _elements(aspect)) for aspect in (0.05, 20.0)],
+            [_beyond("200", _elements(200.0))],
+        ),
+    ]
+
+
+def against_hertz(label: str, changes: Changes, base: str = "flat") -> ContactCase:
+    """Return a case whose truth is Hertz."""
+    return ContactCase(label, base, changes, pressed, Truth("Hertz", lambda solved: _hertz(solved.problem)))
+
+
+def against_finer(label: str, changes: Changes, base: str = "geometry1") -> ContactCase:
+    """Return a case whose truth is the same contact on elements four times smaller."""
+    return ContactCase(label, base, changes, pressed, finer(*SHAPE, "area"))
+
+
+def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
+    """Return a conformal case with C, whose truth has a finer C on elements half as large."""
+    contact = {**changes["contact"], "ics": ["C"]}
+    coarse = {**changes, "contact": {**contact, "elements": COARSE}}
+    fine = {
+        "contact": {**contact, "elements": FINE},
+        "engine": {**changes["engine"], "tolerance": FINE_TOLERANCE},
+    }
+    fine = {**changes, **fine}
+    other = ContactCase(label, "geometry1", fine, pressed, finer(*SHAPE))
+    truth = same_as("a finer C", other, options, dict.fromkeys(SHAPE, 1.0))
+    return ContactCase(label, "geometry1", coarse, pressed, truth)
+
+
+def _hertz(problem: ContactProblem) -> dict[str, float]:
+    hertz = hertz_of(problem)
+    return {name: float(getattr(hertz, name)) for name in SHAPE}
+
+
+def _beyond(label: str, changes: Changes, base: str = "") -> BeyondContact:
+    return BeyondContact(label, base or base_of(changes), changes, pressed)
+
+
+def _leaves(label: str, changes: Changes, base: str = "") -> BeyondContact:
+    """Return a case whose contact grows beyond the ends of its contours, which its solution shows."""
+    return replace(_beyond(label, changes, base), also=(PotentialAreaTooSmall,))
+
+
+def _both(changes: Changes) -> dict[str, Changes]:
+    """Return the same changes of both bodies."""
+    return {"lower": changes, "upper": changes}
+
+
+def _elements(aspect: float) -> Changes:
+    """Return a circular contact on a grid whose elements are longer or shorter than wide.
+
+    Eight of their longer sides are across the patch.
+    """
+    changes = crossed(100.0, crown=500.0, roller=500.0, grid="scene")
+    size, room = 1.45, 2.0  # mm: of the patch; of the grid over it
+    longer, shorter = size / 8, size / 8 / max(aspect, 1 / aspect)
+    dx, ds = (longer, shorter) if aspect > 1 else (shorter, longer)
+    n_x, n_s = (min(8 * round(room * size / step / 8), 512) for step in (dx, ds))
+    return {**changes, "rotation_reach": 5.0, "grid": {"n_x": n_x, "n_s": n_s, "dx": dx, "ds": ds}}
+
+
+def _of_many_patches() -> list[ContactCase]:
+    """Return contacts of several patches."""
+    return [
+        _two_patches("2, far apart, on a given grid"),
+        _two_patches("2, far apart, on an automatic grid", automatic=True),
+        _on_waves("waves of 6 µm under a groove", 3e-3),
+        _on_waves("waves of 2 µm under a groove", 1e-3),
+    ]
+
+
+def _two_patches(label: str, *, automatic: bool = False) -> ContactCase:
+    """Return two equal patches side by side, each a Hertz contact that the other one pushes down a little.
+
+    Far apart, as points: approach + half of the load / (pi E* distance).
+    """
+
+    def truth(solved: Solved) -> dict[str, float]:
+        one = one_of_two(solved.problem)
+        pushed = 1 / (np.pi * one.surfaces.modulus * APART)  # mm/N
+        return {
+            **{name: float(getattr(one, name)) for name in ("p_max", "a", "b")},
+            "approach": one.approach + pushed * one.load,
+            "stiffness": 2 / (1 / one.stiffness + pushed),
+        }
+
+    changes = bumps(automatic=automatic)
+    return ContactCase(label, "flat", changes, pressed, Truth("two of Hertz", truth), two_bumps())
+
+
+def _on_waves(label: str, depth: float) -> ContactCase:
+    """Return a conformal contact that waves on the rail divide into patches side by side."""
+    s = np.linspace(-5.0, 5.0, 201)
+    waves = Profile(s, depth * (1 - np.cos(np.pi * s)))
+    return replace(against_finer(label, conformal(2e3, 0.01, elements=40)), gap=waves)
+
+
+def _invariances(options: RunOptions) -> list[ContactCase]:
+    """Return contacts that must be others times a factor: other units, mirrored, with bodies exchanged."""
+    return [
+        *(_in_other_units(unit, options) for unit in (0.04, 1e6)),
+        _mirrored(options),
+        _exchanged(options),
+    ]
+
+
+def _in_other_units(unit: float, options: RunOptions) -> ContactCase:
+    """Return a contact whose lengths are larger by a factor, its load by the square: the same stresses."""
+    changes = crossed(100.0 * unit**2, crown=300.0 * unit, roller=500.0 * unit)
+    factors = {"p_max": 1.0, "a": unit, "b": unit, "approach": unit, "stiffness": unit}
+    truth = same_as("the same in mm", against_hertz("", crossed(100.0)), options, factors)
+    return ContactCase(f"lengths times {unit:g}", "flat", changes, pressed, truth)
+
+
+def _mirrored(options: RunOptions) -> ContactCase:
+    """Return a contact off the crown of bodies with unequal flanks, and its mirror image as truth."""
+    here, there = (
+        conformal(1e3, 0.02, flanks=flanks, shift=shift)
+        for flanks, shift in (([60.0, 45.0], 0.1), ([45.0, 60.0], -0.1))
+    )
+    factors = {**dict.fromkeys((*SHAPE, "area"), 1.0), "F_y": -1.0, "M_x": -1.0, "s_centre": -1.0}
+    truth = same_as("its mirror image", against_finer("", there), options, factors)
+    return ContactCase("off the crown", "geometry1", here, pressed, truth)
+
+
+def _exchanged(options: RunOptions) -> ContactCase:
+    """Return a contact of unlike bodies, and as truth that with their materials exchanged."""
+    one, other = {"E": 70e3, "nu": 0.33}, {"E": 210e3, "nu": 0.28}
+    here, there = (
+        crossed(100.0, bodies={"lower": lower, "upper": upper})
+        for lower, upper in ((one, other), (other, one))
+    )
+    truth = same_as(
+        "materials exchanged", against_hertz("", there), options, dict.fromkeys((*SHAPE, "area"), 1.0)
+    )
+    return ContactCase("aluminium and steel", "flat", here, pressed, truth)

@@ -1,0 +1,407 @@
+"""Cones that roll freely on the arc of a rail, for statement 44: circles of a wheel against closed forms.
+
+A cone with inclination delta touches the rail where this is inclined alike, on a circle of radius r. Without
+a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its rotation has the part omega
+sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
+
+Statement 44: whether contact with friction is what closed forms say, on half-spaces.
+
+Carter's rolling cylinders, Kalker's linear coefficients, full slip, Cattaneo's shift under load, and cones.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from approx.pair import Pair, Solid
+from compare.report.charts import Panel, curves_of
+from compare.validation.statements.criteria import Numbers, Statement
+from compare.validation.statements.runs import Runs
+from compare.validation.study import coefficients_of
+from femic.contact.exact.friction import ShiftedPoint, TractiveRolling
+from femic.contact.exact.hertz import LineContact, LoadedPoint, PointContact, combined_modulus
+from femic.contact.friction import coulomb
+from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
+from femic.contact.friction.law import Strips
+from femic.contact.friction.motion import (
+    Creepages,
+    LeadingEdge,
+    Motion,
+    RollingKinematics,
+    Shift,
+    SteadyRolling,
+)
+from femic.contact.frictional import FrictionalContact, solve
+from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.operators.approximations import half_space_operator
+from femic.contact.operators.convolution import Convolution
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
+from femic.contact.rolling import RollingContact, RollingProblem
+from femic.contact.undeformed import Undeformed
+from geometries.arrays import Array
+from geometries.contours import arc, plane, through_points
+from geometries.materials import Material
+from geometries.patches import Grid, S, X
+from geometries.surfaces import LOWER, UPPER, Surface
+
+STEEL = Material(210e3, 0.28)
+CONE_LOAD, STEEP_FRICTION = 200.0, 10.0  # N, friction
+RADIUS, RAIL, SHIFT = 460.0, 300.0, 40.0  # mm: of the wheel at its crown, of the rail; of the wheel along y
+SLOPES = (1 / 20, -1 / 20)  # of cones, positive where they fall towards +y
+REACH = 0.3  # inclination [rad] to which the rail is an arc
+ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
+
+ON_CIRCLE = 0.002  # of the free creepage: the rail's inclination varies over a patch, a b / (RAIL RADIUS xi)
+OF_SPIN = 0.02  # of forces of a spin: elements of a fortieth of the patch
+
+
+@dataclass(frozen=True)
+class Cone:
+    """A cone with inclination `delta` [rad] beside the crown of a rail."""
+
+    delta: float
+
+    @property
+    def s(self) -> float:
+        """Arc length [mm] of the rail where both touch."""
+        return RAIL * self.delta
+
+    @property
+    def circle(self) -> float:
+        """Radius r [mm] of the circle on which the cone touches."""
+        return float(RADIUS + np.tan(self.delta) * (RAIL * np.sin(self.delta) - SHIFT))
+
+    @property
+    def ellipse(self) -> LoadedPoint:
+        """The contact of Hertz, under the load along the normal."""
+        surfaces = PointContact(np.cos(self.delta) / self.circle, 1 / RAIL, combined_modulus(STEEL, STEEL))
+        return surfaces.at_load(CONE_LOAD / np.cos(self.delta))
+
+    @property
+    def free(self) -> float:
+        """Creepage xi without a force along x."""
+        return RADIUS / self.circle - 1
+
+    @property
+    def forces(self) -> tuple[float, float, float]:
+        """F_x, F_s [N], M_n [N mm] of the spin where nothing slips."""
+        spin = float(np.sin(self.delta)) / self.circle
+        return coefficients_of(self.ellipse, STEEL.nu).forces(STEEL.G, 0.0, 0.0, spin)
+
+
+def on_grid(cone: Cone) -> PairOnGrid:
+    """Return the cone and the rail as half-spaces, on a grid about the ellipse."""
+    y = np.linspace(-100.0, 100.0, 5)
+    wheel = Surface(UPPER, through_points(y, -np.tan(cone.delta) * y), RADIUS)
+    rail = Surface(LOWER, arc(RAIL, REACH, REACH))
+    (n_x, n_s), ellipse = ELEMENTS, cone.ellipse
+    grid = Grid(n_x, n_s, ROOM * 2 * ellipse.a / n_x, ROOM * 2 * ellipse.b / n_s, cone.s)
+    reach = REACH * RAIL
+    undeformed = Undeformed(wheel, rail, (-reach, reach), SHIFT)
+    return PairOnGrid(Pair(Solid(STEEL, wheel), Solid(STEEL, rail)), undeformed, grid)
+
+
+def rolls_freely(cone: Cone) -> RollingContact:
+    """Return steady rolling without a force along x."""
+    pair = on_grid(cone)
+    problem = frictional_problem(pair, half_space_operator(pair.pair, pair.grid), STEEP_FRICTION)
+    wheel = rolling_problem(pair, problem)
+    return wheel.contact(Creepages(), Loading(CONE_LOAD), forces={"longitudinal": 0.0})
+
+
+def spin_forces(cone: Cone, p: Array) -> Array:
+    """Return F_s [N] and M_n [N mm] of tractions on the grid."""
+    pair = on_grid(cone)
+    along_s = float(np.sum(p[..., S]))
+    moment = float(np.sum(pair.x[:, None] * p[..., S] - (pair.grid.strips - cone.s) * p[..., X]))
+    return np.array([along_s, moment]) * pair.grid.area
+
+
+def _rolling(runs: Runs) -> Iterator[tuple[str, Cone, RollingContact]]:
+    """Yield cones with their names and contacts, which are solved once."""
+
+    def solved(_: Runs) -> Mapping[float, RollingContact]:
+        return {slope: rolls_freely(Cone(float(np.arctan(slope)))) for slope in SLOPES}
+
+    contacts: Mapping[float, RollingContact] = runs.remembered("cones", solved)
+    for slope, contact in contacts.items():
+        yield f"cone {slope:+g}", Cone(float(np.arctan(slope))), contact
+
+
+def circle_errors(runs: Runs) -> Mapping[str, float]:
+    """Return errors of the free creepage over R / r - 1."""
+    return {
+        name: float(abs(contact.creepages.longitudinal / cone.free - 1))
+        for name, cone, contact in _rolling(runs)
+    }
+
+
+def spin_errors(runs: Runs) -> Mapping[str, float]:
+    """Return errors of F_s and M_n of the cone's spin over the larger one of Kalker's."""
+    errors: dict[str, float] = {}
+    for name, cone, contact in _rolling(runs):
+        size = np.array([1.0, np.sqrt(cone.ellipse.a * cone.ellipse.b)])
+        exact = np.array(cone.forces[1:]) / size
+        apart = np.abs(spin_forces(cone, contact.contact.p) / size - exact) / np.max(np.abs(exact))
+        errors |= {f"{name}, {label}": float(e) for label, e in zip(("F_s", "M_n"), apart, strict=True)}
+    return errors
+
+
+CRITERIA = (
+    Numbers(circle_errors).below(
+        ON_CIRCLE, "circles", "free cones: relative error of the creepage R / r - 1 of the circle that rolls"
+    ),
+    Numbers(spin_errors).below(
+        OF_SPIN, "spin of cones", "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one"
+    ),
+)
+
+
+LOAD, FRICTION = 4000.0, 0.3
+POINT = PointContact(1 / 60, 1 / 25, combined_modulus(STEEL, STEEL)).at_load(LOAD)
+ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
+CYLINDERS, LINE_LOAD = LineContact(1 / 50, combined_modulus(STEEL, STEEL)), 1000.0  # N/mm
+ACROSS = 40  # elements across Carter's contact
+CARTERS = (0.2, 0.5, 0.8)  # creepages over that of full slip
+BARELY_SLIPS, LITTLE = 10.0, 1e-5  # friction and creepage of the linear theory
+SLIDES = 20.0  # creepages of full slip over that at which Kalker's force is friction times load
+SHIFTED = (0.3, 0.6)  # forces over friction times load of a shift
+
+OF_FORCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
+OF_TRACTION = 0.05  # mean difference of tractions over their mean: edges cut elements
+EXACTLY = 1e-4  # where the closed form does not depend on elements
+
+Number = dict[str, float]
+
+
+# --- Carter ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class CarterContact:
+    """Tractions [MPa] of rolling cylinders on elements about x [mm], (n,), and what Carter has."""
+
+    x: Array
+    p: Array
+    stick: Array
+    dx: float
+    exact: TractiveRolling
+
+    @property
+    def force_error(self) -> float:
+        """Relative error of the force."""
+        return abs(float(np.sum(self.p)) * self.dx / self.exact.force - 1)
+
+    @property
+    def stick_error(self) -> float:
+        """Error of the width that sticks, over the width of the contact."""
+        width = np.count_nonzero(self.stick) * self.dx
+        return abs(width - 2 * self.exact.stick_half_width) / (2 * self.exact.half_width)
+
+
+def carter(share: float) -> CarterContact:
+    """Return rolling cylinders at a share of the creepage of full slip, in two dimensions."""
+    creepage = share * TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, 0.0).largest_creepage
+    exact = TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, creepage)
+    n, dx = ACROSS + 8, 2 * exact.half_width / ACROSS
+    x = _centres(n, dx)
+    middles = x[:, None] + dx * (np.arange(20) - 9.5) / 20
+    bound = FRICTION * np.mean(CYLINDERS.pressure(LINE_LOAD, middles), axis=1)[:, None]
+    rigid = np.zeros((n, 1, 2))
+    rigid[..., X] = -creepage
+    solved = coulomb.tractions(_law(_line_ics(n, dx), SteadyRolling(rigid, dx=dx), bound))
+    sticks = solved.stick[:, 0] & (bound[:, 0] > 0)
+    return CarterContact(x, solved.p[:, 0, X], sticks, dx, exact)
+
+
+def _centres(n: int, step: float) -> Array:
+    """Return the centres of n elements about 0."""
+    return np.asarray(step * (np.arange(n) - (n - 1) / 2), dtype=float)
+
+
+def _line_ics(n: int, dx: float) -> Convolution:
+    """Return ICs of strips of width dx in plane strain, -2 ln|x| / (pi E*), along x and across."""
+    edges = np.asarray(dx * (np.arange(2 * n) - n + 0.5), dtype=float)  # of lags
+
+    integral = edges * np.log(np.abs(edges) / (n * dx)) - edges
+    kernel = -2 / (np.pi * CYLINDERS.modulus) * np.diff(integral)
+    return Convolution((X, S), {"1": np.ones(1)}, {((i, "1"), (i, "1")): kernel[:, None] for i in (X, S)})
+
+
+def _law(operator: Convolution, motion: Motion, bound: Array) -> Coulomb:
+    """Return the problem of tangential tractions with given bounds, without prescribed forces."""
+    none = np.zeros((0, *bound.shape, 2))
+    return Coulomb(
+        lambda p: motion.slip_of(operator(p)),
+        Strips.of(operator, motion),
+        motion.given,
+        bound,
+        LeadingEdge.of(bound, motion.depth),
+        motion,
+        FreeAmplitudes(none, none, np.zeros(0)),
+    )
+
+
+def carter_errors(name: str) -> Numbers:
+    """Measure an error of `CarterContact` at each creepage."""
+    return Numbers(lambda _: {f"{share:g} of full slip": getattr(carter(share), name) for share in CARTERS})
+
+
+# --- an ellipse -----------------------------------------------------------------------------------------
+
+
+def ellipse(friction: float) -> FrictionalProblem:
+    """Return the contact of `POINT` on half-spaces."""
+    n_x, n_s = ELEMENTS
+    grid = Grid(n_x, n_s, ROOM * 2 * POINT.a / n_x, ROOM * 2 * POINT.b / n_s)
+    x = _centres(n_x, grid.dx)[:, None]
+    curved = POINT.surfaces
+    distance = curved.curvature_x * x**2 / 2 + curved.curvature_s * grid.strips**2 / 2
+    bodies = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
+    flat = half_space_operator(bodies, grid)
+    return FrictionalProblem(grid, flat, flat, distance, np.zeros(n_s), friction)
+
+
+def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, RollingProblem]:
+    """Return steady rolling on the ellipse, without curvature of the wheel in its kinematics."""
+    problem = ellipse(friction)
+    x = _centres(problem.grid.n_x, problem.grid.dx)
+    strips = problem.grid.strips
+    wheel = RollingProblem(
+        problem, RollingKinematics(plane(), np.inf, x, strips, np.zeros_like(strips)), order=2
+    )
+    return wheel.contact(creepages, Loading(LOAD)).contact, wheel
+
+
+def kalker_errors(_: Runs) -> Number:
+    """Return errors of F_x, F_y, M_z at small creepages over the largest of Kalker's at this creepage."""
+    length = np.sqrt(POINT.a * POINT.b)
+    exact_of = coefficients_of(POINT, STEEL.nu)
+    errors: Number = {}
+    for name, size in (("longitudinal", LITTLE), ("lateral", LITTLE), ("spin", LITTLE / length)):
+        contact, wheel = rolls(BARELY_SLIPS, Creepages(**{name: size}))
+        sizes = [size * (name == other) for other in ("longitudinal", "lateral", "spin")]
+        F_x, F_s, M_n = exact_of.forces(STEEL.G, *sizes)
+        exact = np.array([F_x, F_s, M_n / length])
+        moment = float(np.sum(contact.p * wheel.weights["spin"])) / length
+        found = np.array([*contact.force[:2], moment])
+        apart = np.abs(found - exact) / np.max(np.abs(exact))
+        errors |= {
+            f"{name}, {label}": float(error)
+            for label, error in zip(("F_x", "F_y", "M_z"), apart, strict=True)
+        }
+    return errors
+
+
+def _saturating() -> float:
+    """Return the creepage at which Kalker's longitudinal force is friction times load."""
+    C11 = coefficients_of(POINT, STEEL.nu).C11
+    return float(FRICTION * LOAD / (STEEL.G * POINT.a * POINT.b * C11))
+
+
+def full_slip_errors(_: Runs) -> Number:
+    """Return F / (friction load) - 1, signed along the force, at creepages at which all slips."""
+    size, errors = SLIDES * _saturating(), dict[str, float]()
+    directions = {"driven": (1, 0), "braked": (-1, 0), "aside": (0, 1), "driven and aside": (0.6, 0.8)}
+    for label, (along, aside) in directions.items():
+        contact, _wheel = rolls(FRICTION, Creepages(along * size, aside * size))
+        opposite = np.array([along, -aside])  # force on the wheel: along a drive, against lateral slip
+        errors[label] = abs(float(contact.force[:2] @ opposite) / (FRICTION * LOAD) - 1)
+    return errors
+
+
+def shifted(share: float, direction: int) -> tuple[FrictionalContact, ShiftedPoint]:
+    """Return the contact after a shift, and Cattaneo's with the force that goes with it."""
+    exact = ShiftedPoint(POINT, STEEL.nu, FRICTION, share * FRICTION * LOAD, direction)
+    problem = ellipse(FRICTION)
+    rigid = np.zeros((*problem.distance.shape, 2))
+    rigid[..., direction] = -exact.shift
+    return solve(problem, Shift(rigid), Loading(LOAD)), exact
+
+
+def _shifts() -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
+    return {
+        f"along {label}, {share:g} of friction load": (*shifted(share, direction), direction)
+        for direction, label in ((X, "x"), (S, "s"))
+        for share in SHIFTED
+    }
+
+
+def cattaneo_forces(runs: Runs) -> Number:
+    """Return relative errors of the force by the shift."""
+    return {
+        case: abs(float(contact.force[direction]) / exact.force - 1)
+        for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items()
+    }
+
+
+def cattaneo_tractions(runs: Runs) -> Number:
+    """Return mean differences of tractions over the mean of the exact ones."""
+    errors: Number = {}
+    for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items():
+        traction = exact.traction(*_places(contact))
+        apart = np.abs(contact.p[..., direction] - traction)
+        errors[case] = float(np.mean(apart) / np.mean(np.abs(traction)))
+    return errors
+
+
+def _places(contact: FrictionalContact) -> tuple[Array, Array]:
+    grid = contact.problem.grid
+    return _centres(grid.n_x, grid.dx)[:, None], grid.strips
+
+
+# --- the page -------------------------------------------------------------------------------------------
+
+
+def _carter_panel(share: float) -> Panel:
+    solved = carter(share)
+    fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
+    p_max = FRICTION * CYLINDERS.p_max(LINE_LOAD)
+    exact = np.interp(solved.x, fine, solved.exact.traction(fine))
+    return Panel(
+        f"Carter, {share:g} of full slip",
+        "x [mm]",
+        "p_x over friction p_max [-]",
+        curves_of(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max}),
+    )
+
+
+def _cattaneo_panels(runs: Runs) -> list[Panel]:
+    panels = []
+    for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items():
+        x, s = _places(contact)
+        row = len(x) // 2
+        traction = exact.traction(x[row], s)
+        curves = {"closed form": traction, "femic": contact.p[row, :, direction]}
+        panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves_of(s, curves)))
+    return panels
+
+
+STATEMENTS = (
+    Statement(
+        44,
+        "Rolling and shifts are those of closed forms.",
+        (
+            carter_errors("force_error").below(OF_FORCE, "Carter", "Carter: relative error of the force"),
+            carter_errors("stick_error").below(
+                OF_TRACTION, "Carter stick", "Carter: error of the width that sticks over that of the contact"
+            ),
+            Numbers(kalker_errors).below(
+                OF_FORCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest"
+            ),
+            Numbers(full_slip_errors).below(
+                EXACTLY, "full slip", "full slip: force along its direction over friction load, less 1"
+            ),
+            Numbers(cattaneo_forces).below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force"),
+            Numbers(cattaneo_tractions).below(
+                OF_TRACTION, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean"
+            ),
+            *CRITERIA,
+        ),
+        lambda runs: [*map(_carter_panel, CARTERS), *_cattaneo_panels(runs)],
+        columns=3,
+    ),
+)

@@ -1,0 +1,212 @@
+"""Numbers with their estimated errors, and what becomes of these in ratios.
+
+Contacts of a pair under any load, on grids that some loads share: C is solved once for each grid.
+
+So contacts can be compared at angles Δδ of the patch instead of loads: the load at which the patch with C
+turns by an angle is sought.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Self
+
+import numpy as np
+
+from compare.studies.contact_crossings import PairDeviations
+from femic.contact.estimates import Numbers
+from femic.contact.finite_elements.meshed_contact import rigid_compliance
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.operators.protocols import Operator
+from femic.contact.pairs.frictionless import SolvedContact, load_at_angle
+from femic.contact.pairs.grids import grids_of, on_fitting_grid
+from femic.contact.pairs.ics import C, ReferenceICs, normal_reference_ics
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
+from femic.contact.pairs.quantities import angle, numbers
+from femic.contact.specification import ContactProblem
+from femic.reference.run_options import RunOptions
+
+
+class Estimated(float):
+    """A number with its estimated error; wherever the error does not matter, it is the number."""
+
+    estimate: float
+
+    def __new__(cls, value: float, estimate: float) -> Self:
+        """Return a number with its estimated error, which is infinite where it is not known (NaN)."""
+        number = super().__new__(cls, value)
+        number.estimate = np.inf if np.isnan(estimate) else abs(estimate)
+        return number
+
+
+def estimate_of(value: float) -> float:
+    """Return the estimated error of a number, 0 if it has none."""
+    return value.estimate if isinstance(value, Estimated) else 0.0
+
+
+def ratio(one: float, other: float) -> float:
+    """Return a ratio of distances; infinite where the other is 0 and this is not, NaN where both are.
+
+    Its estimated error is the most that those of both can make of it; infinite where the other may be 0.
+    """
+    if other == 0.0:
+        return np.nan if one == 0.0 else np.inf
+    if not (estimate_of(one) or estimate_of(other)):
+        return one / other
+    least = abs(other) - estimate_of(other)
+    largest = (abs(one) + estimate_of(one)) / least if least > 0 else np.inf
+    return Estimated(one / other, largest - abs(one / other))
+
+
+GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
+LOAD_SHARE = 1e-3  # accuracy of loads at which a patch turns by an angle
+BELOW = 0.5  # least load that is tried on a grid, over the largest one of the grid before
+ICS = ("A", "B", "Bhat", C)
+
+
+@dataclass(frozen=True, eq=False)
+class SharedGrid:
+    """Bodies on a grid, the ICs by name, C as it was found, and the largest load [N] of the grid."""
+
+    on_grid: PairOnGrid
+    operators: Mapping[str, Operator]
+    reference: ReferenceICs
+    load: float
+
+    @cached_property
+    def deviations(self) -> PairDeviations:
+        """Errors of numbers with other ICs against C, on the same elements."""
+        return PairDeviations(self.on_grid, self.operators, self.reference.perturbed)
+
+    def solve(self, loading: Loading, ics: str, *, exact: bool = False) -> PairContact:
+        """Return the contact with some ICs; `exact`: with the distance of the displaced body."""
+        try:
+            return self.on_grid.solve(self.operators[ics], loading, exact=exact)
+        except PotentialAreaTooSmall as short:
+            raise PotentialAreaTooSmall(short.ends, loading, ics) from short
+
+
+@dataclass(eq=False)
+class ContactSeries:
+    """The frictionless contacts of a problem with A, B, B-hat and C, each solved once.
+
+    `loads` [N] are the least and the largest one that grids are made for.
+    """
+
+    problem: ContactProblem
+    options: RunOptions
+    loads: tuple[float, float]
+    contacts: dict[tuple[float, str, bool], PairContact] = field(default_factory=dict)
+    measured: dict[tuple[float, str], Numbers] = field(default_factory=dict)
+    loads_at: dict[float, float] = field(default_factory=dict)  # by angle of the patch with C
+    own_grids: dict[float, SharedGrid] = field(default_factory=dict)  # of these loads
+
+    @cached_property
+    def grids(self) -> list[SharedGrid]:
+        """The grids, those of smaller loads first."""
+        return list(self._grids())
+
+    def _grids(self) -> Iterator[SharedGrid]:
+        problem = _with_loads(self.problem, tuple(map(float, np.geomspace(*self.loads, GRID_LOADS))))
+        for grid, loadings in grids_of(problem):
+            largest = max(loadings, key=_load)
+            yield on_fitting_grid(problem, grid, partial(self._shared_grid, largest))
+
+    def _shared_grid(self, largest: Loading, on_grid: PairOnGrid) -> SharedGrid:
+        grid = on_grid.grid
+        self.options.watch.on_stage(
+            f"  {self.problem.name}: C on {grid.n_x} x {grid.n_s} elements, up to {largest}"
+        )
+        reference = normal_reference_ics(self.problem, on_grid, self.options)
+        operators: dict[str, Operator] = {ics: on_grid.operator(ics) for ics in ICS if ics != C}
+        shared = SharedGrid(on_grid, operators | {C: reference.operator}, reference, _load(largest))
+        for ics in ICS:  # a grid that is too short for one of them is made longer
+            shared.solve(largest, ics)
+        return shared
+
+    @cached_property
+    def rigid_compliance(self) -> float:
+        """M_zz [mm/N] of both bodies on their supports, which the discount takes from approaches with C."""
+        return rigid_compliance(self.problem, self.options)
+
+    def grid_of(self, load: float) -> SharedGrid:
+        """Return the grid of a load [N]."""
+        if load in self.own_grids:
+            return self.own_grids[load]
+        return next((shared for shared in self.grids if load <= shared.load), self.grids[-1])
+
+    def solved(self, load: float, ics: str = C, *, exact: bool = False) -> PairContact:
+        """Return the contact under a load [N]; `exact`: with the distance of the displaced body."""
+        key = load, ics, exact
+        if key not in self.contacts:
+            self.contacts[key] = self.grid_of(load).solve(Loading(load), ics, exact=exact)
+        return self.contacts[key]
+
+    def contact(self, load: float, ics: str = C) -> SolvedContact:
+        """Return the contact under a load [N], of C also with its estimated error added."""
+        shared, loading = self.grid_of(load), Loading(load)
+        perturbed = shared.on_grid.solve(shared.reference.perturbed, loading) if ics == C else None
+        return SolvedContact(loading, ics, self.solved(load, ics), perturbed)
+
+    def numbers(self, load: float, ics: str = C) -> Numbers:
+        """Return the numbers of the contact under a load [N], and their estimated errors, `estimate_...`."""
+        key = load, ics
+        if key not in self.measured:
+            contact = self.contact(load, ics)
+            estimates = contact.estimated_errors().items()
+            self.measured[key] = numbers(contact.on_grid, contact.normal) | {
+                f"estimate_{name}": estimate for name, estimate in estimates
+            }
+        return self.measured[key]
+
+    def angle(self, load: float, ics: str = C) -> float:
+        """Return the angle [deg] by which the patch turns under a load [N]."""
+        contact = self.solved(load, ics)
+        return angle(contact.on_grid, contact.normal)
+
+    def error(self, load: float, ics: str, name: str) -> Estimated:
+        """Return a number with some ICs over the same with C, minus 1, under a load [N]."""
+        return Estimated(*self.grid_of(load).deviations.error(name, ics, load))
+
+    def angle_with_c(self, load: float) -> Estimated:
+        """Return the angle [deg] by which the patch with C turns under a load [N]."""
+        return Estimated(*self.grid_of(load).deviations.angle(load))
+
+    def load_at(self, degrees: float) -> float:
+        """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids."""
+        if degrees not in self.loads_at:
+            self.loads_at[degrees] = self._load_at(degrees)
+        return self.loads_at[degrees]
+
+    def _load_at(self, degrees: float) -> float:
+        """Return the load [N], of contacts on one grid: from one grid to the next the angle jumps.
+
+        The grid is the first whose largest load turns the patch far enough. Where the jump between two grids
+        passes the angle, the load is a little less than those of the larger grid, which it has nevertheless.
+        """
+        angles = [self.angle(shared.load) for shared in self.grids]
+        number = next((k for k, turned in enumerate(angles) if turned >= degrees), len(angles) - 1)
+        shared = self.grids[number]
+        least = self.grids[number - 1].load * BELOW if number else self.loads[0]
+        patch = f"the patch of {self.problem.name} with C"
+        angle_of = partial(self._angle_on, shared)
+        load = load_at_angle(angle_of, degrees, (least, shared.load), LOAD_SHARE, patch)
+        self.own_grids[load] = shared
+        return load
+
+    def _angle_on(self, shared: SharedGrid, load: float) -> float:
+        """Return the angle [deg] by which the patch with C turns under a load [N] on a grid."""
+        if self.grid_of(load) is shared:
+            return self.angle(load)
+        contact = shared.solve(Loading(load), C)
+        return angle(contact.on_grid, contact.normal)
+
+
+def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactProblem:
+    specification = replace(problem.specification, loads=loads, approaches=(), ics=ICS)
+    return replace(problem, specification=specification)
+
+
+def _load(loading: Loading) -> float:
+    return float(loading.load or 0.0)

@@ -1,0 +1,268 @@
+"""Contacts with friction of the pair of `rolling` and `compression`, and how far ICs are from C in them.
+
+Both are solved on the same grid, so that one C serves all motions and coefficients of friction.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec, cast
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import PchipInterpolator
+
+from compare.report.looks import symbol_of
+from compare.validation.statements.contact_series import Estimated, ratio
+from compare.validation.statements.criteria import Numbers
+from compare.validation.statements.runs import Runs
+from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.results.contact import reference_of
+from femic.results.friction import scaled_force
+from femic.results.friction_dataset import estimate_of_difference
+from femic.scenes.load import load_scene
+from geometries.arrays import Array
+from geometries.patches import Grid
+
+FRICTIONS = (0.2, 0.4, 0.6)
+LOW, HIGH = FRICTIONS[0], FRICTIONS[1:]
+ELEMENTS = 20  # across the patch
+LOADS = (2e3, 5e3, 10e3, 15e3, 20e3, 30e3, 40e3, 55e3, 70e3, 85e3, 100e3)  # of compression [N]: up to rolling
+FEW_CREEPAGES = (-0.006, -0.003, -0.002, -0.0015, -0.001, -0.0005, 0.0, 0.001, 0.003)  # of further curves
+SINGLE = ("A", "B", "Bhat", "Bhat_prime")
+WITHOUT_FIT = {"A": "Bhat+sn:B+xn:A", "B": "Bhat+sn:B+xn:B", "Bhat": "Bhat+sn:B"}  # by their xn
+ICS = (*SINGLE, "mix", *WITHOUT_FIT.values(), "C")
+STEEL_E = 210e3  # MPa, of both bodies
+GRID = ("dx", "ds", "s_middle")  # attributes of labelled arrays that give their grid
+
+Distance = Callable[[xr.Dataset, float, str], float]  # of some ICs from C, at a coefficient of friction
+Further = ParamSpec("Further")  # arguments of a distance
+
+
+def rolling(runs: Runs) -> xr.Dataset:
+    """Return steady rolling with all ICs."""
+    return runs.friction("rolling", {"contact": {"elements": ELEMENTS, "ics": list(ICS)}})
+
+
+def compression(runs: Runs) -> xr.Dataset:
+    """Return static compression with all ICs, up to the load of rolling."""
+    contact = {"elements": ELEMENTS, "ics": list(ICS), "loads": list(LOADS)}
+    return runs.friction("compression", {"contact": contact})
+
+
+def rolling_on_same_grid(
+    runs: Runs, changes: Mapping[str, Any], given: Mapping[str, GivenICs] = NONE_GIVEN
+) -> xr.Dataset:
+    """Return steady rolling with some keys of the scene changed, on the grid of `rolling`."""
+    contact = {"grid": "scene"} | changes.get("contact", {})
+    return runs.friction("rolling", {**changes, "grid": on_grid_of(rolling(runs)), "contact": contact}, given)
+
+
+def grid_of(dataset: xr.Dataset) -> Grid:
+    """Return the grid of labelled arrays."""
+    dx, ds, s = (float(dataset.attrs[name]) for name in GRID)
+    return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, s)
+
+
+def on_grid_of(dataset: xr.Dataset) -> dict[str, object]:
+    """Return the table [grid] of a scene of the grid of labelled arrays."""
+    return asdict(grid_of(dataset))
+
+
+def pair_of(runs: Runs) -> PairWithFriction:
+    """Return the pair of scene `rolling` on the grid of its contacts, where C is solved."""
+    changes = {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": on_grid_of(rolling(runs))}
+    scene = load_scene("rolling", changes)
+    problem = scene.contact_problem
+    return PairWithFriction(problem, pair_on_grid(problem, problem.grid), runs.options)
+
+
+# --- distances from C -----------------------------------------------------------------------------------
+
+
+def curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the root mean square distance of creep-force curves over friction times load."""
+    return _labelled_distance(dataset, "rms", friction=friction, ics=ics)
+
+
+def largest_curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the largest distance of creep-force curves over friction times load."""
+    return _labelled_distance(dataset, "largest", friction=friction, ics=ics)
+
+
+def _labelled_distance(dataset: xr.Dataset, name: str, **at: float | str) -> Estimated:
+    """Return a distance that labelled arrays have, with its estimated error."""
+    return Estimated(*(float(dataset[which].sel(at)) for which in (name, f"estimate_{name}")))
+
+
+def with_estimate(
+    difference: Callable[Concatenate[xr.Dataset, float, str, Further], float],
+) -> Callable[Concatenate[xr.Dataset, float, str, Further], float]:
+    """Make a difference of contacts to those with C a distance: its size, with its estimated error."""
+
+    @wraps(difference)
+    def distance(
+        dataset: xr.Dataset, friction: float, ics: str, *args: Further.args, **kwargs: Further.kwargs
+    ) -> float:
+        def measured(contacts: xr.Dataset) -> xr.DataArray:
+            return xr.DataArray(difference(contacts, friction, ics, *args, **kwargs))
+
+        both = list(dict.fromkeys((ics, reference_of(dataset))))
+        compared = dataset.sel(friction=[friction], ics=both)
+        return Estimated(abs(float(measured(compared))), float(estimate_of_difference(compared, measured)))
+
+    return cast("Callable[Concatenate[xr.Dataset, float, str, Further], float]", distance)
+
+
+@with_estimate
+def shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the difference of the creepages without force, times the slope with C, over friction load."""
+    at, by_c = dataset.sel(friction=friction), reference_of(dataset)
+    scale = at.slope.sel(ics=by_c) / (friction * dataset.attrs["load"])
+    return float((at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=by_c)) * scale)
+
+
+@with_estimate
+def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the share of a curve's distance that is left when it is moved to C's creepage without force.
+
+    The curve of these ICs is interpolated between its creepages, and compared where both are known.
+    """
+    at = dataset.sel(friction=friction)
+    force, reference = scaled_force(at.assign_coords(friction=friction)), reference_of(dataset)
+    by_c, own = (_known(force.sel(ics=name)) for name in (reference, ics))
+    if min(len(xi) for xi, _ in (by_c, own)) < 2:
+        return np.nan
+    moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=reference))
+    curve = PchipInterpolator(*own, extrapolate=False)
+    apart, left = (curve(by_c[0] + move) - by_c[1] for move in (0.0, moved))
+    both = np.isfinite(apart) & np.isfinite(left)
+    return rms(left[both]) / rms(apart[both])
+
+
+def _known(force: xr.DataArray) -> tuple[Array, Array]:
+    """Return creepages and forces where there is a contact."""
+    known = force.dropna("xi")
+    return known.xi.values, known.values
+
+
+@with_estimate
+def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
+    line = centre_line(dataset, friction)
+    by_c = line.sel(ics=reference_of(dataset)).values
+    return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
+
+
+@with_estimate
+def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
+    line, by_c = centre_line(dataset, friction), reference_of(dataset)
+    pressures = dataset.p.sel(friction=friction, direction="n", ics=by_c).interp(s=0.0).values
+    return rms((line.sel(ics=ics) - line.sel(ics=by_c)).values) / (friction * rms(pressures))
+
+
+def centre_line(dataset: xr.Dataset, friction: float) -> xr.DataArray:
+    """Return p_x [MPa] at s = 0 at equal force, by ICs and x."""
+    return dataset.p.sel(friction=friction, direction="x").interp(s=0.0)
+
+
+@with_estimate
+def traction_distance(
+    dataset: xr.Dataset, friction: float, ics: str, directions: Sequence[str] = ("x", "s")
+) -> float:
+    """Return the distance of tangential tractions over friction times pressure with C; root mean squares.
+
+    `directions` are those that count.
+    """
+    p = dataset.p.sel(friction=friction)
+    by_c = p.sel(ics=reference_of(dataset))
+    apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
+    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
+
+
+def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return the difference of the sliding shares of the patch after the last load.
+
+    Its estimate is the sum of both: shares change by elements, on larger ones by luck not at all.
+    """
+    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)]).isel(load=-1)
+    difference = float(abs(at.sliding_share.diff("ics").item()))
+    return Estimated(difference, float(at.estimate_sliding_share.sum()))
+
+
+@with_estimate
+def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+    """Return |p_max / p_max with C - 1| of rolling at no creepage."""
+    p_max = dataset.p_max.sel(friction=friction, xi=0.0)
+    return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1)
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square of values."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+# --- numbers of criteria --------------------------------------------------------------------------------
+
+Contacts = Callable[[Runs], xr.Dataset]
+
+
+def of_ics(contacts: Contacts, distance: Distance, ics: Sequence[str], frictions: Sequence[float]) -> Numbers:
+    """Measure the distance of each of some ICs from C at each coefficient of friction."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {
+            case(friction, name): distance(dataset, friction, name) for friction in frictions for name in ics
+        }
+
+    return Numbers(measure)
+
+
+def against(
+    contacts: Contacts,
+    distance: Distance,
+    ics: Sequence[str],
+    others: Sequence[str],
+    frictions: Sequence[float],
+) -> Numbers:
+    """Measure the distance of each of some ICs from C over that of each of others."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {
+            f"{case(friction, name)} over {symbol_of(other)}": ratio(
+                distance(dataset, friction, name), distance(dataset, friction, other)
+            )
+            for friction in frictions
+            for name in ics
+            for other in others
+        }
+
+    return Numbers(measure)
+
+
+def from_friction_to_friction(
+    contacts: Contacts, distance: Distance, ics: Sequence[str], pairs: Sequence[tuple[float, float]]
+) -> Numbers:
+    """Measure distances from C at one coefficient of friction over those at another, by pairs of both."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {
+            f"{symbol_of(name)}, friction {one:g} over {other:g}": ratio(
+                distance(dataset, one, name), distance(dataset, other, name)
+            )
+            for one, other in pairs
+            for name in ics
+        }
+
+    return Numbers(measure)
+
+
+def case(friction: float, ics: str) -> str:
+    """Return the name of a case."""
+    return f"friction {friction:g}, {symbol_of(ics)}"

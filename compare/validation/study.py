@@ -1,0 +1,55 @@
+"""The results of a study as JSON, and a page of the same numbers.
+
+Kalker's creepage coefficients of contacts of Hertz, each computed once.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.report.parts import Page, write_page
+from femic.cache.digests import results_digest, versions
+from femic.cache.files import write_text
+from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
+from femic.contact.exact.hertz import LoadedPoint
+
+
+def write(
+    folder: Path, study: str, module: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
+) -> Path:
+    """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page.
+
+    `module` computes the numbers, with all that it imports.
+    """
+    content = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(text, folder / f"{study}.json")
+    return write_page(page_of(content), folder / f"{study}.html")
+
+
+def version_text(content: dict[str, Any]) -> str:
+    """Return a list of the program and its libraries with their versions."""
+    return ", ".join(f"{name} {version}" for name, version in content["versions"].items()) + "."
+
+
+DIGITS = 9  # of the aspect of an ellipse
+
+
+def coefficients_of(patch: LoadedPoint, nu: float) -> CreepageCoefficients:
+    """Return the coefficients of the ellipse of a contact of Hertz; nu is the combined one.
+
+    Raises WrongInput as `creepage_coefficients`.
+    """
+    of_aspect = _of_aspect(float(f"{patch.a / patch.b:.{DIGITS}g}"), nu)
+    return replace(of_aspect, a=patch.a, b=patch.b)
+
+
+@cache
+def _of_aspect(aspect: float, nu: float) -> CreepageCoefficients:
+    """Return the coefficients of an aspect a/b; they do not depend on the size."""
+    return creepage_coefficients(float(np.sqrt(aspect)), float(1 / np.sqrt(aspect)), nu)

@@ -1,1 +1,0 @@
-"""The dataset of all scenes of a campaign, with checksums, and the outcomes of scenes in the store."""

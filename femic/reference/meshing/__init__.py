@@ -1,1 +1,0 @@
-"""Meshing for both engines: outlines of sections, sizes of cells, sessions of Gmsh."""

@@ -1,0 +1,223 @@
+"""Fit of effective properties to the C of a scene, and the scene file with them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import tomlkit
+import xarray as xr
+
+from approx.calibration import Fit, Target, fit, octave_weights
+from approx.effective import EffectiveProperties
+from approx.pair import Pair
+from femic.cache.digests import results_digest, versions
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results.ics import Results, compute, points_of, reference_of, solids, with_approximations
+from femic.scenes.calibration import calibration_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.file import SceneFile
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import places
+
+REPORTED_COMPONENTS = ("nn", "xn", "sn")  # components that every report shows, whichever were fitted
+COMPARED_VARIANTS = ("A", "B", "Bhat")  # variants that the report compares with B-hat-prime
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A scene with fitted properties, its results, the fits and their targets."""
+
+    scene: Scene  # with the fitted properties
+    results: Results  # on the lines of the scene and of its calibration
+    fits: Mapping[str, Fit]  # by body
+    targets: Mapping[str, Target]  # by body
+
+
+def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
+    """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
+
+    Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
+    """
+    require_calibration(scene)
+    results = compute(extended(scene), options)
+    options.watch.on_stage("  fitting")
+    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
+    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
+    results = _with_fits(results, scene, fits)
+    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+
+
+def extended(scene: Scene) -> Scene:
+    """Return the scene with the lines and components of its calibration, for which C is computed."""
+    return replace(
+        scene,
+        lines=(*scene.lines, *scene.calibration.lines),
+        components=tuple(dict.fromkeys((*REPORTED_COMPONENTS, *scene.calibration.components))),
+        variants=("A",),  # the other variants are computed after the fit
+        check=None,
+    )
+
+
+def require_calibration(scene: Scene) -> None:
+    """Raise BadScene, before any computation, if the scene cannot be calibrated."""
+    errors = list(calibration_misfits(scene))
+    if not errors:
+        shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
+        try:
+            for body in scene.calibration.bodies:
+                target_from(scene, _a_on_planes(scene, np.ones(shape), body), body)
+        except WrongInput as error:
+            errors.append(f"calibration: {error}")
+    require_none(scene.name, errors)
+
+
+def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
+    """Return ICs (n_components, n) [mm/MPa] as given, or A if all bodies are planes, because C is A there.
+
+    So components that vanish are found before C is computed.
+    """
+    solid_bodies = scene.bodies.values()
+    bent = any(
+        np.ptp(solid_body.contour.inclination(np.linspace(*solid_body.s_range, 99)))
+        for solid_body in solid_bodies
+    )
+    if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
+        return ics
+    return target_from(scene, ics, body).approximate("A")
+
+
+def target_of(results: Results, body: str) -> Target:
+    """Return the target of a fit: C of a body and its estimate at the points of the scene's calibration."""
+    scene = results.scene
+    points = points_of(results, scene.calibration.lines)
+    fitted = places(scene.calibration.components)
+    c, error = (
+        scene.patch.area * getattr(reference_of(results, body), part)[fitted][:, points]
+        for part in ("ic", "estimate")
+    )
+    return replace(target_from(scene, c, body), error=error)
+
+
+def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
+    """Return the target of a fit: exact ICs (n_components, n) [mm/MPa] at the points of the calibration."""
+    calibration = scene.calibration
+    solid = replace(solids(scene)[body], effective=None)
+    if isinstance(solid, Pair):
+        solid = replace(solid, curvature_apart=calibration.curvature_apart)
+    x, s = (np.concatenate([getattr(line, name) for line in calibration.lines]) for name in ("x", "s"))
+    weights = octave_weights(np.hypot(x, s - scene.patch.s)) if calibration.logarithmic else np.ones(len(x))
+    return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
+
+
+def unit_of(scene: Scene) -> float:
+    """Return the factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
+    return scene.reference_E * scene.reference_length / scene.patch.area
+
+
+def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
+    """Return the results with the fitted properties and new approximations."""
+    effective = {body: body_fit.effective for body, body_fit in fits.items()}
+    calibrated = replace(
+        results.scene,
+        text=with_properties(scene, effective),
+        effective={
+            **{name: scene.effective[name] for name in _remaining_bodies(scene, effective)},
+            **effective,
+        },
+        curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
+        variants=tuple(dict.fromkeys((*scene.variants, *COMPARED_VARIANTS, "Bhat_prime"))),
+    )
+    return with_approximations(results, calibrated)
+
+
+def _remaining_bodies(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
+    """Return the bodies whose given properties remain in force.
+
+    Combined properties take precedence over properties of each body, and would hide new ones.
+    """
+    overruled = set(fitted) if "combined" in fitted else {*fitted, "combined"}
+    return [name for name in scene.effective if name not in overruled]
+
+
+def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties]) -> str:
+    """Return the text of the scene's file, including comments, with effective properties and B-hat-prime."""
+    document = tomlkit.parse(scene.text)
+    listed = document.get("variants", SceneFile.model_fields["variants"].default)
+    document["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
+    given = {name: document["effective"][name] for name in _remaining_bodies(scene, effective)}
+    for body, properties in effective.items():
+        given[body] = properties_table(scene, body, properties)
+    document.pop("effective", None)
+    document["effective"] = given
+    return tomlkit.dumps(document)
+
+
+def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:
+    """Return the table [effective.BODY] of a scene file."""
+    table: dict[str, Any] = {}
+    if body == "combined" and scene.calibration.curvature_apart:
+        table["curvature"] = "apart"
+    for name in scene.calibration.properties:
+        transition = getattr(properties, name)
+        table[name] = tomlkit.inline_table()
+        for key in ("far", "r_inf", "m", "n"):
+            table[name][key] = float(f"{getattr(transition, key):.6g}")
+    return table
+
+
+def to_dataset(calibrated: Calibrated) -> xr.Dataset:
+    """Return the fits with covariances and residuals, and the fitted points, weights and ICs [mm/N]."""
+    scene, bodies = calibrated.scene, list(calibrated.fits)
+    first = calibrated.targets[bodies[0]]
+    names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
+    return xr.Dataset(
+        _fit_variables(list(calibrated.fits.values()))
+        | _target_variables(calibrated)
+        | {"weight": ("point", first.weights)},
+        coords={
+            "body": bodies,
+            "component": list(first.components),
+            "parameter": names,
+            "parameter_": names,
+            "x": ("point", first.x, {"units": "mm"}),
+            "s": ("point", first.s, {"units": "mm"}),
+        },
+        attrs={
+            "title": f"effective properties: {scene.title}",
+            "scene": scene.text,
+            "curvature": "apart" if scene.calibration.curvature_apart else "contained",
+            "code": results_digest(__name__),
+            "versions": str(versions()),
+        },
+    )
+
+
+def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
+    """Return parameters of the fits of all bodies, their covariance, and residuals as shares of max |C|."""
+    dims, share = ("body", "parameter"), {"meaning": "share of max |C|"}
+    return {
+        "value": (
+            dims,
+            [[parameter.value for parameter in fit.parameters] for fit in fits],
+            {"units": "r_inf: mm, G: MPa"},
+        ),
+        "note": (dims, [[parameter.note for parameter in fit.parameters] for fit in fits]),
+        "covariance": ((*dims, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
+        "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
+        "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
+    }
+
+
+def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
+    """Return C at the fitted points, its estimate, and the fitted B-hat-prime [mm/N]."""
+    dims, units, area = ("body", "component", "point"), {"units": "mm/N"}, calibrated.scene.patch.area
+    targets = calibrated.targets
+    ics = {
+        "c": [target.ics for target in targets.values()],
+        "estimate": [target.error for target in targets.values()],
+        "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
+    }
+    return {name: (dims, np.stack(values) / area, units) for name, values in ics.items()}

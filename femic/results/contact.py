@@ -1,0 +1,276 @@
+"""Frictionless contact of a scene with several ICs, solved by `femic.contact`; which scenes are refused.
+
+The labelled arrays of contacts, `contact.nc`: numbers with their estimates, pressures and gaps.
+"""
+
+import json
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+
+import numpy as np
+import xarray as xr
+
+from approx.variants import needs_effective
+from femic.cache.digests import results_digest, versions
+from femic.contact.finite_strain import finite_strain_share
+from femic.contact.loading import Loading, amount
+from femic.contact.pairs import ics as given_ics
+from femic.contact.pairs.feasibility import impossible, without_operator
+from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact, solve_frictionless
+from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs
+from femic.contact.pairs.pair_on_grid import PairContact
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.engine import matrix_engine_misfits
+from femic.scenes.errors import BadScene, require_none
+from femic.scenes.ic_names import is_map
+from femic.scenes.lines import grid_misfits, single_load_misfits
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResults:
+    """The frictionless contacts of a scene."""
+
+    scene: Scene
+    solved: FrictionlessContacts
+
+
+def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
+    """Raise BadScene where the contact of a scene cannot be solved, before any work; `given` name ICs."""
+    specification = scene.contact
+    if not specification.loadings:
+        raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
+    approximations = [
+        name for name in specification.ics if name != C and name not in given and not is_map(name)
+    ]
+    if needs_effective(*approximations) and not scene.pair.has_effective("combined"):
+        raise BadScene(
+            f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
+            "`femic calibrate` fits them"
+        )
+    if (maps := map_names(specification.ics)) and specification.friction:
+        raise BadScene(
+            f"{scene.name}: contact.ics: {maps[0]}: maps of C have nn only, for contact without friction; "
+            "use C"
+        )
+    c_misfits = () if C in given else _c_misfits(scene)
+    problem = scene.contact_problem
+    require_none(scene.name, [*c_misfits, *without_operator(problem, approximations), *impossible(problem)])
+
+
+def _c_misfits(scene: Scene) -> Iterator[str]:
+    """Yield misfits of the engine of C, and of the grid if the scene gives one."""
+    if C in scene.contact.ics:
+        yield from single_load_misfits(scene)
+        yield from matrix_engine_misfits(scene)
+        if not scene.contact.automatic:
+            yield from grid_misfits(scene)
+
+
+def map_names(ics: Sequence[str]) -> list[str]:
+    """Return the names of maps of C among names of ICs."""
+    return [name for name in ics if is_map(name)]
+
+
+def reference_name(ics: Sequence[str]) -> str:
+    """Return the ICs that others are compared with: C, or else a map of it, B-hat, or the last."""
+    return given_ics.reference_name(ics, map_names(ics))
+
+
+def compute_contact(
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
+) -> ContactResults:
+    """Solve all frictionless contacts of a scene; `given` are ICs by name, such as its maps of C.
+
+    Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
+    """
+    require_solvable(scene, given)
+    return ContactResults(scene, solve_frictionless(scene.contact_problem, options, given))
+
+
+X = {"units": "mm", "long_name": "place along the direction of rolling"}
+S = {"units": "mm", "long_name": "arc length of the lower contour"}
+SECONDS = {"units": "s", "long_name": "time of the solution, without C"}
+INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
+NUMBERS = ("case", "ics")
+NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
+PREFIXES = {  # before the name of a quantity: what the variable is besides its meaning
+    "": "",
+    "estimate_": ": estimated error",
+    "displaced_": ": with the exact distance of the displaced body",
+    "supported_": ": with other supports",
+    "larger_": ": on elements twice as large",
+    "change_": ": change with the ICs plus their estimated errors",
+    "floor_": ": change where single elements are in another state",
+    "steady_": ": in steady rolling",
+    "estimate_steady_": ": estimated error in steady rolling",
+}
+
+
+def ics_of(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the ICs."""
+    return [str(name) for name in dataset.ics.values]
+
+
+def reference_of(dataset: xr.Dataset) -> str:
+    """Return the ICs that others are compared with."""
+    return reference_name(ics_of(dataset))
+
+
+def others_of(dataset: xr.Dataset) -> list[str]:
+    """Return the ICs that are compared with the reference."""
+    return [name for name in ics_of(dataset) if name != reference_of(dataset)]
+
+
+def variables(
+    quantities: Mapping[str, Quantity], dims: str | tuple[str, ...], tables: Mapping[str, object]
+) -> dict[str, xr.Variable]:
+    """Return variables PREFIX + NAME of quantities; `tables` has nested lists of numbers by `PREFIXES`."""
+    return {
+        prefix + name: xr.Variable(
+            dims,
+            np.vectorize(itemgetter(name), otypes=[float])(table),
+            {"units": quantity.unit, "long_name": quantity.meaning + PREFIXES[prefix]},
+        )
+        for prefix, table in tables.items()
+        for name, quantity in quantities.items()
+    }
+
+
+def case_names(dataset: xr.Dataset) -> list[str]:
+    """Return the cases with their unit: 4000 N, 0.01 mm."""
+    return [amount(value, dataset.case.attrs["units"]) for value in dataset.case.values.tolist()]
+
+
+def pressures(dataset: xr.Dataset, number: int) -> xr.DataArray:
+    """Return the pressures of a case on its own grid, with places `x` and `s` [mm]."""
+    p = dataset.p.isel(case=number)
+    for dim in {"x", "s"}.intersection(p.dims):
+        p = p.dropna(dim, how="all")
+    return p
+
+
+def padded(arrays: Sequence[Array]) -> Array:
+    """Return arrays along a new first dimension, with NaN beyond those that are smaller."""
+    whole = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0)), np.nan)
+    for row, array in zip(whole, arrays, strict=True):
+        row[tuple(map(slice, array.shape))] = array
+    return whole
+
+
+def to_dataset(results: ContactResults) -> xr.Dataset:
+    """Return numbers by case, a prescribed load or approach, and ICs, and pressures and gaps by place.
+
+    Each case has a grid of its own: `x` and `s` [mm] are its places, and beyond them all is NaN.
+
+    `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
+    (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
+    is the number with the exact distance of the displaced body; NaN where there is none.
+    `finite_strain_p_max` is by how much strains that are not small may change p_max
+    (`femic.contact.finite_strain`), with all ICs alike: it is in no estimate.
+    """
+    solution = results.solved
+    solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
+    tables = {
+        "": [[_numbers(contact.contact) for contact in row] for row in solved],
+        "estimate_": [[contact.estimated_errors() for contact in row] for row in solved],
+        "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
+    }
+    dataset = xr.Dataset(
+        variables(OF_FRICTIONLESS, NUMBERS, tables),
+        coords={"case": _cases(solution.loadings), "ics": list(solution.ics)},
+        attrs=_attributes(results),
+    )
+    dataset["finite_strain_p_max"] = _finite_strain(results, dataset.p_max)
+    iterations = [[contact.normal.solution.iterations for contact in row] for row in solved]
+    dataset["iterations"] = NUMBERS, iterations, {"units": "1", "long_name": "iterations for the pressures"}
+    dataset["seconds"] = NUMBERS, [[contact.seconds for contact in row] for row in solved], SECONDS
+    return dataset.assign_coords(_places(solved)).assign(_fields(solved))
+
+
+def _cases(loadings: Sequence[Loading]) -> xr.Variable:
+    """Return what is prescribed: loads [N] or approaches [mm]."""
+    name, unit = ("approach", "mm") if loadings[0].load is None else ("load", "N")
+    values = [float(getattr(loading, name)) for loading in loadings]
+    return xr.Variable("case", values, {"units": unit, "long_name": f"prescribed {name}"})
+
+
+def _finite_strain(results: ContactResults, p_max: xr.DataArray) -> xr.DataArray:
+    """Return by how much finite strains may change p_max [MPa], by case and ICs."""
+    softest = min(body.material.E for body in results.scene.bodies.values())
+    per_pressure = [
+        [finite_strain_share(1.0, softest, load_given=loading.load is not None).p_max]
+        for loading in results.solved.loadings
+    ]
+    meaning = "change of p_max by finite strains, at most"
+    return (p_max**2 * np.array(per_pressure)).assign_attrs(units="MPa", long_name=meaning)
+
+
+def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float]]) -> xr.Dataset:
+    """Return the arrays with `supported_NAME` (supports): the largest contact with C on other supports."""
+    if not supports:
+        return dataset
+    loads = dataset["load"].sel(ics="C").values
+    numbers_by_name = variables(OF_FRICTIONLESS, "supports", {"supported_": list(supports.values())})
+    supported = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
+    return dataset.merge(supported).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
+
+
+def _numbers(contact: PairContact | None) -> dict[str, float]:
+    """Return the numbers of a contact; NaN where there is none."""
+    return NONE if contact is None else numbers(contact.on_grid, contact.normal)
+
+
+def _places(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
+    """Return the places of elements of all cases [mm]."""
+    grids = [row[0].on_grid for row in solved]
+    return {
+        "x": xr.Variable(("case", "x"), padded([on_grid.x for on_grid in grids]), X),
+        "s": xr.Variable(("case", "s"), padded([on_grid.grid.strips for on_grid in grids]), S),
+    }
+
+
+def _fields(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
+    """Return pressures and gaps by case, ICs and place, and the inclination of the lower contour."""
+    grids, by_place = [row[0].on_grid for row in solved], ("case", "ics", "x", "s")
+    p, gap = (
+        padded([np.stack([getattr(contact.normal, name) for contact in row]) for row in solved])
+        for name in ("p", "gap")
+    )
+    inclinations = [each.undeformed.lower.contour.inclination(each.grid.strips) for each in grids]
+    return {
+        "p": xr.Variable(by_place, p, {"units": "MPa", "long_name": "pressure"}),
+        "gap": xr.Variable(by_place, gap, {"units": "mm", "long_name": "gap between the deformed bodies"}),
+        "inclination": xr.Variable(("case", "s"), padded(inclinations), INCLINATION),
+    }
+
+
+def _attributes(results: ContactResults) -> dict[str, str | float]:
+    references = {
+        f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {
+            "estimate": c.estimate,
+            "asymmetry": c.asymmetry.share,
+            "smallest_eigenvalue": c.eigenvalue,
+            "seconds": c.seconds,
+        }
+        for grid, c in results.solved.references.items()
+    }
+    return {
+        "title": f"Frictionless contact: {results.scene.title}",
+        "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
+        "references": json.dumps(references),
+        **provenance(results.scene, results.solved.seconds, __name__),
+    }
+
+
+def provenance(scene: Scene, seconds: float, module: str) -> dict[str, str | float]:
+    """Return attributes on the origin of a file of contacts: scene, seconds, code, versions."""
+    return {
+        "scene": scene.text,
+        "seconds": seconds,
+        "code": results_digest(module),
+        "versions": json.dumps(versions()),
+    }

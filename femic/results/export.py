@@ -1,0 +1,315 @@
+"""The grid of a file for CONTACT, which is that of the scene's contact, and the distances on it.
+
+`femic export` writes the IC matrix of both bodies as a file for the program CONTACT.
+"""
+
+import tomllib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from approx.pair import column, matrix
+from approx.variants import VARIANTS, needed, needs_effective
+from femic.cache import files as folders
+from femic.cache.files import write_text
+from femic.contact.loading import Loading
+from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.grids import SIZING, contact_size, grids_of
+from femic.contact.pairs.ics import C, c_jobs
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.reference.matrix.job import Discount
+from femic.reference.matrix.reference import matrices, pair_column
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results import contact_file
+from femic.results.contact_file import ContactFile
+from femic.results.matrices import compute_matrix
+from femic.scenes.engine import matrix_engine_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.ic_names import is_map
+from femic.scenes.lines import grid_misfits
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import Failure, WrongInput
+from geometries.patches import COMPONENTS
+
+FILE = "contact_distances.txt"
+FAR = 1000.0  # mm: written where no upper body is opposite, for CONTACT reads no infinite numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Distances:
+    """Distances of the bodies along n [mm], (n_x, n_s), after an approach [mm], and which that is."""
+
+    values: Array
+    approach: float
+    meaning: str
+
+
+def grid_is_given(scene: Scene) -> bool:
+    """Whether a file has the grid of the scene's table [grid]: it is there, or the contact has no loads."""
+    own = set(tomllib.loads(scene.text).get("grid", {})) - {"check"}
+    return bool(own) or not scene.contact.loadings or not scene.contact.automatic
+
+
+def on_contact_grid(scene: Scene) -> Scene:
+    """Return a scene with the grid of its contact under the largest load, or with its own where it has one.
+
+    The grid is sized as for contact with C, so that it has no more strips than C is computed for.
+    """
+    if grid_is_given(scene):
+        return scene
+    problem = scene.contact_problem
+    names = [name for name in problem.specification.ics if not is_map(name)]
+    specification = replace(problem.specification, ics=tuple(dict.fromkeys((C, *names))))
+    grid, _ = grids_of(replace(problem, specification=specification))[-1]
+    return replace(scene, grid=grid)
+
+
+def largest_loading(scene: Scene) -> Loading | None:
+    """Return the largest load of a scene's contact, or its largest approach; None where it has neither."""
+    loadings = scene.contact.loadings
+    return max(loadings, key=lambda each: (each.load or 0.0, each.approach or 0.0), default=None)
+
+
+def missed_contact(scene: Scene) -> str:
+    """Return a sentence where the contact of a scene under the largest load leaves its grid; else nothing."""
+    loading, grid = largest_loading(scene), scene.grid
+    if loading is None:
+        return ""
+    try:
+        size = contact_size(pair_on_grid(scene.contact_problem, grid), loading)
+    except Failure as failure:
+        return f"whether contact is on the grid is not known: {failure}"
+    low, high = grid.extent
+    half = grid.n_x * grid.dx / 2
+    if low <= size.s[0] and size.s[1] <= high and size.x[1] <= half:
+        return ""
+    return (
+        f"the grid misses contact: it covers s = {low:.4g} ... {high:.4g} mm, x = {-half:.4g} ... {half:.4g} "
+        f"mm, and contact at {loading} is at s = {size.s[0]:.4g} ... {size.s[1]:.4g} mm, x = "
+        f"{size.x[0]:.4g} ... {size.x[1]:.4g} mm: leave [grid] out and contact.grid at 'automatic', or give "
+        f"grid.s = {(size.s[0] + size.s[1]) / 2:.3g} and elements that cover it"
+    )
+
+
+def distances(scene: Scene) -> Distances:
+    """Return the distances on a scene's grid after the approach of its largest load, which B-hat tells.
+
+    Without loads, and where contact is not on the grid, they are those of bodies that just touch.
+    """
+    on_grid, loading = pair_on_grid(scene.contact_problem, scene.grid), largest_loading(scene)
+    if loading is None:
+        return distances_after(
+            on_grid, 0.0, "the bodies just touch: subtract zeta cos(delta) for an approach zeta"
+        )
+    try:
+        contact = on_grid.solve(on_grid.operator(SIZING), loading)
+    except Failure as failure:
+        return distances_after(on_grid, 0.0, f"the bodies just touch, as no approach was found: {failure}")
+    by_load = f"the approach by B-hat at {loading}; the load is a result"
+    meaning = by_load if loading.approach is None else "as contact.approaches says"
+    if scene.contact.exact:
+        meaning += "; linearised, whatever contact.gap says"
+    return distances_after(contact.on_grid, contact.normal.approach, meaning)
+
+
+def distances_after(on_grid: PairOnGrid, approach: float, meaning: str = "") -> Distances:
+    """Return h - approach cos(delta) on a grid, where h are the distances of bodies that just touch."""
+    values = on_grid.distance - approach * on_grid.cosine
+    return Distances(np.where(np.isfinite(values), values, FAR), approach, meaning)
+
+
+def write_distances(found: Distances, folder: Path) -> Path:
+    """Write distances as a list for CONTACT, x fastest; return the path of the file."""
+    lines = "\n".join(repr(float(value)) for value in found.values.T.ravel())
+    return write_text(f"{lines}\n", folder / FILE)
+
+
+SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
+RAW = "; raw: with the rigid compliance of both bodies up to their clamped far arcs"
+SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
+
+
+@dataclass(frozen=True)
+class ExportSpecification:
+    """The ICs of a file: C after a discount, by default the scene's, or an approximation."""
+
+    ics: str
+    discount: Discount | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the file."""
+        return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
+
+    def resolved(self, scene: Scene) -> "ExportSpecification":
+        """Return the same with the discount of C, None for approximations."""
+        return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
+
+
+@dataclass(frozen=True)
+class Export:
+    """A written file with its content, its scene on the grid of the file, its specification, distances."""
+
+    path: Path
+    file: ContactFile
+    scene: Scene
+    specification: ExportSpecification
+    distances: Distances
+
+
+def require_exportable(scene: Scene, specification: ExportSpecification) -> None:
+    """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
+    if "combined" not in scene.compared:
+        raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
+    if specification.discount and specification.ics != "C":
+        raise WrongInput(
+            f"discount = {specification.discount}, ics = {specification.ics}: approximations have no "
+            "discount: leave --discount out, or give --ics C"
+        )
+    is_variant = specification.ics in VARIANTS
+    if is_variant and needs_effective(specification.ics) and not scene.pair.has_effective("combined"):
+        raise WrongInput(
+            f"ics = {specification.ics}: the scene has no effective properties; see femic calibrate"
+        )
+    engine_misfits = () if is_variant else matrix_engine_misfits(scene)
+    own_grid = grid_misfits(scene) if grid_is_given(scene) else ()
+    require_none(scene.name, [*own_grid, *engine_misfits])
+
+
+def without_fit(scene: Scene, ics: str) -> str:
+    """Return a sentence where components of ICs have effective properties and a scene has none of both."""
+    has = scene.pair.has_effective("combined")
+    if has or ics not in VARIANTS or not any(form.effective for form in needed([ics])):
+        return ""
+    return f"{ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits them"
+
+
+def export(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions = DEFAULT
+) -> Export:
+    """Write `contact_ICS.txt` with the ICs of both bodies: C, which is computed, or an approximation.
+
+    The grid is that of the scene's contact, or its [grid] where it is given; the distances on it are written
+    to `contact_distances.txt`. What is missing is said before any ICs are computed. C after the source's
+    discount is written to `contact_C_source.txt`, without discount to `contact_C_raw.txt`. Raises as
+    `require_exportable` does, and Failure where no grid fits.
+    """
+    require_exportable(scene, specification)
+    specification = specification.resolved(scene)
+    folders.make(out)
+    placed = on_contact_grid(scene)
+    require_none(scene.name, grid_misfits(placed))
+    for note in filter(None, [missed_contact(placed), without_fit(placed, specification.ics)]):
+        options.watch.on_stage(f"note: {note}")
+    found = distances(placed)
+    file = _file_content(placed, specification, out, options, own_grid=placed is scene)
+    path = out / specification.name
+    options.watch.on_stage("  writing")
+    contact_file.write(file, path)
+    write_distances(found, out)
+    return Export(path, file, placed, specification, found)
+
+
+def _file_content(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions, *, own_grid: bool
+) -> ContactFile:
+    """Return the content of a file; the matrix of `femic matrix` is used where it is on the `own_grid`."""
+    on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+    if specification.discount is None and on_grid.offset:
+        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
+        return to_contact(scene, ics)
+    if specification.discount is None:
+        return approximated(scene, specification.ics)
+    if specification.discount != scene.discount or on_grid.offset or not own_grid:
+        return to_contact(scene, discounted_matrix(scene, specification.discount, options))
+    compute_matrix(scene, out / "matrix.nc", options)
+    return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
+
+
+def contact_settings(exported: Export) -> str:
+    """Return text on the settings for CONTACT, and on wrong settings that CONTACT does not notice."""
+    file, grid = exported.file, exported.scene.grid
+    strips = (
+        "one matrix for all strips, one strip and one lag more than CONTACT's grid"
+        if file.one_for_all
+        else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
+    )
+    upper, lower = (exported.scene.bodies[name].material for name in ("upper", "lower"))
+    return (
+        f"CONTACT file: {exported.path}: {strips}{RAW if exported.specification.discount == 'none' else ''}\n"
+        f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
+        f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
+        f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
+        f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
+        f"distances: {exported.path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x fastest, for "
+        f"IBASE = 9 with N = 0, PEN = 0; zeta = {exported.distances.approach:.6g} mm, "
+        f"{exported.distances.meaning}\n"
+        "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
+        "stay clear of the grid's edges, by three elements"
+    )
+
+
+def to_contact(scene: Scene, ics: Array) -> ContactFile:
+    """Return a file with a matrix per loaded strip, from combined ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
+    return _scaled(scene, contact_file.by_offsets(ics))
+
+
+def approximated(scene: Scene, variant: str) -> ContactFile:
+    """Return a file with an approximation.
+
+    It has one matrix for all strips if ICs depend on their offset only, with one strip and one lag more than
+    the scene's grid: CONTACT's preconditioner transforms 2 MX by 2 MY offsets, including -MY, and zeros there
+    may make it indefinite.
+    """
+    pair, grid = scene.pair, scene.grid
+    ics = matrix(variant, pair, grid)
+    if grid.n_s == 1 or not depends_on_offset_only(ics):
+        return to_contact(scene, ics)
+    longer = replace(grid, n_x=grid.n_x + 1)
+    larger = replace(longer, n_s=grid.n_s + 1)  # the outermost centres lie on the edges of the grid
+    ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
+    first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
+    inner = contact_file.common_by_offsets(matrix(variant, pair, longer))
+    return _scaled(scene, np.concatenate([first, inner, last], axis=1))
+
+
+def _scaled(scene: Scene, values: Array) -> ContactFile:
+    values *= scene.pair.constants.G
+    return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
+
+
+def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> Array:
+    """Return C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as for contact.
+
+    Where the upper body is moved along y, its strips lie opposite the strips of the lower body. Models are
+    solved unless they are stored.
+    """
+    problem = replace(scene.contact_problem, discount=discount)
+    jobs = c_jobs(problem, pair_on_grid(problem, scene.grid), COMPONENTS)
+    solved, contour = matrices(jobs, options, combined=True), scene.bodies["lower"].contour
+    columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
+    return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
+
+
+def depends_on_offset_only(ics: Array) -> bool:
+    """Whether ICs (n_x, n_s, n_s, 3, 3) are the same for all pairs of strips with the same offset."""
+    moved = np.abs(ics[:, 1:, 1:] - ics[:, :-1, :-1])
+    return bool(np.max(moved, initial=0.0) <= SAME_ICS * np.max(np.abs(ics)))
+
+
+def convex_body(scene: Scene) -> int:
+    """Return the number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
+    start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
+    return 1 if end < start else 2
+
+
+def read_matrix(path: Path, body: str) -> Array:
+    """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.ic.sel(body=body).values
+
+
+FORMATS = {"contact": export}

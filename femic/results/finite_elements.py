@@ -1,0 +1,227 @@
+"""The labelled arrays of contacts with ICs and by finite elements, `fe_contact.nc`.
+
+Contact of a scene by finite elements, which use no ICs; each finished load is stored.
+
+The bodies have the same supports as in contact with C, so nothing is fitted. Only approaches differ: with C
+they exclude the rigid part M_zz of the compliance (`ApproachRule`). So M_zz times the load, with M_zz from
+the models of C on the same supports, is subtracted from approaches by finite elements: a motion of a whole
+body along z adds its length to the approach and changes nothing else.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+import xarray as xr
+
+from femic.cache.digests import results_digest
+from femic.cache.store import Store
+from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements.meshed_contact import meshed_bodies, rigid_compliance
+from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results.contact import S, padded, require_solvable
+from femic.scenes.engine import matrix_engine_misfits
+from femic.scenes.errors import BadScene, require_none
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import Failure
+
+FE = "FE"  # the name of contact by finite elements among the ICs
+OF_PATCH = ("angle", "a", "b", "p_max")
+APPROACH = "approach"
+OF_PLACE = ("F_y", "M_x", "s_centre")  # numbers that vanish where all is symmetric
+NUMBERS = (*OF_PATCH, APPROACH, *OF_PLACE)
+CHECK_NAMES = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
+
+
+def joined(
+    contacts: xr.Dataset, fe_contacts: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
+) -> xr.Dataset:
+    """Return numbers with estimates of all ICs and of finite elements, and checks of the latter.
+
+    Cases without a solution by finite elements, None, are NaN there. `approach` by finite elements excludes
+    the `rigid_compliance` M_zz [mm/N], which C does not have, times the load; `fe_raw_approach` includes it.
+    """
+    named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
+    solved = _by_case(fe_contacts).assign_coords(case=contacts.case)
+    fe = solved[named].expand_dims(ics=[FE])
+    dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
+    load = contacts["load"].isel(ics=0, drop=True)
+    rigid = rigid_compliance * load
+    dataset[APPROACH] = dataset[APPROACH].where(dataset.ics != FE, dataset[APPROACH] - rigid)
+    dataset[f"fe_raw_{APPROACH}"] = solved[APPROACH].assign_attrs(units="mm")
+    for name in CHECK_NAMES:
+        dataset[f"fe_{name}"] = solved[name]
+    dataset["seconds"] = contacts.seconds
+    dataset["fe_seconds"] = solved.seconds
+    dataset["load"] = load.assign_attrs(units="N")
+    dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
+    s, p = (padded(part) for part in zip(*map(_profile, fe_contacts), strict=True))
+    by_fe = {"units": "MPa", "long_name": "pressure by finite elements at x = 0"}
+    dataset = dataset.assign_coords(s_fe=(("case", "s_fe"), s, S))
+    dataset["p_fe"] = ("case", "s_fe"), p, by_fe
+    dataset["p"] = _beside_middle(contacts).reindex(ics=dataset.ics)
+    return dataset.assign_attrs(contacts.attrs | {"cells": cells})
+
+
+def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
+    """Return variables with the same shape in all cases along a dimension, NaN for unsolved cases."""
+    some = next(contact for contact in fe_contacts if contact is not None)
+    unsolved = xr.full_like(some.astype(float), np.nan)
+    cases = [unsolved if contact is None else contact for contact in fe_contacts]
+    return xr.concat([case.drop_dims("point").astype(float) for case in cases], "case")
+
+
+def _profile(contact: xr.Dataset | None) -> tuple[Array, Array]:
+    """Return arc lengths [mm] and pressures [MPa] by finite elements at x = 0; none without a solution."""
+    if contact is None:
+        return np.zeros(0), np.zeros(0)
+    at_middle = np.flatnonzero(contact.x.values < 1e-9 * float(contact.x.max()))
+    order = at_middle[np.argsort(contact.s.values[at_middle])]
+    return contact.s.values[order], contact.p.values[order]
+
+
+def _beside_middle(contacts: xr.Dataset) -> xr.DataArray:
+    """Return pressures with ICs beside x = 0, (case, ics, s)."""
+    middle = contacts.x.notnull().sum("x") // 2
+    return contacts.p.isel(x=middle).drop_vars("x").assign_attrs(long_name="pressure with ICs beside x = 0")
+
+
+MODELS = ("lower", "upper")
+CHECKS = ("load", "load_of_pressures", "tension", "penetration", "memory")
+
+
+def compute_fe_contact(
+    scene: Scene, contacts: xr.Dataset, options: RunOptions = DEFAULT, cells: float = CELLS
+) -> xr.Dataset:
+    """Return numbers of `contacts` with ICs, and by finite elements, `ics` = "FE", at all loads of a scene.
+
+    `cells` of the finest mesh lie along the shorter half-length of the patch. Loads at which finite elements
+    fail have no numbers; `left_out` says why. Raises BadScene for scenes with friction and without loads, and
+    WrongInput for too few cells, before any work; Failure where finite elements fail at all loads.
+    """
+    require_suitable(scene)
+    require_enough(cells)
+    solved: list[xr.Dataset | None] = []
+    failed: list[str] = []
+    for load in scene.contact.loads:
+        try:
+            solved.append(_solved(scene, load, options, cells))
+        except Failure as failure:
+            failed.append(f"{load:g} N: {failure}")
+            options.watch.on_stage(f"  left out: {failed[-1]}")
+            solved.append(None)
+    if len(failed) == len(solved):
+        raise Failure("; ".join(failed))
+    rigid = _rigid_compliance(scene, options)
+    return joined(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
+
+
+def stored_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
+    """Return stored results of `compute_fe_contact`; None where no load is stored."""
+    if unsuitable(scene):
+        return None
+    solved = {load: store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads}
+    missing = [f"{load:g} N (not stored)" for load, contact in solved.items() if contact is None]
+    rigid = store.get(_rigid_key(scene, store))
+    if rigid is None or len(missing) == len(solved):
+        return None
+    dataset = joined(contacts, list(solved.values()), CELLS, float(rigid.compliance))
+    return dataset.assign_attrs(left_out="; ".join(missing))
+
+
+def require_suitable(scene: Scene) -> None:
+    """Raise BadScene for scenes that contact by finite elements does not support, before any work."""
+    require_solvable(scene)
+    require_none(scene.name, matrix_engine_misfits(scene))
+    for given, remedy in unsuitable(scene):
+        raise BadScene(f"{scene.name}: {given}: not supported in contact by finite elements; {remedy}")
+
+
+def unsuitable(scene: Scene) -> list[tuple[str, str]]:
+    """Return keys of a scene that contact by finite elements does not support, each with its remedy."""
+    contact = scene.contact
+    requirements = (
+        (
+            contact.friction is None,
+            f"contact.motion = {contact.motion!r}",
+            "leave it out: it is frictionless",
+        ),
+        (bool(contact.loads), "contact.loads = []", "give loads [N] instead of approaches"),
+        (not contact.exact, "contact.gap = 'exact'", "use the linear one"),
+        (contact.extra_gap is None, "contact.extra_gap", "leave it out"),
+        (contact.lateral_force is None, "contact.lateral_force", "give the `shift` that `contact` finds"),
+        (
+            scene.discount != "source",
+            "discount = 'source'",
+            "contact by C then lacks the bending of the bodies; take 'approach'",
+        ),
+        (
+            all(body.outline is None for body in scene.bodies.values()),
+            "outline of a body",
+            "leave it out: solid cells do not follow narrow webs",
+        ),
+    )
+    return [(given, remedy) for suitable, given, remedy in requirements if not suitable]
+
+
+def _solved(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.Dataset:
+    """Return the contact under a load [N] by finite elements, from the store if it is there."""
+    key = _key(scene, load, cells, options.store)
+    stored = options.store.get(key)
+    if stored is None:
+        options.watch.on_stage(f"  {load:g} N by finite elements")
+        stored = _labelled(fe_contact(meshed_bodies(scene.contact_problem), load, cells=cells))
+        options.store.put(key, stored)
+    seconds, unknowns = float(stored.seconds.sum()), int(stored.unknowns.max())
+    options.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
+    return stored
+
+
+def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
+    """Return the key of a contact by finite elements in a store."""
+    bodies = meshed_bodies(scene.contact_problem)
+    given = bodies.lower, bodies.upper, bodies.s_range, bodies.shift, load, cells
+    return store.key("fe_contact", results_digest(__name__), *given)
+
+
+def _rigid_compliance(scene: Scene, options: RunOptions) -> float:
+    """Return M_zz [mm/N] of both bodies, from the store if it is there."""
+    key = _rigid_key(scene, options.store)
+    stored = options.store.get(key)
+    if stored is None:
+        compliance = rigid_compliance(scene.contact_problem, options)
+        stored = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
+        options.store.put(key, stored)
+    return float(stored.compliance)
+
+
+def _rigid_key(scene: Scene, store: Store) -> str:
+    """Return the key of the rigid part of the compliance in a store."""
+    bodies, settings = meshed_bodies(scene.contact_problem), scene.settings
+    given = bodies.lower, bodies.upper, scene.discount, settings.approach_side, settings.tolerance
+    return store.key("fe_contact", "rigid", results_digest(__name__), *given)
+
+
+def _labelled(contact: FEContact) -> xr.Dataset:
+    """Return a contact as labelled arrays; angles in degrees."""
+    estimates = {f"estimate_{name}": value for name, value in _in_degrees(contact.estimate).items()}
+    checks = {name: getattr(contact, name) for name in CHECKS}
+    points = {name: ("point", np.asarray(getattr(contact, name))) for name in ("x", "s", "p")}
+    return xr.Dataset(
+        {
+            **_in_degrees(contact.numbers),
+            **estimates,
+            **checks,
+            **points,
+            "reaction": ("body", list(contact.reactions)),
+            "unknowns": ("body", list(contact.unknowns)),
+            "seconds": ("stage", list(contact.seconds.values())),
+        },
+        coords={"body": list(MODELS), "stage": list(contact.seconds)},
+    )
+
+
+def _in_degrees(numbers: Numbers) -> dict[str, float]:
+    return {name: float(np.degrees(v)) if name == "angle" else v for name, v in asdict(numbers).items()}

@@ -1,0 +1,253 @@
+"""Compute a scene: reference ICs, their check with the solid engine, approximations.
+
+Errors of results as shares: of C's components, of max |C_nn|, and on the scale of refinement.
+
+`body` is "lower", "upper", or "combined" for both together.
+
+Differences between the C of two engines, and whether they are within the sum of the estimates.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from timeit import repeat
+
+import numpy as np
+
+from approx.pair import Pair, Solid
+from approx.variants import needs_effective
+from femic.ic_errors.error_measure import ROUNDING, Measure, far_from
+from femic.reference.engine import Cost, Points
+from femic.reference.job import Job, component_of
+from femic.reference.matrix.reference import MatrixReference
+from femic.reference.plan import ModelPlan, plans
+from femic.reference.refinement import references
+from femic.reference.result import EstimatedICs, Reference, scales, total
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.errors import require_none
+from femic.scenes.lines import single_load_misfits
+from femic.scenes.scene import Scene
+from geometries.arrays import Array, Indices
+from geometries.patches import N, OffsetLine
+
+REPETITIONS = 5  # how often an approximation is computed for its timing
+
+
+@dataclass(frozen=True)
+class Results:
+    """All ICs of a scene per unit total load [mm/N], shape (3, 3, n_points) each."""
+
+    scene: Scene
+    points: Points
+    lines: Mapping[str, slice]  # which points belong to which line
+    jobs: Mapping[str, Job]  # by solved body
+    references: Mapping[str, Reference]  # by solved body
+    checks: Mapping[str, Reference]  # by solved body, with the solid engine where it is the check, else empty
+    approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
+    seconds: Mapping[tuple[str, str], float]  # by (variant, body); of C, the sum over its models
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """Names of all ICs: the approximations, C of the check, C."""
+        return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
+
+    def computed(self, body: str) -> list[str]:
+        """Return the names of the ICs that could be computed for a body."""
+        return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
+
+    @property
+    def models(self) -> dict[str, Cost]:
+        """The cost of every solved model, by body and model."""
+        return models_of(self.references) | models_of(self.checks, "solid check, ")
+
+
+def models_of(
+    references: Mapping[str, Reference] | Mapping[str, MatrixReference], prefix: str = ""
+) -> dict[str, Cost]:
+    """Return the cost of every model of references by body, by "PREFIXBODY, MODEL"."""
+    return {
+        f"{prefix}{body}, {model}": cost
+        for body, reference in references.items()
+        for model, cost in reference.models.items()
+    }
+
+
+def seconds_of(models: Mapping[str, Cost]) -> float:
+    """Return the seconds of all stages of models, summed."""
+    return sum(sum(cost.seconds.values()) for cost in models.values())
+
+
+def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
+    """Return the points of the scene's lines one after the other, and the part of each line."""
+    starts = np.cumsum([0, *(len(line.x) for line in scene.lines)])
+    parts = {line.name: slice(*starts[k : k + 2]) for k, line in enumerate(scene.lines)}
+    x, s = (np.concatenate([getattr(line, c) for line in scene.lines]) for c in ("x", "s"))
+    return Points(x, s), parts
+
+
+def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
+    """Return the indices of the points of lines, (n,)."""
+    parts = [results.lines[line.name] for line in lines]
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def jobs(scene: Scene) -> dict[str, Job]:
+    """Return the jobs by body: only the bodies and load directions that the scene needs. Raises BadScene."""
+    require_none(scene.name, single_load_misfits(scene))
+    points, lines = scene_points(scene)
+    return {
+        name: Job(scene.bodies[name], scene.patch, scene.components, points, lines, scene.settings)
+        for name in scene.solved
+    }
+
+
+def run_plans(scene: Scene, workers: int) -> list[ModelPlan]:
+    """Return the plans of the models that `femic run` solves in its first round."""
+    checks = plans(jobs(scene.check), workers, "check, ") if scene.check else ()
+    return [*plans(jobs(scene), workers), *checks]
+
+
+def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
+    """Compute all ICs of a scene.
+
+    Solved models are stored. Raises NotConverged where the estimated error of the compared ICs cannot be
+    reduced to the tolerance.
+    """
+    reference_jobs, combined = jobs(scene), "combined" in scene.compared
+    solved = references(reference_jobs, options, combined=combined)
+    checks: dict[str, Reference] = {}
+    if scene.check:
+        options.watch.on_stage(f"  check with the {scene.check.settings.engine.name} engine")
+        checks = references(jobs(scene.check), options, combined=combined)
+    points, lines = scene_points(scene)
+    approximations, seconds = approximated(scene, points)
+    seconds |= _reference_seconds("C", solved) | _reference_seconds("C_solid", checks)
+    return Results(scene, points, lines, reference_jobs, solved, checks, approximations, seconds)
+
+
+def approximated(
+    scene: Scene, points: Points
+) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
+    """Return approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
+
+    They are NaN where a variant needs effective properties and the body has none.
+    """
+    ics, seconds = {}, {}
+    for body, variant in product(scene.compared, scene.variants):
+        approximate = partial(approximation, scene, variant, body, points)
+        ics[variant, body] = approximate()
+        missing = np.all(np.isnan(ics[variant, body]))
+        seconds[variant, body] = np.nan if missing else min(repeat(approximate, number=1, repeat=REPETITIONS))
+    return ics, seconds
+
+
+def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
+    """Return an approximation, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
+    if needs_effective(variant) and body not in scene.fitted:
+        return np.full((3, 3, len(points.x)), np.nan)
+    ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
+    return ics / scene.patch.area
+
+
+def with_approximations(results: Results, scene: Scene) -> Results:
+    """Return the results with another scene, which has the same points, and its approximations."""
+    approximations, seconds = approximated(scene, results.points)
+    return replace(
+        results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
+    )
+
+
+def solids(scene: Scene) -> dict[str, Solid | Pair]:
+    """Return the input of approximations for "lower", "upper" and "combined"."""
+    pair = scene.pair
+    return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
+
+
+def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
+    """Return the seconds of C by (variant, body), summed over models; "combined" over all bodies."""
+    per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
+    return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
+
+
+def reference_of(results: Results, body: str) -> EstimatedICs:
+    """Return C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
+    return total([results.references[name].c for name in parts_of(body)])
+
+
+def check_of(results: Results, body: str) -> EstimatedICs:
+    """Return C of the check with its estimate, (3, 3, n_points) [mm/N]."""
+    return total([results.checks[name].c for name in parts_of(body)])
+
+
+def ics_of(results: Results, variant: str, body: str) -> Array:
+    """Return ICs of a body or of both, (3, 3, n_points) [mm/N]: C, C of the check or an approximation."""
+    if variant == "C":
+        return reference_of(results, body).ic
+    return check_of(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
+
+
+def parts_of(body: str) -> tuple[str, ...]:
+    """Return the bodies whose ICs add up: both for "combined", else the body itself."""
+    return ("upper", "lower") if body == "combined" else (body,)
+
+
+def measure_of(results: Results, body: str) -> Measure:
+    """Return the measure of errors of a body's ICs: `femic.ic_errors.error_measure`."""
+    points, patch = (results.points.x, results.points.s), results.scene.patch
+    a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
+    return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
+
+
+def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return differences between C of both engines and sums of their estimates, by line, (3, 3) [-]."""
+    c, check, measure = reference_of(results, body), check_of(results, body), measure_of(results, body)
+    return measure.shares(c.ic - check.ic), measure.shares(c.estimate + check.estimate)
+
+
+def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
+    """Return the scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.job`."""
+    jobs = [results.jobs[name] for name in parts_of(body)]
+    return scales(jobs, reference_of(results, body).ic)
+
+
+def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
+    """Return deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement, by line.
+
+    These shares are compared with a tolerance.
+    """
+    scales = refinement_scales_of(results, body)
+    return {
+        line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
+        for line, part in results.lines.items()
+    }
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Differences of C of a body on a line, in words; `within`: all are within the estimates."""
+
+    body: str
+    line: str
+    largest: str
+    closest: str  # to the sum of the estimates
+    within: bool
+
+
+def agreement(results: Results) -> Iterator[Agreement]:
+    """Yield differences between C of both engines; nothing where only one ran."""
+    for body in results.scene.compared if results.checks else ():
+        differences, allowed = engine_differences(results, body)
+        vanishing = measure_of(results, body).vanishing
+        marks = {c: " †" if component_of(vanishing, c) else "" for c in results.scene.components}
+        for line in results.lines:
+            both = {c: tuple(component_of(of[line], c) for of in (differences, allowed)) for c in marks}
+            closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
+            largest = max(both, key=lambda c: (not marks[c], both[c][0]))
+            yield Agreement(
+                body,
+                line,
+                f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
+                f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
+                all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values()),
+            )

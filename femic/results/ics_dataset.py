@@ -1,0 +1,318 @@
+"""Results as labelled arrays, written as `ics.nc`, `errors.nc` and one CSV file per line."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from femic.cache.digests import results_digest, versions
+from femic.cache.files import replacing
+from femic.ic_errors.error_measure import Measure, far_from
+from femic.reference.discount import AXES
+from femic.reference.solid.engine import RESIDUAL
+from femic.results.ics import (
+    Results,
+    approximation,
+    check_of,
+    ics_of,
+    measure_of,
+    reference_of,
+    refinement_shares_of,
+    scene_points,
+)
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import DIRECTIONS, Patch
+
+LOCAL = ("i", "j", "point")
+PER_LOAD = {"units": "mm/N"}
+PARTS = {  # of `EstimatedICs`: variables of `ics.nc` and their meanings
+    "estimate": ("estimate", "estimated error of C"),
+    "mesh_error": ("estimate_mesh", "its part from the mesh"),
+    "truncation_error": ("estimate_truncation", "its part from the domain"),
+    "waves_error": ("estimate_wavenumbers", "its part from the wavenumbers"),
+}
+
+
+def to_dataset(results: Results) -> xr.Dataset:
+    """Return all ICs per unit total load after the discount, their estimates, ICs before it, and M.
+
+    `ic` has the dims (variant, body, i, j, point) [mm/N]; the dataset has dims, units and meanings of
+    the other variables. ICs that were not computed are NaN.
+    """
+    bodies, references = results.scene.compared, results.references
+    ic = [[ics_of(results, variant, body) for body in bodies] for variant in results.variants]
+    raw, m = (
+        np.stack([getattr(reference, name) for reference in references.values()])
+        for name in ("raw", "discount")
+    )
+    return xr.Dataset(
+        {
+            "ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD),
+            **_estimates(results),
+            "raw": (("solved", *LOCAL), raw, PER_LOAD | {"meaning": "C before the rigid-body discount"}),
+            "discount": (("solved", "axis", "axis_"), m, {"units": "mm/N, 1/N, 1/(N mm)"}),
+        },
+        coords=_coordinates(results.scene, results.variants)
+        | {"solved": list(references), "axis": list(AXES), "axis_": list(AXES)},
+        attrs=_attributes(results),
+    )
+
+
+def approximations_dataset(scene: Scene) -> xr.Dataset:
+    """Return the approximations of a scene per unit total load without C, labelled as by `to_dataset`."""
+    points, _ = scene_points(scene)
+    ic = [
+        [approximation(scene, variant, body, points) for body in scene.compared] for variant in scene.variants
+    ]
+    return xr.Dataset(
+        {"ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD)},
+        coords=_coordinates(scene, scene.variants),
+        attrs=_load(scene) | {"versions": json.dumps(versions()), "code": results_digest(__name__)},
+    )
+
+
+def _coordinates(scene: Scene, variants: Sequence[str]) -> dict[str, Any]:
+    """Return the coordinates of ICs at the points of a scene's lines."""
+    points, parts = scene_points(scene)
+    lines = [np.full(part.stop - part.start, name) for name, part in parts.items()]
+    return {
+        "variant": list(variants),
+        "body": list(scene.compared),
+        "i": list(DIRECTIONS),
+        "j": list(DIRECTIONS),
+        "x": ("point", points.x, {"units": "mm"}),
+        "s": ("point", points.s, {"units": "mm"}),
+        "line": ("point", np.concatenate(lines)),
+    }
+
+
+def _load(scene: Scene) -> dict[str, str | float]:
+    """Return attributes that describe the scene, its load and the factors that make ICs dimensionless."""
+    return {
+        "title": scene.title,
+        "scene": scene.text,
+        "load_s": scene.patch.s,
+        "a": scene.patch.a,
+        "b": scene.patch.b,
+        "reference_length": scene.reference_length,
+        "reference_E": scene.reference_E,
+    }
+
+
+def _estimates(results: Results) -> dict[str, xr.Variable]:
+    """Return the estimated error of C, its parts, and the estimate of the other engine's C."""
+    c = [reference_of(results, body) for body in results.scene.compared]
+    values = {
+        name: ([getattr(body_c, part) for body_c in c], meaning) for part, (name, meaning) in PARTS.items()
+    }
+    if results.checks:
+        checks = [check_of(results, body).estimate for body in results.scene.compared]
+        values["estimate_solid"] = checks, "estimated error of C_solid"
+    return {
+        name: xr.Variable(("body", *LOCAL), np.stack(arrays), PER_LOAD | {"meaning": meaning})
+        for name, (arrays, meaning) in values.items()
+    }
+
+
+def _attributes(results: Results) -> dict[str, str | float]:
+    scene = results.scene
+    models = {
+        name: {
+            "unknowns": cost.unknowns,
+            "solver": cost.solver,
+            "seconds": cost.seconds,
+            "peak_memory": cost.peak_memory,
+        }
+        for name, cost in results.models.items()
+    }
+    return _load(scene) | {
+        "rotation_reach": scene.settings.rotation_reach,
+        "moment_arm": scene.settings.moment_arm,
+        "domain": json.dumps(domains(results)),
+        "models": json.dumps(models),
+        "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
+        "settings": json.dumps(settings(scene)),
+        "versions": json.dumps(versions()),
+        "code": results_digest(__name__),
+    }
+
+
+def domains(results: Results) -> dict[str, dict[str, float | None]]:
+    """Return sizes of the final model of each solved body [mm].
+
+    `half_length` is None where the model is infinite along x, `rolling_radius` where the body is prismatic,
+    `hub_radius` where the model does not reach the hub. `truncated`: whether far arc or ends stand for a body
+    without end, and are not given.
+    """
+    return {
+        name: {
+            "far_radius": reference.body.domain.far_radius,
+            "half_length": finite(reference.body.xi_end),
+            "truncated": reference.body.truncated,
+            "rolling_radius": finite(reference.body.rolling_radius),
+            "hub_radius": reference.body.rolling_radius - reference.body.depth
+            if reference.body.reaches_hub
+            else None,
+            "smallest_cell": reference.cells.smallest,
+        }
+        for name, reference in results.references.items()
+    }
+
+
+def finite(value: float) -> float | None:
+    """Return the value, or None for infinity and NaN, which JSON lacks."""
+    return float(value) if np.isfinite(value) else None
+
+
+def settings(scene: Scene) -> dict[str, float | str]:
+    """Return all settings of the reference engine, defaults included."""
+    reference_settings, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
+    solid_settings: dict[str, float | str] = {
+        "first line_growth": cells.line_growth,
+        "half_length [mm]" if domain.length_given else "first half_length [mm]": domain.half_length,
+        "solver": reference_settings.solver,
+        "relative residual": RESIDUAL,
+    }
+    return {
+        "engine": reference_settings.engine.description,
+        "tolerance": reference_settings.tolerance,
+        "most_unknowns": reference_settings.most_unknowns,
+        "first smallest_cell [mm]": cells.smallest,
+        "first growth": cells.growth,
+        "far_radius [mm]" if domain.radius_given else "first far_radius [mm]": domain.far_radius,
+        **({} if reference_settings.engine.infinite_length else solid_settings),
+        "reference_length [mm]": scene.reference_length,
+        "rotation_reach [mm]": reference_settings.rotation_reach,
+        "moment_arm [mm]": reference_settings.moment_arm,
+    }
+
+
+ERRORS = {  # variables of `errors.nc`: their dims and meanings
+    "error": (
+        ("variant", "line", "i", "j"),
+        "max |v - C| over the line, share of max |C_ij| (`femic.ic_errors`); of 0.05 max |C_nn| where that "
+        "vanishes; C: its estimate",
+    ),
+    "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),
+    "weight": (("variant", "line", "i", "j"), "max |v - C| over the line, share of max |C_nn| there"),
+    "vanishes": (("i", "j"), "C_ij vanishes: by symmetry, or below ten times its estimate"),
+    "estimate_refinement": (
+        ("line", "i", "j"),
+        "estimate of C, share of the larger of max |C_ij| and 0.05 max |C_nn| on the line: what refinement "
+        "holds against the tolerance",
+    ),
+}
+
+
+def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
+    """Return errors of each variant against C per body, line and component.
+
+    `ERRORS` has their dims and meanings, `femic.ic_errors.error_measure` their definitions. The errors of the
+    variant "C" are its estimates.
+    """
+    bodies = results.scene.compared
+    refinement = [
+        _stacked(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values))
+        for body in bodies
+    ]
+    measured = _measured(dataset, {body: measure_of(results, body) for body in bodies})
+    return _described(measured.assign(estimate_refinement=(("body", "line", "i", "j"), np.stack(refinement))))
+
+
+def errors_in(dataset: xr.Dataset) -> xr.Dataset:
+    """Return errors as `errors` does from labelled ICs alone, without those on the scale of refinement.
+
+    Raises WrongInput for a dataset that has no C, and neither C_nn nor A_nn.
+    """
+    if "C" not in dataset.variant:
+        raise WrongInput("ics: without C there is nothing to compare with: compute it, too")
+    return _described(
+        _measured(dataset, {str(body): _measure_in(dataset.sel(body=body)) for body in dataset.body.values})
+    )
+
+
+def _measure_in(dataset: xr.Dataset) -> Measure:
+    """Return the measure of errors of one body's labelled ICs."""
+    c, estimate = dataset.ic.sel(variant="C").values, dataset.estimate.values
+    nn = dataset.ic.sel(i="n", j="n")
+    known = [name for name in ("C", "A") if name in nn.variant and not np.any(nn.sel(variant=name).isnull())]
+    if not known:
+        raise WrongInput("ics: errors are measured beside C_nn or A_nn: compute the component nn, or A")
+    patch = Patch(dataset.a, dataset.b, dataset.load_s)
+    far = far_from(patch, dataset.x.values, dataset.s.values)
+    return Measure(c, estimate, nn.sel(variant=known[0]).values, _parts(dataset), far)
+
+
+def _parts(dataset: xr.Dataset) -> dict[str, slice]:
+    """Return the part of the points that belongs to each line."""
+    lines = dataset.line.values
+    indices = {str(line): np.flatnonzero(lines == line) for line in dict.fromkeys(lines)}
+    return {line: slice(points[0], points[-1] + 1) for line, points in indices.items()}
+
+
+def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Dataset:
+    return xr.concat(
+        [_body_errors(dataset.sel(body=body), measure) for body, measure in measures.items()],
+        dim=xr.Variable("body", list(measures)),
+    )
+
+
+def _described(measured: xr.Dataset) -> xr.Dataset:
+    """Return errors with their meanings."""
+    for name in measured:
+        meaning = ERRORS[str(name)][1]
+        measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
+    return measured.assign_attrs(code=results_digest(__name__))
+
+
+def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
+    ic, estimate = body_dataset.ic, body_dataset.estimate
+    deviations = (ic - ic.sel(variant="C", drop=True)).where(ic.variant != "C", estimate).values
+    values = {
+        "error": _stacked(measure.shares(deviations)),
+        "rms": _stacked(measure.rms(deviations)),
+        "weight": _stacked(measure.weights(deviations)),
+        "vanishes": measure.vanishing,
+    }
+    return xr.Dataset(
+        {name: (ERRORS[name][0], errors_of_lines) for name, errors_of_lines in values.items()},
+        coords={
+            "variant": ic.variant.values,
+            "line": list(measure.lines),
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
+        },
+    )
+
+
+def _stacked(by_line: Mapping[str, Array]) -> Array:
+    """Return values of all lines, (..., 3, 3) each, as one array (..., line, i, j)."""
+    return np.stack(list(by_line.values()), axis=-3)
+
+
+def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path) -> None:
+    """Write one CSV file per line: x, s [mm] and each plotted curve [mm/N], in columns like C_nn_combined."""
+    for line in dict.fromkeys(dataset.line.values):
+        on_line = dataset.isel(point=np.flatnonzero(dataset.line.values == line))
+        columns = {"x [mm]": on_line.x.values, "s [mm]": on_line.s.values}
+        for body in dataset.body.values:
+            for component in components:
+                curve = on_line.sel(body=body, i=component[0], j=component[1])
+                for variant in dataset.variant.values:
+                    columns[f"{variant}_{component}_{body} [mm/N]"] = curve.ic.sel(variant=variant).values
+                columns[f"estimate_{component}_{body} [mm/N]"] = curve.estimate.values
+                if "estimate_solid" in curve:
+                    columns[f"estimate_solid_{component}_{body} [mm/N]"] = curve.estimate_solid.values
+        table = xr.Dataset({name: ("point", values) for name, values in columns.items()}).to_pandas()
+        with replacing(folder / curves_file(str(line))) as unfinished:
+            table.to_csv(unfinished, index=False, float_format="%.10g", na_rep="nan")
+
+
+def curves_file(line: str) -> str:
+    """Return the name of the CSV file of a line's curves."""
+    return f"curves_{line.replace(' ', '').replace('=', '')}.csv"

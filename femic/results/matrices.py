@@ -1,0 +1,433 @@
+"""The jobs of the IC matrices of a scene, and what is subtracted from C.
+
+What follows from the columns of the IC matrices of a scene.
+
+The file of the IC matrices of a scene.
+
+Compute the IC matrices of a scene and write them strip by strip.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from time import perf_counter
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+
+from approx.pair import columns as approximations
+from approx.variants import needs_effective
+from femic.cache.digests import results_digest, versions
+from femic.cache.files import replacing
+from femic.cache.workers import one_blas_thread
+from femic.contact.operators.dense import Reciprocity, reciprocity, smallest_eigenvalues
+from femic.contact.pairs.ics import domain_on
+from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
+from femic.reference.discount import AXES
+from femic.reference.engine import peak_memory
+from femic.reference.job import Shares
+from femic.reference.matrix.job import Discount, MatrixJob
+from femic.reference.matrix.reference import (
+    MatrixReference,
+    column_scale,
+    column_shares,
+    half_spaces_nn,
+    is_far,
+    matrices,
+    pair_column,
+)
+from femic.reference.plan import ModelPlan, plans
+from femic.reference.refinement import worst_of
+from femic.reference.result import EstimatedICs, total
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results.ics import models_of, parts_of, solids
+from femic.scenes.engine import matrix_engine_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.lines import grid_misfits
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.patches import COMPONENTS, DIRECTIONS
+
+SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
+DISCOUNTS = {
+    "approach": "The rigid part of the normal approach is subtracted from C; the rest is the response of the "
+    "bodies with their supports.",
+    "source": "All motions that [BVSV] discounts are subtracted from C, including bending of the sections.",
+    "none": "Nothing is subtracted from C.",
+}
+
+
+def matrix_jobs(
+    scene: Scene, components: tuple[str, ...] = COMPONENTS, further: tuple[Discount, ...] = ()
+) -> dict[str, MatrixJob]:
+    """Return the jobs of the bodies that the comparison needs; raises BadScene as `require_matrices`.
+
+    Contact needs only some `components`; the matrix of a scene has all nine. C is computed after the discount
+    of the scene; the same models can give it after `further` discounts.
+    """
+    require_matrices(scene)
+    domain = domain_on(scene.contact_problem, scene.grid)
+    settings = replace(scene.settings, cells=None)
+    return {
+        name: MatrixJob(
+            replace(body, domain=domain),
+            scene.grid,
+            settings,
+            components,
+            tuple(dict.fromkeys((scene.discount, *further))),
+        )
+        for name, body in scene.bodies.items()
+        if name in scene.solved
+    }
+
+
+def matrix_plans(scene: Scene, workers: int) -> list[ModelPlan]:
+    """Return the plans of the models of the first round; raises BadScene as `matrix_jobs` does."""
+    return list(plans(matrix_jobs(scene, further=(SOURCE,)), workers))
+
+
+def require_matrices(scene: Scene) -> None:
+    """Raise BadScene for a grid that does not fit, and for an engine without IC matrices."""
+    require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
+
+
+def discounted(scene: Scene) -> str:
+    """Return sentences on the rigid part that is subtracted from C, and on the supports of the bodies."""
+    given = [name for name, body in scene.bodies.items() if body.outline is not None]
+    if len(given) == len(scene.bodies):
+        return f"{DISCOUNTS[scene.discount]} The sections are clamped where their outlines say."
+    hubs = [
+        name
+        for name, body in scene.bodies.items()
+        if np.isfinite(body.rolling_radius) and body.outline is None
+    ]
+    at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
+    radius = domain_on(scene.contact_problem, scene.grid).far_radius
+    without = f" without the {given[0]} body, which its outline clamps," if given else ""
+    clamped = f"The sections{without} are clamped at a far arc of {radius:g} mm{at_hub}."
+    return f"{DISCOUNTS[scene.discount]} {clamped}"
+
+
+LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixResults:
+    """The IC matrices of a scene's bodies, their errors, and how well they satisfy reciprocity and energy."""
+
+    scene: Scene
+    matrices: Mapping[str, MatrixReference]  # by solved body
+    errors: Mapping[str, Shares]  # largest estimated error, by body compared
+    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
+    # smallest of the symmetric part, over the least IC xx, ss, nn of an element on itself
+    eigenvalues: Mapping[str, float]
+    deviations: Mapping[str, Mapping[str, Deviation]]  # from C after the source's discount, by body, variant
+    seconds: float
+    memory: float  # peak of this process [MB]
+
+
+def columns_of(scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> dict[str, EstimatedICs]:
+    """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
+    return _compared(
+        scene, solved, strip, {body: reference.column(strip) for body, reference in solved.items()}
+    )
+
+
+def _compared(
+    scene: Scene,
+    solved: Mapping[str, MatrixReference],
+    strip: int,
+    of_solved: Mapping[str, EstimatedICs],
+) -> dict[str, EstimatedICs]:
+    """Return the columns of the bodies compared from those of the solved bodies."""
+    columns = dict(of_solved)
+    if "combined" in scene.compared:
+        columns["combined"] = pair_column(solved, scene.bodies["lower"].contour, strip, columns)
+    return {body: columns[body] for body in scene.compared}
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """The columns of one loaded strip, and what follows from them, by body compared."""
+
+    strip: int
+    raw: Mapping[str, Array]  # C before the discount, by solved body
+    columns: Mapping[str, EstimatedICs]  # C after the discount
+    errors: Mapping[str, Shares]  # their estimated errors
+    deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        solved: Mapping[str, MatrixReference],
+        strip: int,
+        of_solved: Mapping[str, EstimatedICs],
+    ) -> "Strip":
+        """Return what follows from the columns of the solved bodies under loads on a strip."""
+        columns = _compared(scene, solved, strip, of_solved)
+        by_source = of_solved
+        if scene.discount != SOURCE:
+            by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
+        errors, deviations = {}, {}
+        for body, c in columns.items():
+            jobs = [solved[part].job for part in parts_of(body)]
+            errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
+            without_bending = total([by_source[part] for part in parts_of(body)])
+            column = ReferenceColumn(without_bending, is_far(strip, scene.grid), half_spaces_nn(strip, jobs))
+            deviations[body] = _deviations(scene, body, strip, column)
+        raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
+        return cls(strip, raw, columns, errors, deviations)
+
+
+def _deviations(scene: Scene, body: str, strip: int, column: ReferenceColumn) -> dict[str, Deviation]:
+    """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
+    c, grid = column.c, scene.grid
+    approximated = approximations(_variants(scene, body), solids(scene)[body], grid, strip)
+    differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
+    return {
+        name: Deviation.of_column(difference, column)
+        for name, difference in (differences | {"C": c.estimate}).items()
+    }
+
+
+def _variants(scene: Scene, body: str) -> list[str]:
+    """Return the variants that can be computed for a body, or for both."""
+    return [variant for variant in scene.variants if body in scene.fitted or not needs_effective(variant)]
+
+
+@dataclass(frozen=True, eq=False)
+class Accumulator:
+    """Results that accumulate over the columns, loaded strip by loaded strip.
+
+    Whole matrices are held only up to `LARGEST_WHOLE_MATRIX` entries, in single precision, which changes the
+    defects of reciprocity and the eigenvalues by 1e-7 of the largest IC.
+    """
+
+    scene: Scene
+    solved: Mapping[str, MatrixReference]  # by solved body
+    raw: dict[str, Array]  # matrices before the discount by solved body, (n_x, n_s, n_s, 3, 3) [mm/N]
+    discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
+    errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
+    deviations: dict[str, dict[str, Deviation]]  # by body compared and variant; of "C": its estimated errors
+
+    @classmethod
+    def of(cls, scene: Scene, solved: Mapping[str, MatrixReference]) -> "Accumulator":
+        """Return the state before the first strip."""
+        shape = matrix_shape(scene)
+        held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
+        return cls(
+            scene,
+            solved,
+            {body: np.empty(shape, np.float32) for body in solved if held_whole},
+            {body: np.empty(shape, np.float32) for body in scene.compared if held_whole},
+            {body: [] for body in scene.compared},
+            {body: {} for body in scene.compared},
+        )
+
+    def add(self, columns: Strip) -> None:
+        """Add the columns of one more loaded strip."""
+        strip = columns.strip
+        for body, matrix in self.raw.items():
+            matrix[:, :, strip] = directions_last(columns.raw[body])
+        for body, matrix in self.discounted.items():
+            matrix[:, :, strip] = directions_last(columns.columns[body].ic)
+        for body, deviations in columns.deviations.items():
+            self.errors[body].append(columns.errors[body])
+            joined = self.deviations[body]
+            for name, deviation in deviations.items():
+                joined[name] = joined[name].joined(deviation) if name in joined else deviation
+
+    def results(self, start: float, workers: int) -> MatrixResults:
+        """Return the results after the last strip; `start` is when their computation began [s]."""
+        scene = self.scene
+        assert all(len(of_body) == scene.grid.n_s for of_body in self.errors.values())
+        whole = {f"{body}, raw": ics for body, ics in self.raw.items()}
+        whole |= {f"{body}, discounted": ics for body, ics in self.discounted.items()}
+        with one_blas_thread():
+            eigenvalues = dict(zip(whole, smallest_eigenvalues(whole.values(), workers), strict=True))
+        return MatrixResults(
+            scene,
+            self.solved,
+            {body: worst_of(strip_errors) for body, strip_errors in self.errors.items()},
+            {
+                body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
+                for body, ics in self.raw.items()
+            },
+            eigenvalues,
+            self.deviations,
+            perf_counter() - start,
+            peak_memory(),
+        )
+
+
+def matrix_shape(scene: Scene) -> tuple[int, int, int, int, int]:
+    """Return the shape of the matrix of a body: lags, observing strips, loaded strips, i, j."""
+    grid = scene.grid
+    return grid.n_x, grid.n_s, grid.n_s, 3, 3
+
+
+def directions_last(column: Array) -> Array:
+    """Return a column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
+    return np.moveaxis(column, (0, 1), (2, 3))
+
+
+DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
+
+
+class MatrixFile:
+    """The file of the matrices of a scene, written strip by strip while their accuracy is assessed."""
+
+    def __init__(self, scene: Scene, path: Path, options: RunOptions) -> None:
+        """Take what the file is for; `begin` opens it."""
+        self._scene, self._path, self._options = scene, path, options
+        self._begun: tuple[Accumulator, h5netcdf.File] | None = None
+
+    def __enter__(self) -> "MatrixFile":
+        """Return this file."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the file."""
+        self.discard()
+
+    def begin(self, references: Mapping[str, MatrixReference]) -> None:
+        """Write the coordinates, and prepare the variables of the matrices."""
+        self._options.watch.on_stage("  checking, writing")
+        _write_coordinates(self._scene, references, self._path)
+        file = h5netcdf.File(self._path, "a")
+        self._begun = Accumulator.of(self._scene, references), file
+        _create_variables(file, self._scene)
+
+    def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Strip:
+        """Return what the columns of the solved bodies give."""
+        accumulator, _ = self._opened
+        return Strip.of(self._scene, accumulator.solved, strip, columns)
+
+    def add(self, made: Strip) -> None:
+        """Write the columns of a strip, and add them to the results."""
+        accumulator, file = self._opened
+        accumulator.add(made)
+        for b, c in enumerate(made.columns.values()):
+            for name, ics in (("ic", c.ic), ("estimate", c.estimate)):
+                file[name][b, :, :, made.strip] = self._scene.grid.area * directions_last(ics)
+
+    def finished(self, start: float) -> MatrixResults:
+        """Return the results, written to the file, which is read back; `start` is when the run began [s]."""
+        accumulator, file = self._opened
+        results = accumulator.results(start, self._options.workers)
+        file.attrs.update(_attributes(results))
+        self.discard()
+        _require_readable(self._path)
+        return results
+
+    def discard(self) -> None:
+        """Close the file, and drop what has been accumulated."""
+        if self._begun is not None:
+            self._begun[1].close()
+        self._begun = None
+
+    @property
+    def _opened(self) -> tuple[Accumulator, h5netcdf.File]:
+        assert self._begun is not None  # as `begin` has made sure
+        return self._begun
+
+
+def file_size(scene: Scene) -> int:
+    """Return the size of the NetCDF file in bytes, without its header of a few thousand."""
+    entry_bytes = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
+    return len(scene.compared) * entry_bytes * int(np.prod(matrix_shape(scene)))
+
+
+def _write_coordinates(scene: Scene, matrix_references: Mapping[str, MatrixReference], path: Path) -> None:
+    """Write the file without its matrices: coordinates and M."""
+    grid, mm = scene.grid, {"units": "mm"}
+    xr.Dataset(
+        {
+            "discount": (
+                ("solved", "moved", "force"),
+                np.stack([reference.discount for reference in matrix_references.values()]),
+            )
+        },
+        coords={
+            "lag": ("lag", grid.lags, mm),
+            "observed": ("observed", grid.strips, mm),
+            "loaded": ("loaded", grid.strips, mm),
+            "body": list(scene.compared),
+            "solved": list(matrix_references),
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
+            "moved": list(AXES),
+            "force": list(AXES),
+        },
+    ).to_netcdf(path, engine="h5netcdf")
+
+
+def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
+    """Create the variables of the matrices, chunked by loaded strip."""
+    grid = scene.grid
+    for name, kind, meaning in VARIABLES:
+        variable = file.create_variable(
+            name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3), fletcher32=True
+        )
+        variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
+
+
+def _attributes(results: MatrixResults) -> dict[str, str | float]:
+    scene = results.scene
+    models = {name: asdict(cost) for name, cost in models_of(results.matrices).items()}
+    return {
+        "title": f"IC matrix: {scene.title}",
+        "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "
+        "an element of a loaded strip, direction j, after the discount; lags < 0: xs, xn, sx, nx change sign",
+        "scene": scene.text,
+        "dx": scene.grid.dx,
+        "ds": scene.grid.ds,
+        "tolerance": scene.settings.tolerance,
+        "discounted": scene.discount,
+        "far_radius": domain_on(scene.contact_problem, scene.grid).far_radius,
+        "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
+        "reciprocity_defect": json.dumps(
+            {name: asdict(defect) for name, defect in results.reciprocity.items()}
+        ),
+        "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
+        "models": json.dumps(models),
+        "seconds": results.seconds,
+        "peak_memory": results.memory,
+        "code": results_digest(__name__),
+        "versions": json.dumps(versions()),
+    }
+
+
+def _require_readable(path: Path) -> None:
+    """Read all matrices of a file, so that HDF5 compares the checksums of all pieces (OSError)."""
+    with h5netcdf.File(path, "r") as file:
+        for name, _, _ in VARIABLES:
+            for strip in range(file[name].shape[3]):
+                file[name][:, :, :, strip]
+
+
+FIRST_SECONDS, SECONDS_PER_ENTRY = 1.5, 0.4e-6  # of making, checking and writing matrices; by body compared
+
+
+def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
+    """Compute the matrices of a scene and write them to a NetCDF file, one loaded strip at a time.
+
+    Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.refinement.references`.
+    """
+    start = perf_counter()
+    jobs, combined = matrix_jobs(scene, further=(SOURCE,)), "combined" in scene.compared
+    with replacing(path) as unfinished, MatrixFile(scene, unfinished, options) as file:
+        matrices(jobs, options, combined=combined, consumer=file)
+        return file.finished(start)
+
+
+def expected_seconds(scene: Scene) -> float:
+    """Return the seconds expected for making, checking and writing the matrices from solved models.
+
+    The law was fitted on one machine of 2 cores (docs/how-to/matrix.md).
+    """
+    return FIRST_SECONDS + SECONDS_PER_ENTRY * len(scene.compared) * int(np.prod(matrix_shape(scene)))

@@ -1,0 +1,390 @@
+"""All values of a wheelset's computation: given by its specification, assumed, or taken from a profile.
+
+The rolling wheelset over its shifts, as datasets. Finished positions are stored.
+
+All contacts of a wheelset over its lateral shifts, as one labelled dataset, `shifts.nc`.
+
+Finished contacts are stored: an interrupted run goes on with the next one.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from femic.cache.digests import results_digest, versions
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results import wheelset_contacts as geometry
+from femic.results.wheelset_contacts import (
+    ABOUT,
+    SIDES,
+    Study,
+    contacts,
+    grids_in,
+    is_mirrored,
+    labelled,
+    quiet,
+    top_of,
+)
+from femic.scenes.scene_table import SceneTable
+from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET
+from femic.shifts.position import RolledICs, RollingSide, roll
+from femic.shifts.sides import Place, bodies_at, doubts, layout_of, problem_of, sections_of, understood
+from femic.shifts.specification import C, ProfileTable, RollingTable, ShiftsFile
+from geometries.errors import Failure, WrongInput
+from geometries.profiles.text import read_source
+from geometries.track.layout import Layout
+from geometries.track.wheelset import Position, SideName, settle
+
+GIVEN, ASSUMED, OF_PROFILE = "given", "assumed", "from the profile"  # origins of a value
+NEEDED = (  # of rails that are files: what decides where a wheel stands on its rail
+    ("track", "gauge"),
+    ("track", "rail_inclination"),
+    ("wheelset", "flange_back_distance"),
+    ("wheelset", "nominal_radius"),
+)
+TABLES = ("rail", "right_rail", "wheel", "right_wheel", "track", "wheelset", "contact", "rolling")
+OF_FILES = ("axes", "unit", "surface", "section", "section_at", "tolerance")
+UNIT = re.compile(r"\[([^\]\s]+)\]")
+FIRST = re.compile(r"[;:] ")  # ends the first part of the description of a key
+CANTED = re.compile(r"\b(cant|canted|inclined)\b", re.IGNORECASE)
+ABSENT = {  # what holds where there is no value
+    "rolls": "follow: both wheels touch",
+    "right_rail": "as the left one",
+    "right_wheel": "as the left one",
+    "contact.c_above_deg": "none: no contact with C",
+    "rolling": "none: contacts without friction",
+    "rolling.by_angle": "the same at all contact angles",
+}
+
+
+def require_track(specification: ShiftsFile) -> None:
+    """Raise WrongInput where a rail is a file and the specification leaves out where it lies.
+
+    Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
+    """
+    rails = [(name, table) for name, table in _profiles(specification) if "rail" in name]
+    of_files = [name for name, table in rails if not table.is_standard]
+    missing = [
+        f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
+        for table, key in NEEDED
+        if key not in getattr(specification, table).model_fields_set
+    ]
+    if of_files and missing:
+        raise WrongInput(
+            f"{of_files[0]}.profile is a file, and the specification does not say on which track it "
+            f"runs: give {', '.join(missing)}, or what they are there (rail_inclination = 0 where the "
+            "points of the rail are inclined already)"
+        )
+
+
+def canted_rails(specification: ShiftsFile) -> tuple[str, ...]:
+    """Return a sentence for each rail that its file calls canted and that the track inclines once more."""
+    slope = specification.track.rail_inclination
+    if slope == 0:
+        return ()
+    sentences = []
+    for name, table in _profiles(specification):
+        if "rail" not in name or table.is_standard:
+            continue
+        lines = read_source(Path(table.profile)).lines
+        if said := next((line for line in lines if CANTED.search(line)), None):
+            sentences.append(
+                f'{name}, {Path(table.profile).name}: its file says "{" ".join(said.split())}", and '
+                f"track.rail_inclination = {slope:g} turns it once more: give 0 if its points are inclined"
+            )
+    return tuple(sentences)
+
+
+def values_used(specification: ShiftsFile, layout: Layout) -> dict[str, dict[str, Any]]:
+    """Return value, origin and meaning of each key; of profiles of the package none of files."""
+    used = dict(_of_table("", specification))
+    for name in TABLES:
+        if isinstance(table := getattr(specification, name), SceneTable):
+            used |= _of_table(f"{name}.", table)
+    half = specification.wheelset.flange_back_distance / 2
+    for name, side in (("wheel", layout.left), ("right_wheel", layout.right)):
+        if (back := used.get(f"{name}.flange_back")) and back["value"] is None:
+            back |= {"value": half - side.wheel.offset[0], "origin": OF_PROFILE}
+    return {key: entry for key, entry in used.items() if entry["value"] is not None}
+
+
+def _of_table(prefix: str, table: SceneTable) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the keys of a table that are no tables."""
+    for key, field in type(table).model_fields.items():
+        value = getattr(table, key)
+        if isinstance(value, SceneTable) or key == "title":
+            continue
+        if key in OF_FILES and isinstance(table, ProfileTable) and table.is_standard:
+            continue
+        if value is None or value == ():
+            value = ABSENT.get(prefix + key)
+        origin = GIVEN if key in table.model_fields_set else ASSUMED
+        meaning = FIRST.split(field.description or "")[0]
+        yield prefix + key, {"value": value, "origin": origin, "meaning": meaning}
+
+
+def _profiles(specification: ShiftsFile) -> Iterator[tuple[str, ProfileTable]]:
+    """Yield the profiles that the specification names."""
+    for name in TABLES:
+        if isinstance(table := getattr(specification, name), ProfileTable):
+            yield name, table
+
+
+def value_text(value: Any) -> str:
+    """Return a value as text; equal ones of both sides once."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(dict.fromkeys(value_text(each) for each in value)) or "none"
+    return f"{value:.10g}" if isinstance(value, int | float) else str(value)
+
+
+def assumed_text(used: dict[str, dict[str, Any]]) -> str:
+    """Return which numbers of track, wheelset, materials, load and friction were assumed; empty if none."""
+    parts = []
+    for key, entry in used.items():
+        unit = UNIT.search(entry["meaning"])
+        is_number = isinstance(entry["value"], float | tuple) and "." in key
+        if entry["origin"] == ASSUMED and is_number and key != "contact.ics":
+            parts.append(f"{key} = {value_text(entry['value'])}{f' {unit[1]}' if unit else ''}")
+    return f"Assumed, because the specification does not say: {', '.join(parts)}." if parts else ""
+
+
+def values_of(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return value, origin and meaning of each key with which a dataset was computed."""
+    used: dict[str, dict[str, Any]] = json.loads(dataset.attrs["values"])
+    return used
+
+
+Contacts = Mapping[tuple[float, SideName], xr.Dataset]
+MIRRORED = ("sum_F_y", "steering")  # numbers of a wheelset that change their sign
+ESTIMATE = "estimate_"  # before the name of a number
+GRID = "area_"  # before the names of numbers of each contact area that rolls
+
+
+def rolling_wheelsets(
+    study: Study, positions: Mapping[float, Position], contacts: Contacts
+) -> Iterator[tuple[float, xr.Dataset]]:
+    """Yield the wheelset by shift; where sides are alike, the mirrored one stands for the opposite shift."""
+    rolling = study.specification.rolling
+    assert rolling is not None
+    may_mirror = study.alike and rolling.lateral == 0 == rolling.spin
+    solved: dict[float, xr.Dataset] = {}
+    for count, (shift, position) in enumerate(positions.items(), start=1):
+        sides = [
+            _side(study, Place(study.layout, position, side), contacts[shift, side])
+            for side in SIDES
+            if (shift, side) in contacts
+        ]
+        if not sides:
+            continue
+        if may_mirror and -shift in solved and shift != 0 and is_mirrored(positions, shift):
+            solved[shift] = mirrored(solved[-shift])
+        else:
+            label = f"shift {shift:g} mm ({count} of {len(positions)}), rolling"
+            solved[shift] = _stored(study, rolling, sides, label)
+        yield shift, solved[shift]
+
+
+def mirrored(entry: xr.Dataset) -> xr.Dataset:
+    """Return the wheelset at the opposite shift: its sides change places."""
+    swapped = entry.sel(side=entry.side.values[::-1]).assign_coords(side=entry.side.values)
+    swapped = swapped.assign({name: -swapped[name] for name in MIRRORED})
+    names = dict(zip(SIDES, SIDES[::-1], strict=True))
+    reasons = {names[side]: text for side, text in json.loads(entry.attrs["reasons"]).items()}
+    return swapped.assign_attrs(reasons=json.dumps(reasons))
+
+
+def _side(study: Study, where: Place, contact: xr.Dataset) -> RollingSide:
+    """Return a side on the grid of its contact without friction."""
+    k, grids = SIDES.index(where.side), grids_in(contact)
+    rail, wheel = study.specification.rails[k], study.specification.wheels[k]
+    bodies = bodies_at(where, rail, wheel, float(contact.attrs["steepest"]))
+    problem = problem_of(bodies, study.request, study.request.load, grids[0])
+    approach = float(contact.approach.isel(ics=0))
+    return RollingSide(where, problem, grids, approach, C in contact.ics.values)
+
+
+def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:
+    """Return the wheelset in a position as a dataset, from the store where it is there."""
+    options = study.options
+    key = options.store.key(
+        "rolling",
+        results_digest("femic.shifts.position"),
+        [study.facts(side) for side in SIDES],
+        [(side.place.side, side.grids, side.approach, side.with_c) for side in sides],
+        (sides[0].place.position.given_shift, sides[0].place.position.roll),
+        rolling.model_dump(),
+    )
+    if (entry := options.store.get(key)) is not None:
+        options.watch.on_stage(f"{label}: stored by an earlier run")
+        return entry
+    start = perf_counter()
+    contact = study.specification.contact
+    entry = _entry(roll(sides, contact.load, rolling, contact.ics, quiet(options)))
+    options.watch.on_stage(f"{label}: {_told(entry)}, {perf_counter() - start:.1f} s")
+    options.store.put(key, entry)
+    return entry
+
+
+def _told(entry: xr.Dataset) -> str:
+    """Return the creepages of the wheelset in words."""
+    known = entry.xi_0.dropna("ics")
+    if not known.size:
+        return "not found"
+    return "creepage " + ", ".join(f"{name} {float(known.sel(ics=name)):.3g}" for name in known.ics.values)
+
+
+def _entry(solved: list[RolledICs]) -> xr.Dataset:
+    """Return a wheelset as a dataset over sides and ICs."""
+    shape, variables = (len(SIDES), len(solved)), dict[str, tuple[Any, Any]]()
+    for name in OF_WHEEL:
+        both = np.full(shape, np.nan), np.full(shape, np.nan)
+        for n, of_ics in enumerate(solved):
+            for side, wheel in of_ics.wheels.items():
+                if wheel.ics != of_ics.ics:
+                    continue  # beside a wheel with C
+                both[0][SIDES.index(side), n] = wheel.numbers[name]
+                both[1][SIDES.index(side), n] = wheel.errors.get(name, np.nan)
+        for key, array in zip((name, ESTIMATE + name), both, strict=True):
+            variables[key] = (("side", "ics"), array)
+    most = max((len(wheel.patches) for of_ics in solved for wheel in of_ics.wheels.values()), default=1)
+    for name in OF_PATCH:
+        array = np.full((*shape, most), np.nan)
+        for n, of_ics in enumerate(solved):
+            for side, wheel in of_ics.wheels.items():
+                if wheel.ics == of_ics.ics:
+                    values = [patch[name] for patch in wheel.patches]
+                    array[SIDES.index(side), n, : len(values)] = values
+        variables[GRID + name] = (("side", "ics", "area"), array)
+    for name in OF_WHEELSET:
+        known = [of_ics.axle for of_ics in solved]
+        variables[name] = ("ics", [axle.numbers[name] if axle else np.nan for axle in known])
+        errors = [axle.errors.get(name, np.nan) if axle else np.nan for axle in known]
+        variables[ESTIMATE + name] = ("ics", errors)
+    reasons: dict[str, str] = {}
+    for of_ics in solved:
+        for side, reason in of_ics.reasons.items():
+            reasons[side] = "; ".join(filter(None, [reasons.get(side), f"{of_ics.ics}: {reason}"]))
+    variables["seconds_rolling"] = ("ics", [of_ics.seconds for of_ics in solved])
+    return xr.Dataset(
+        variables,
+        coords={"side": list(SIDES), "ics": [of_ics.ics for of_ics in solved]},
+        attrs={"reasons": json.dumps(reasons)},
+    )
+
+
+def labelled_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dataset:
+    """Return the numbers of all wheelsets by shift, side and ICs, and the reasons for missing ones.
+
+    C of a wheel is left out where only the other one has it.
+    """
+    rolling, shifts = study.specification.rolling, list(study.specification.shifts)
+    assert rolling is not None
+    entries = [entry.drop_attrs().expand_dims(shift=[shift]) for shift, entry in solved.items()]
+    dataset = xr.concat(entries, "shift", join="outer") if entries else xr.Dataset()
+    dataset = dataset.reindex(shift=shifts)
+    for table in (OF_WHEEL, OF_WHEELSET):
+        for name, (unit, meaning) in table.items():
+            dataset[name].attrs = {"units": unit, "long_name": meaning}
+            dataset[ESTIMATE + name].attrs = {"units": unit, "long_name": f"estimated error of {name}"}
+    for name, (unit, meaning) in OF_PATCH.items():
+        dataset[GRID + name].attrs = {"units": unit, "long_name": meaning}
+    tops = xr.DataArray([top_of(study.layout, side) for side in SIDES], coords={"side": list(SIDES)})
+    centre = dataset[GRID + "centre"]
+    dataset[GRID + "centre"] = (
+        (centre - tops)
+        .transpose(*centre.dims)
+        .assign_attrs(
+            units="mm", long_name="centre of pressure of the area, arc length on the rail from its top"
+        )
+    )
+    reasons = {
+        f"{shift:g}, {side}, rolling": text
+        for shift, entry in solved.items()
+        for side, text in json.loads(entry.attrs["reasons"]).items()
+    }
+    return dataset.assign_attrs(
+        friction=rolling.friction,
+        longitudinal=str(rolling.longitudinal),
+        by_angle=json.dumps(rolling.by_angle),
+        lateral=rolling.lateral,
+        spin=rolling.spin,
+        not_rolling=json.dumps(reasons),
+    )
+
+
+SECOND = 0.5  # mm: touching points with a distance below this are stated
+
+
+def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOptions = DEFAULT) -> xr.Dataset:
+    """Return positions and contacts at all shifts of a specification; raises WrongInput before any contact.
+
+    Shifts at which the wheelset cannot stand, and contacts that are not found, are NaN, with the reasons in
+    the attribute `refused`; `values` has all values that were used, given or assumed.
+    """
+    start = perf_counter()
+    require_track(specification)
+    sections = sections_of(specification)
+    layout = layout_of(specification, sections)
+    used = values_used(specification, layout)
+    doubtful = [*filter(None, [assumed_text(used)]), *canted_rails(specification), *doubts(sections)]
+    for doubt in doubtful:
+        options.watch.on_stage(doubt)
+    study = Study(specification, layout, options)
+    positions, refused = _positions(layout, specification)
+    for shift, reason in refused.items():
+        options.watch.on_stage(f"shift {shift} mm is left out: {reason}")
+    solved = dict(contacts(study, positions, refused))
+    if not solved:
+        raise Failure(f"shifts: no contact was found: {next(iter(refused.values()))}")
+    parts = [
+        geometry.wheelset(specification, positions),
+        geometry.touching(layout, specification, positions),
+        labelled(study, solved),
+        geometry.sections(layout),
+        geometry.conicity(layout, specification, options.watch, alike=study.alike),
+    ]
+    if specification.rolling is not None:
+        parts.append(labelled_rolling(study, dict(rolling_wheelsets(study, positions, solved))))
+    dataset = xr.merge(parts, compat="no_conflicts", join="outer", combine_attrs="no_conflicts")
+    unusual = {f"{shift:g}": "; ".join(at.notes) for shift, at in positions.items() if at.notes} | {
+        f"{shift:g}, {side}": entry.attrs["notes"]
+        for (shift, side), entry in solved.items()
+        if entry.attrs["notes"]
+    }
+    return dataset.assign_attrs(
+        title=specification.title or f"{sections[2].name} on {sections[0].name}",
+        load=specification.contact.load,
+        alike=int(study.alike),
+        refused=json.dumps(refused),
+        notes=json.dumps(understood(sections, layout)),
+        doubts=json.dumps(doubtful),
+        values=json.dumps(used),
+        unusual=json.dumps(unusual),
+        E=min(table.E for table in (*specification.rails, *specification.wheels)),
+        specification=text,
+        seconds=perf_counter() - start,
+        code=results_digest(__name__),
+        versions=json.dumps(versions()),
+    )
+
+
+def _positions(layout: Layout, specification: ShiftsFile) -> tuple[dict[float, Position], dict[str, str]]:
+    """Return the positions at shifts [mm] at which the wheelset stands, and the reasons for the others."""
+    positions, refused = {}, {}
+    for shift in specification.shifts:
+        try:
+            given = specification.roll_at(shift)
+            positions[shift] = settle(layout, shift, roll=ABOUT if given is None else given, within=SECOND)
+        except Failure as failure:
+            refused[f"{shift:g}"] = str(failure)
+    if not positions:
+        raise Failure(f"shifts: none is possible: {next(iter(refused.values()))}")
+    return positions, refused

@@ -1,0 +1,365 @@
+"""Wheels on one axle: the creepage at which they roll freely, and the vertical forces in balance.
+
+Free: no torque acts on the axle. The sum of the torques of the wheels grows with the creepage xi_0, so that
+its zero is bracketed; steps are those of the secant, or bisections. The approaches of the wheels follow their
+vertical forces from step to step. All is solved on elements four times, twice and once as large, each time
+from the creepage, the approaches and the tractions before, with the distance of wheels that are displaced by
+these approaches; the differences tell the errors.
+
+The numbers of a rolling wheelset: creepages, creep forces in axes of the track, work of friction.
+
+Their errors are estimated from elements twice and four times as large, on which the wheelset has found a
+creepage and approaches of its own. Numbers of a wheel are sums over its patches, and so are their errors.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.contact import estimates
+from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured_rolling
+from femic.shifts.wheel import PatchBeyondGrid, RollingWheel, WheelContact
+from geometries.errors import Failure
+from geometries.patches import N, S, X
+
+TORQUE = 1e-5  # of friction times load times nominal radius: the largest torque of a free wheelset
+VERTICAL = 1e-5  # of the load: the largest error of the vertical forces
+LEVELS = 3  # of grids
+FIRST_SLOPE = 500.0  # of the torque over friction, load and radius by the creepage: less than that at rest
+WIDEST_STEP = 0.01  # of the creepage outside of a bracket
+MOST_STEPS = 80
+
+
+class BeyondGrid(Failure):
+    """A patch comes near the end of its grid; `number` is that of the wheel, `grid` that of the patch."""
+
+    def __init__(self, number: int, grid: int, short: PotentialAreaTooSmall) -> None:
+        super().__init__(str(short))
+        self.number, self.grid, self.short = number, grid, short
+
+
+@dataclass(frozen=True, eq=False)
+class Rolled:
+    """The wheels of an axle at a creepage of the wheelset.
+
+    `torque` is over friction, load and nominal radius, `slope` its derivative by the creepage, as far as
+    known. `coarser` is the same on elements twice as large, None where it was not found.
+    """
+
+    wheels: tuple[RollingWheel, ...]
+    xi_0: float
+    contacts: tuple[WheelContact, ...]
+    torque: float
+    slope: float
+    unit: float  # friction times load times nominal radius [N mm]
+    given: bool = False  # the creepage
+    coarser: "Rolled | None" = None
+
+    @property
+    def torque_slope(self) -> float:
+        """Derivative of the torque by the creepage [N mm]."""
+        return self.slope * self.unit
+
+
+@dataclass(frozen=True, eq=False)
+class RollingWheelset:
+    """The wheels of an axle under a vertical load each [N]; `longitudinal` is xi_0, None where it is free."""
+
+    wheels: tuple[RollingWheel, ...]
+    load: float
+    friction: float
+    longitudinal: float | None
+
+    @property
+    def coarsened(self) -> "RollingWheelset | None":
+        """The wheelset on elements twice as large, None where a wheel has none."""
+        coarsened = [wheel.coarsened for wheel in self.wheels]
+        wheels = tuple(wheel for wheel in coarsened if wheel is not None)
+        return replace(self, wheels=wheels) if len(wheels) == len(self.wheels) else None
+
+    def rolled(self, levels: int = LEVELS) -> Rolled:
+        """Return the wheelset as it rolls.
+
+        Raises Failure, and BeyondGrid where a patch comes near the ends of its grid.
+        """
+        coarser = self._coarser(levels)
+        if coarser is not None:
+            approaches = [contact.approach for contact in coarser.contacts]
+            starts = [contact.finer for contact in coarser.contacts]
+            own = self.linearised_about(approaches)
+            found = own.found(own.at(coarser.xi_0, approaches, starts, coarser.slope))
+            return replace(found, coarser=coarser)
+        approaches = [wheel.about for wheel in self.wheels]
+        first = self.found(self.at(self.first_creepage(), approaches, [None] * len(approaches), FIRST_SLOPE))
+        approaches = [contact.approach for contact in first.contacts]
+        again = self.linearised_about(approaches)
+        return again.found(again.at(first.xi_0, approaches, first.contacts, first.slope))
+
+    def linearised_about(self, approaches: Sequence[float]) -> "RollingWheelset":
+        """Return the wheelset with the distances of wheels that are displaced by approaches [mm]."""
+        pairs = zip(self.wheels, approaches, strict=True)
+        return replace(self, wheels=tuple(wheel.linearised_about(approach) for wheel, approach in pairs))
+
+    def _coarser(self, levels: int) -> Rolled | None:
+        coarsened = self.coarsened if levels > 1 else None
+        if coarsened is None:
+            return None
+        try:
+            return coarsened.rolled(levels - 1)
+        except Failure:
+            return None
+
+    def first_creepage(self) -> float:
+        """Return the given creepage, or that at which the wheels together would roll without slip."""
+        if self.longitudinal is not None:
+            return self.longitudinal
+        without = [wheel.creepages(0.0).longitudinal for wheel in self.wheels]
+        return -sum(without) / len(without)
+
+    def at(
+        self, xi_0: float, approaches: Sequence[float], starts: Sequence[WheelContact | None], slope: float
+    ) -> Rolled:
+        """Return the contacts at a creepage under approaches [mm]."""
+        contacts = tuple(
+            self._contact(number, xi_0, approach, start)
+            for number, (approach, start) in enumerate(zip(approaches, starts, strict=True))
+        )
+        unit = self.friction * self.load * self.wheels[0].nominal_radius
+        torque = sum(contact.torque for contact in contacts) / unit
+        return Rolled(self.wheels, xi_0, contacts, torque, slope, unit, self.longitudinal is not None)
+
+    def _contact(self, number: int, xi_0: float, approach: float, start: WheelContact | None) -> WheelContact:
+        wheel = self.wheels[number]
+        try:
+            return wheel.contact(xi_0, approach, start)
+        except PatchBeyondGrid as beyond:
+            raise BeyondGrid(number, beyond.number, beyond.short) from beyond
+        except Failure as failure:
+            along = wheel.creepages(xi_0).longitudinal
+            raise Failure(f"{wheel.place.side} wheel, creepage {along:.4g}: {failure}") from failure
+
+    def found(self, rolled: Rolled) -> Rolled:
+        """Return the wheelset without a torque, or at its given creepage, with the loads in balance."""
+        low, high = -np.inf, np.inf
+        for _ in range(MOST_STEPS):
+            free = self.longitudinal is None and abs(rolled.torque) > TORQUE
+            if not self.balanced(rolled):  # only then the sign of the torque tells on which side its zero is
+                rolled = self.step(rolled, rolled.xi_0)
+                continue
+            if not free:
+                return rolled
+            low, high = (low, rolled.xi_0) if rolled.torque > 0 else (rolled.xi_0, high)
+            rolled = self.step(rolled, _next(rolled, low, high))
+        raise Failure(
+            f"wheelset: after {MOST_STEPS} steps a torque of {rolled.torque:.1e} of friction, load and "
+            f"radius is left at a creepage of {rolled.xi_0:g}; give rolling.longitudinal"
+        )
+
+    def step(self, before: Rolled, xi_0: float) -> Rolled:
+        """Return the wheelset at another creepage, with approaches that follow the forces before."""
+        approaches = [
+            wheel.approach_for(self.load, contact)
+            for wheel, contact in zip(self.wheels, before.contacts, strict=True)
+        ]
+        after = self.at(xi_0, approaches, before.contacts, before.slope)
+        if xi_0 == before.xi_0:
+            return after
+        slope = (after.torque - before.torque) / (xi_0 - before.xi_0)
+        return replace(after, slope=slope) if slope > 0 else after
+
+    def balanced(self, rolled: Rolled) -> bool:
+        """Whether the vertical forces are the load."""
+        return all(abs(contact.vertical / self.load - 1) <= VERTICAL for contact in rolled.contacts)
+
+
+def _next(rolled: Rolled, low: float, high: float) -> float:
+    """Return the next creepage: by the secant within the bracket, else its middle, or a step outwards."""
+    step = float(np.clip(-rolled.torque / rolled.slope, -WIDEST_STEP, WIDEST_STEP))
+    if low < rolled.xi_0 + step < high:
+        return rolled.xi_0 + step
+    return (low + high) / 2
+
+
+OF_WHEEL = {  # by name: unit and meaning
+    "xi": ("1", "longitudinal creepage of the touching point, positive where the wheel is driven"),
+    "F_x": ("N", "longitudinal force on the wheel, in the rolling direction"),
+    "F_y": ("N", "lateral force on the wheel with friction, positive towards the middle of the track"),
+    "M_z": ("N mm", "moment on the wheel about the touching point's vertical, turning its front outwards"),
+    "work": ("N", "work of friction per unit of rolled distance (T-gamma), J/m"),
+    "sliding": ("1", "area of sliding over that of contact"),
+    "utilised": ("1", "tangential force over the sum of friction times pressures"),
+    "p_max_rolling": ("MPa", "largest pressure of the rolling contact"),
+    "vertical_rolling": ("N", "vertical force on the rolling wheel"),
+    "resistance": ("N", "torque about the axle over the rolling radius, less F_x"),
+}
+OF_PATCH = {  # of each patch of a wheel
+    "F_x": ("N", "longitudinal force on the wheel by the patch"),
+    "F_s": ("N", "tangential force on the wheel along the rail's profile by the patch"),
+    "F_n": ("N", "force along its normals by the patch"),
+    "slip_x": ("1", "rigid slip along x in the centre of pressure of the patch"),
+    "slip_s": ("1", "rigid slip along the rail's profile in the centre of pressure of the patch"),
+    "spin": ("1/mm", "turning of the rigid wheel about the normal there, per rolled distance"),
+    "p_max": ("MPa", "largest pressure of the patch"),
+    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
+    "area": ("mm2", "area of the patch"),
+    "centre": ("mm", "centre of pressure of the patch, arc length of the rail's profile"),
+    "work": ("N", "work of friction of the patch per unit of rolled distance, J/m"),
+}
+OF_WHEELSET = {
+    "xi_0": ("1", "creepage of the wheelset at the nominal radius, omega R_0 / V - 1"),
+    "axle_torque": ("N mm", "torque with which the axle is driven"),
+    "sum_F_y": ("N", "sum of the lateral forces on both wheels, to the left"),
+    "steering": (
+        "N mm",
+        "moment of longitudinal forces on the wheelset, positive where it turns it to the right",
+    ),
+}
+WORK = "work"
+
+
+Other = tuple[RollingWheel, WheelContact]  # the same wheel with changed ICs
+SUMMED = ("F_x", "F_y", "M_z", WORK)
+
+
+@dataclass(frozen=True, eq=False)
+class WheelNumbers:
+    """Numbers of a wheel by the names of `OF_WHEEL`, and the estimated errors of those that have one.
+
+    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length. `simplified`: steady
+    rolling has a solution in its less accurate form only.
+    """
+
+    ics: str
+    numbers: Mapping[str, float]
+    errors: Mapping[str, float]
+    patches: tuple[Mapping[str, float], ...]
+    simplified: bool
+
+
+@dataclass(frozen=True)
+class AxleNumbers:
+    """Numbers of a wheelset by the names of `OF_WHEELSET`, and estimated errors of those that have one."""
+
+    numbers: Mapping[str, float]
+    errors: Mapping[str, float]
+
+
+def axle_numbers(rolled: Rolled, left: WheelNumbers, right: WheelNumbers) -> AxleNumbers:
+    """Return the numbers of a wheelset by those of its wheels."""
+    at = [abs(float(wheel.place.touch.point[0])) for wheel in rolled.wheels]
+    along, across = ([wheel.numbers[name] for wheel in (left, right)] for name in ("F_x", "F_y"))
+    errors_along, errors_across = ([wheel.errors[name] for wheel in (left, right)] for name in ("F_x", "F_y"))
+    numbers = {
+        "xi_0": rolled.xi_0,
+        "axle_torque": sum(contact.torque for contact in rolled.contacts),
+        "sum_F_y": across[1] - across[0],
+        "steering": along[0] * at[0] - along[1] * at[1],
+    }
+    known = {
+        "xi_0": _error_of_creepage(rolled, errors_along),
+        "sum_F_y": sum(errors_across),
+        "steering": float(np.dot(errors_along, at)),
+    }
+    return AxleNumbers(numbers, known)
+
+
+def _error_of_creepage(rolled: Rolled, of_forces: Sequence[float]) -> float:
+    """Return the estimated error of the creepage: by larger elements, or by the errors of the forces."""
+    if rolled.given:
+        return 0.0
+    levels = [level.xi_0 for level in _levels(rolled)]
+    nominal = sum(rolled.wheels[0].place.layout.nominal_radius) / 2
+    by_forces = float(np.linalg.norm(of_forces)) * nominal / abs(rolled.torque_slope)
+    return max(from_grids(*levels[:3]), by_forces) if len(levels) > 1 else np.nan
+
+
+def _levels(rolled: Rolled) -> list[Rolled]:
+    levels = [rolled]
+    while levels[-1].coarser is not None:
+        levels.append(levels[-1].coarser)
+    return levels
+
+
+def wheel_numbers(rolled: Rolled, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
+    """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
+    levels = _levels(rolled)
+    wheel, contact = rolled.wheels[number], rolled.contacts[number]
+    of_all: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
+    own, known = list[Mapping[str, float]](), list[Mapping[str, float]]()
+    for patch in range(len(wheel.problems)):
+        fine, *larger = (
+            _measured(level.wheels[number], level.contacts[number], patch, ics) for level in levels
+        )
+        parts = [changes(fine, of_all, _measured(*other, patch, ics).numbers) for other in others]
+        own.append(fine.numbers)
+        known.append(errors(of_all, fine, larger[:2], parts))
+    forces = [_patch(wheel, contact, patch, work=own[patch][WORK]) for patch in range(len(own))]
+    bound = sum(each["bound"] for each in forces)
+    tangential = float(np.hypot(sum(each["F_x"] for each in forces), sum(each["F_s"] for each in forces)))
+    area = np.array([max(numbers["area"], 1e-300) for numbers in own])
+    highest = int(np.argmax([numbers["p_max"] for numbers in own]))
+    total = {name: float(sum(numbers[name] for numbers in own)) for name in SUMMED}
+    numbers = {
+        "xi": contact.creepages.longitudinal,
+        "F_x": total["F_x"],
+        "F_y": -wheel.place.in_track(contact.force)[0],
+        "M_z": total["M_z"],
+        "work": total[WORK],
+        "sliding": float(np.average([numbers["sliding_share"] for numbers in own], weights=area)),
+        "utilised": tangential / bound,
+        "p_max_rolling": own[highest]["p_max"],
+        "vertical_rolling": contact.vertical,
+        "resistance": contact.torque / wheel.radius - total["F_x"],
+    }
+    of_numbers = {name: float(sum(each[name] for each in known)) for name in SUMMED} | {
+        "sliding": float(np.average([each["sliding_share"] for each in known], weights=area)),
+        "p_max_rolling": known[highest]["p_max"],
+    }
+    of_numbers["utilised"] = float(np.hypot(of_numbers["F_x"], of_numbers["F_y"])) / bound
+    patches = tuple({name: each[name] for name in OF_PATCH} for each in forces)
+    return WheelNumbers(ics, numbers, of_numbers, patches, contact.simplified)
+
+
+def _patch(wheel: RollingWheel, contact: WheelContact, patch: int, *, work: float) -> dict[str, float]:
+    """Return the numbers of a patch, and its `bound`, friction times pressures [N]."""
+    state, problem = contact.states[patch], wheel.problems[patch]
+    area, p = problem.problem.grid.area, state.p
+    strips = np.sum(p[..., N], axis=0)
+    x, s, slip = problem.rolling.x, problem.rolling.s, problem.rolling.rigid_slip(contact.creepages)
+    at = float(np.average(s, weights=strips)) if np.any(strips) else np.nan
+    across = np.gradient(slip[p.shape[0] // 2, :, X], s)
+    turning = ((slip[-1, :, S] - slip[0, :, S]) / (x[-1] - x[0]) - across) / 2
+    along = {"slip_x": slip[p.shape[0] // 2, :, X], "slip_s": slip[p.shape[0] // 2, :, S], "spin": turning}
+    angles = wheel.place.roll - wheel.on_grids[patch].undeformed.lower.contour.inclination(s)
+    f_x, f_s, f_n = (float(np.sum(p[..., direction])) * area for direction in (X, S, N))
+    return {
+        "F_x": f_x,
+        "F_s": f_s,
+        "F_n": f_n,
+        **{name: float(np.interp(at, s, values)) for name, values in along.items()},
+        "p_max": float(np.max(p[..., N])),
+        "angle": float(np.degrees(np.average(angles, weights=strips))) if np.any(strips) else np.nan,
+        "area": float(np.count_nonzero(p[..., N])) * area,
+        "centre": wheel.place.touch.s_rail + at,
+        "work": work,
+        "bound": float(np.sum(problem.problem.bound(p[..., N]))) * area,
+    }
+
+
+def _measured(wheel: RollingWheel, contact: WheelContact, patch: int, ics: str) -> Measured:
+    """Return the quantities of a patch, with the work of friction.
+
+    It is that of the tractions on the rigid motion, which converges faster than that of friction on the
+    slip; with C it is the latter, because the tractions there act on a raised surface.
+    """
+    on_grid, problem, rolling = wheel.on_grids[patch], wheel.problems[patch], contact.patches[patch]
+    if ics == "C":
+        own = measured_rolling(on_grid, problem, rolling)
+        work = own.numbers["dissipation"]
+    else:
+        own = measured(on_grid, rolling.contact, OF_ROLLING)
+        work = problem.power(rolling) - problem.climbing(rolling)
+    return replace(own, numbers={**own.numbers, WORK: work, "approach": contact.approach})

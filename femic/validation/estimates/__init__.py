@@ -1,1 +1,0 @@
-"""Coverage of estimates of contact results: random contacts against elements four times smaller."""

@@ -1,0 +1,188 @@
+"""Large datasets of campaigns: zarr stores that are written by chunks, gone on with, appended to."""
+
+import errno
+import os
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.campaigns.collected import Collected, SceneOutcome
+from compare.campaigns.integrity import open_sweep
+from compare.campaigns.run import code_of_dataset
+from compare.campaigns.tasks import task_of
+from femic.cache.store import Store
+from geometries.errors import Failure
+from tests.compare.campaigns.campaigns import (
+    LIGHT,
+    LONGER,
+    RANDOM,
+    all_are_large,
+    assert_sums,
+    campaign_in,
+    light,
+    register,
+    swept,
+)
+
+
+@pytest.mark.parametrize("chunk", [50, *(pytest.param(chunk, marks=pytest.mark.slow) for chunk in (1, 1e6))])
+@pytest.mark.usefixtures("light_scenes")
+def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk):
+    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
+    _, small = swept(campaign, tmp_path / "small", client, store=store)
+    all_are_large(monkeypatch, chunk)
+    _, large = swept(campaign, tmp_path / "large", client, store=store)
+    assert (tmp_path / "large" / "sweep.zarr").is_dir()
+    xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
+    assert large.failure.values.tolist() == small.failure.values.tolist()
+    assert large.attrs == small.attrs
+    assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
+
+
+def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    _, first = sweep()
+    first.load()
+    shutil.rmtree(tmp_path / "store")
+    done, again = sweep()
+    assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 27)
+    xr.testing.assert_identical(again.load(), first)
+
+
+@pytest.mark.usefixtures("large_there")
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path):
+    """More values at the end of both axes; nothing that is there is read back or computed."""
+    shutil.rmtree(tmp_path / "store")
+    done, dataset = sweep(LONGER.replace("0.3]", "0.3, 0.4]"))
+    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
+    assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
+    assert_sums(dataset)
+
+
+def test_random_points_are_appended_to_a_large_dataset(light_scenes, sweep, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    sweep(RANDOM % 6)
+    shutil.rmtree(tmp_path / "store")
+    campaign = campaign_in(tmp_path, RANDOM % 11)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert (done.reused, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
+    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
+    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
+
+
+@pytest.mark.usefixtures("large_there")
+def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep):
+    done, dataset = sweep(LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
+    assert (done.reused, len(light_scenes)) == (27, 9)
+    assert_sums(dataset)
+
+
+@pytest.fixture
+def taken(light_scenes, large_there, tmp_path):  # noqa: ARG001
+    """What a second run begins with: all 27 scenes of a large dataset."""
+    campaign = campaign_in(tmp_path, LIGHT)
+    collected = Collected(campaign, tmp_path)
+    collected.begin(digests_in(campaign, tmp_path), code_of_dataset())
+    return collected
+
+
+def digests_in(campaign, folder):
+    return lambda number: task_of(campaign, number, Store(folder / "store")).digest
+
+
+def test_removed_scene_is_missing(taken):
+    digest = int(taken.digests[4])
+    assert taken.has(4, digest)
+    assert not taken.has(4, digest + 1)
+    taken.remove(4)
+    result = open_sweep(taken.write())
+    assert np.isnan(result["sum"].values.ravel()[4])
+    assert np.isnan(result.seconds.values.ravel()[4])
+    assert int(result["sum"].isnull().sum()) == 3 + 1
+    assert result.attrs["computed"] == 27 - 3 - 1
+
+
+def test_digest_is_removed_before_its_values_change(taken, tmp_path):
+    """A run that is killed between leaves no scene with a digest and values of something else."""
+    taken.remove(4)
+    taken._arrays.flush()
+    digests = open_sweep(tmp_path).digest.values.ravel()
+    assert list(np.flatnonzero(digests == 0)) == [4]
+
+
+def test_values_without_a_digest_are_removed(taken):
+    """Those that a run wrote before it was killed, of files that may have changed since."""
+    taken.seconds[4], taken.digests[4] = np.nan, 0
+    taken.remove(4)
+    assert np.isnan(open_sweep(taken.write())["sum"].values.ravel()[4])
+
+
+def test_run_killed_at_its_start_loses_nothing(taken, tmp_path):
+    result = open_sweep(tmp_path)
+    assert np.all(result.digest.values.ravel() == taken.digests)
+    assert int((result.failure == "seven").sum()) == 3
+
+
+def test_large_dataset_of_other_files_is_discarded(taken, tmp_path):
+    """Its variables may have had other shapes."""
+    collected = Collected(taken.campaign, tmp_path)
+    collected.begin(lambda number: 1 + number, code_of_dataset())
+    assert not collected.template.data_vars
+    assert np.all(np.isnan(collected.seconds))
+
+
+def test_differing_labels_are_numbered_in_a_large_dataset(tmp_path, monkeypatch):
+    """Also where they are numbers, and have been written as such."""
+    all_are_large(monkeypatch)
+    collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
+    for number in range(2):
+        one = xr.Dataset({"y": ("load", [1.0])}, coords={"load": [10.0 + number]})
+        collected.add(number, SceneOutcome(one), 1)
+        labels = open_sweep(collected.write())["load"].values
+        assert list(labels) == ([10.0] if number == 0 else ["load 0"])
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    all_are_large(monkeypatch)
+    monkeypatch.setattr("compare.campaigns.frame.SceneArrays.flush", full)
+    with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
+        sweep()
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path, monkeypatch):
+    """And one that becomes large."""
+    shorter = LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
+    _, small = sweep(shorter)
+    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 800)  # 48 bytes a scene
+    _, large = sweep()
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
+    np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
+    _, again = sweep(shorter)
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
+    xr.testing.assert_identical(again, small)
+
+
+def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatch):
+    """The first scenes lack what makes it large."""
+
+    def large(scene, _means):
+        e = scene.bodies["lower"].material.E
+        if e in (1, 5, 9):
+            raise Failure("not one of the first")
+        return xr.Dataset({"many": ("k", np.full(1000, e))})
+
+    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 27 * 900)
+    register(monkeypatch, errors=light, advice=large)
+    _, dataset = sweep('keep = ["errors", "advice"]' + LIGHT)
+    assert (tmp_path / "sweep.zarr").is_dir()
+    ok = dataset.sel(E=[2, 3, 4, 6, 8])
+    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))
+    np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
+    assert dataset.many.sel(E=5).isnull().all()

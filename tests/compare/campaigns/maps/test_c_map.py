@@ -1,0 +1,261 @@
+"""Maps of C. In these tests it is B-hat and a function of the swept keys: polynomials are found exactly."""
+
+import shutil
+from functools import cache
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.campaigns.maps import bhat_nn, maps_of_scene, open_map
+from compare.campaigns.results import matrix
+from compare.report.looks import symbol_of
+from femic.contact.pairs import ics as reference_ics
+from femic.contact.pairs.grids import grids_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.results.contact import compute_contact, reference_name, require_solvable, to_dataset
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene
+from geometries.errors import Failure, WrongInput
+from tests.compare.campaigns.campaigns import campaign_in, collect
+
+BASE = """
+bodies = ["combined"]
+lower = { E = 210e3, nu = 0.28, contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 60.0 } }
+patch = { a = 0.3, b = 0.3 }
+grid = { n_x = 20, n_s = 20, dx = 0.5, ds = 0.4 }
+contact = { loads = [1e3], grid = "scene", ics = ["Bhat", "C"] }
+[upper]
+E = 210e3
+nu = 0.28
+rolling_radius = 450
+contour = { kind = "arc", radius = 10.5, flank_inclination_deg = 60.0 }
+"""
+CAMPAIGN = """
+scene = "base.toml"
+keep = ["matrix"]
+[sweep.ratio]
+keys = { "upper.contour.radius" = 10 }
+values = [1.05, 1.1, 1.2, 1.3]
+[sweep.E]
+keys = ["lower.E", "upper.E"]
+spacing = "logarithmic"
+values = [1e5, 2e5, 4e5, 7e5, 1e6]
+"""
+ESTIMATE = 1e-9  # mm/MPa
+
+
+def polynomial(ratio, modulus):
+    return 0.2 * ratio**2 - 0.1 * ratio + 0.03 * np.log(modulus / 1e5) ** 3
+
+
+def steep(ratio, modulus):
+    return 0.004 * np.exp(2 * ratio) * np.log(modulus / 5e4) ** 4
+
+
+def c_of(problem, on_grid, f):
+    """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
+    bhat, grid = bhat_nn(on_grid), on_grid.grid
+    near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
+    shape = np.exp(-grid.lags)[:, None, None] * near
+    return bhat + f(*ratio_and_modulus(problem)) * bhat[0, 0, 0] * shape
+
+
+def true_c(scene, f):
+    problem = scene.contact_problem
+    return c_of(problem, pair_on_grid(problem, scene.grid), f)
+
+
+def ratio_and_modulus(problem):
+    upper, lower = problem.bodies["upper"], problem.bodies["lower"]
+    return abs(upper.contour.core.radius) / 10, lower.material.E
+
+
+@pytest.fixture(scope="module")
+def map_of(tmp_path_factory):
+    """A function that writes a map of C as a function of the keys, once for equal arguments."""
+    return cache(lambda _f, *campaign: write_map(tmp_path_factory.mktemp("map"), *campaign))
+
+
+def write_map(folder, left_out, base, campaign):
+    (folder / "base.toml").write_text(base, encoding="utf-8")
+    return collect(campaign_in(folder, campaign), folder / "out", matrix.matrix, left_out)
+
+
+@pytest.fixture
+def make(map_of, tmp_path, monkeypatch):
+    """A function that makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
+
+    def make(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
+        def normal_ics(problem, on_grid, _means=None):
+            c = c_of(problem, on_grid, f)
+            return c, np.full_like(c, ESTIMATE)
+
+        for module in (matrix, reference_ics):
+            monkeypatch.setattr(module, "normal_ics", normal_ics)
+        (tmp_path / "base.toml").write_text(base, encoding="utf-8")
+        return f"map:{map_of(f, left_out, base, campaign)}"
+
+    return make
+
+
+def scene_at(folder, ratio, modulus, **changes):
+    keys = {
+        "lower": {"E": modulus},
+        "upper": {
+            "E": modulus,
+            "contour": {"kind": "arc", "radius": 10 * ratio, "flank_inclination_deg": 60.0},
+        },
+    }
+    return load_scene(str(folder / "base.toml"), keys | changes)
+
+
+def read(name, scene):
+    return open_map(name, scene).at(pair_on_grid(scene.contact_problem, scene.grid))
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
+def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
+    name, scene = make(), scene_at(tmp_path, ratio, modulus)
+    ic, estimate = read(name, scene)
+    np.testing.assert_allclose(ic, true_c(scene, polynomial), rtol=1e-10)
+    np.testing.assert_allclose(estimate, ESTIMATE, rtol=1e-3)
+
+
+def test_map_is_c_at_nodes_to_rounding(make, tmp_path):
+    name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
+    ic, _ = read(name, scene)
+    np.testing.assert_allclose(ic, true_c(scene, steep), rtol=1e-14)
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
+def test_estimate_bounds_the_error_between_nodes(make, tmp_path, ratio, modulus):
+    """It is not that of exact values, and not without bounds: seven times for nodes twice as far apart, 2.25
+    for kinks that are not there, on two axes, on the steepest of the lines around."""
+    name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
+    ic, estimate = read(name, scene)
+    error = np.abs(ic - true_c(scene, steep))
+    assert np.all(error <= estimate - ESTIMATE)
+    assert np.max(error) > 1e-4 * np.max(ic)
+    assert np.max(estimate - ESTIMATE) < 100 * np.max(error)
+
+
+def test_contact_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
+    name = make(steep)
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
+    contacts = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
+    c, by_map = contacts.sel(ics="C"), contacts.sel(ics=name)
+    for number in ("p_max", "approach", "a", "b"):
+        assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
+        assert abs(float(by_map[number] - c[number])) < float(by_map[f"estimate_{number}"])
+    assert float(by_map.approach) != float(c.approach)
+    assert float(by_map.estimate_approach) > float(c.estimate_approach)
+    assert abs(float(contacts.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
+
+
+def test_contact_is_solved_on_the_grid_of_the_map(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
+    ((grid, _),) = grids_of(scene.contact_problem, maps_of_scene(scene))
+    assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
+    small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
+    with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
+        compute_contact(small, given=maps_of_scene(small))
+
+
+def test_reference_is_c_else_a_map_else_bhat():
+    assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
+    assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
+    assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
+    assert symbol_of("map:out/flanks/sweep.nc") == "C from flanks"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"lower": {"nu": 0.3, "E": 3e5}}, "nu of the lower body: not as in"),
+        ({"upper": {"rolling_radius": 460.0}}, "rolling_radius of the upper body: not as in"),
+        ({"lower": {"contour": {"kind": "plane"}}}, "contour"),
+        ({"contact": {"shift": 0.1}}, r"contact\.shift"),
+        ({"rotation_reach": 15.0}, "rotation_reach"),
+        ({"lower": {"E": 4e5}}, r"lower\.E, upper\.E give E = .* the same"),
+    ],
+)
+def test_scenes_outside_the_map_are_refused(make, tmp_path, changes, message):
+    name = make()
+    keys = {"lower": {"E": 3e5}, "upper": {"E": 3e5}}
+    scene = load_scene(
+        str(tmp_path / "base.toml"),
+        {k: keys.get(k, {}) | v if isinstance(v, dict) else v for k, v in (keys | changes).items()},
+    )
+    with pytest.raises(BadScene, match=message):
+        read(name, scene)
+
+
+def test_keys_without_influence_on_c_may_differ(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, engine={"tolerance": 0.1}, contact={"loads": [3e3]}, title="other")
+    for values, expected in zip(read(name, scene), read(name, scene_at(tmp_path, 1.15, 3e5)), strict=True):
+        np.testing.assert_array_equal(values, expected)
+
+
+def test_extrapolation_is_refused_and_missing_nodes_are_named(make, tmp_path):
+    name = make(left_out=(0,))
+    with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
+        read(name, scene_at(tmp_path, 1.4, 3e5))
+    with pytest.raises(Failure, match=r"nothing at ratio = 1\.05, E = 100000: did not converge"):
+        read(name, scene_at(tmp_path, 1.07, 1.5e5))
+
+
+DAMAGES = {
+    "a value": ("c", (1, 2, 0, 0, 0), 1.0, "a scene is damaged, at ratio = .*: run the campaign again"),
+    "an estimate": ("c_estimate", (2, 1, 3, 3, 3), 1e-8, "a scene is damaged"),
+    "the value of an axis": ("E", 0, 1.1e5, "damaged .axes, labels or attributes"),
+    "a checksum": ("checksum", (1, 2), 1, "a scene is damaged"),
+    "one half written": ("checksum", (1, 2), 0, "nothing at ratio = 1.1, E = 400000: not computed yet"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_damaged_map_is_refused(make, tmp_path, damage):
+    variable, place, value, message = damage
+    path = tmp_path / "sweep.nc"
+    shutil.copy(make().removeprefix("map:"), path)
+    scene = scene_at(tmp_path, 1.15, 3e5)
+    read(f"map:{path}", scene)
+    with h5py.File(path, "a") as file:
+        file[variable][place] = value
+    with pytest.raises(Failure, match=message):
+        read(f"map:{path}", scene)
+
+
+def test_large_map_with_an_unreadable_chunk_is_refused(make, tmp_path, monkeypatch):
+    make()
+    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
+    path = write_map(tmp_path, (), BASE, CAMPAIGN)
+    chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
+    chunk.write_bytes(chunk.read_bytes()[:-9])
+    with pytest.raises(Failure, match="a scene is damaged"):
+        read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
+
+
+def test_other_files_are_refused(make, tmp_path):
+    for name, message in (
+        ("map:nowhere.nc", "no such file"),
+        (f"map:{__file__}", "not the file of a campaign"),
+    ):
+        with pytest.raises(BadScene, match=message):
+            open_map(name, None)
+    xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(BadScene, match="no map"):
+        open_map(f"map:{tmp_path / 'other.nc'}", None)
+    few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
+    with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
+        open_map(make(campaign=few), None)
+
+
+def test_friction_is_refused(make, tmp_path):
+    name = make()
+    with pytest.raises(BadScene, match="maps of C have nn only"):
+        require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))

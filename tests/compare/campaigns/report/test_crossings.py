@@ -1,0 +1,96 @@
+"""Where errors exceed levels: crossings of known functions, gaps, categories."""
+
+import csv
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.campaigns.report.fields import LEVELS, ShownAxis, axes_of, fields_of
+from compare.campaigns.report.page import CROSSINGS, crossing_table, write_sweep
+from compare.campaigns.report.summary import (
+    EVERYWHERE,
+    NOWHERE,
+    Crossing,
+    Line,
+    exceeded,
+    extreme_crossings,
+    known_count,
+    lines_of,
+)
+from compare.report.tables import Cell
+from tests.compare.campaigns.report.datasets import RATIOS, SHARES, crossing
+
+
+def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
+    at = np.array([0.0, 1.0, 3.0, 4.0])
+
+    def ends(values, level):
+        return [(one.start, one.end) for one in exceeded(at, np.array(values), level)]
+
+    assert ends([0.0, 1.0, 3.0, 4.0], 2.0) == [(2.0, None)]
+    assert ends([4.0, 3.0, 1.0, 0.0], 2.0) == [(None, 2.0)]
+    assert ends([3.0, 1.0, 1.0, 4.0], 2.0) == [(None, 0.5), (pytest.approx(3 + 1 / 3), None)]
+    assert ends([1.0, 3.0, np.nan, 0.0], 2.0) == [(0.5, 2.0)]
+    assert ends([3.0, 3.0, 3.0, 3.0], 2.0) == [(None, None)]
+    assert ends([2.0, 2.0, 2.0, 2.0], 2.0) == []
+
+
+def test_repeated_crossings_and_gaps_are_reported():
+    axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    again = Line(axis, {}, np.array([0.0, 2.0, 0.0, 2.0, 0.0]))
+    assert again.crossing(1.0) == Crossing("from 0.5 to 1.5", more="again from 2.5 to 3.5")
+    assert again.extent(1.0) == 0.5
+    sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
+    assert extreme_crossings(lines_of(sizes, [axis]), 1.0) == [Crossing(NOWHERE)]
+    assert known_count(sizes) == "3 of 5 scenes"
+    assert extreme_crossings(lines_of(sizes * np.nan, [axis]), 1.0) == []
+
+
+def test_small_values_are_rounded_to_the_span():
+    axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
+    low = 6.0345e-5
+    sizes = np.array([0.0, 0.002]) - low
+    assert Line(axis, {}, sizes).crossing(0.0).text == "from 0.00006 on"
+
+
+def shown(place):
+    return f"from {float(f'{place:.3g}'):g} on" if place < 60 else NOWHERE
+
+
+def test_crossings_of_largest_and_least_extent_are_exact(grid):
+    (field,) = fields_of(grid)
+    table = crossing_table(field, axes_of(grid))
+    for k, level in enumerate(LEVELS):
+        for variant, symbol in (("A", "A"), ("Bhat", "B̂")):
+            (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
+            most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
+            more = f"at ratio = 1.05; {least} at ratio = 1.5"
+            assert row.cells[k] == Cell(most, below=more if most != least else "")
+
+
+def test_all_crossings_are_written_to_a_file(grid, tmp_path):
+    write_sweep(grid, tmp_path)
+    with (tmp_path / CROSSINGS).open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    by_place = {
+        (row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows
+    }
+    for variant, level, ratio in product(SHARES, LEVELS, RATIOS):
+        expected, row = crossing(variant, level, ratio), by_place.get(("sn", variant, level, ratio))
+        if expected >= 60:
+            assert row is None
+        else:
+            assert (float(row["flank_from"]), row["flank_to"]) == (pytest.approx(expected, rel=1e-5), "")
+
+
+def test_text_values_are_categories():
+    names = np.array(["steel", "bronze", "polyamide"])
+    axis = ShownAxis("material", "material", names)
+    assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).crossing(1.0) == Crossing("at steel and polyamide")
+    assert Line(axis, {}, np.array([2.0, 2.0, np.nan])).crossing(1.0) == Crossing(EVERYWHERE)
+    assert Crossing("at steel", "ratio = 1.2").along(axis) == "at material = steel at ratio = 1.2"
+    np.testing.assert_array_equal(axis.at, [0, 1, 2])
+    assert axis.categories == list(names)
+    assert not axis.is_logarithmic

@@ -1,0 +1,321 @@
+"""The cases of `femic extremes`, their errors and reports of them; nothing is solved."""
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from compare.validation.extremes import engines
+from compare.validation.extremes.cases import (
+    HARMONIC,
+    SOLID,
+    BeyondLimit,
+    Limit,
+    WithinLimit,
+    refusal,
+    results_of,
+)
+from compare.validation.extremes.engines import (
+    Engines,
+    compared,
+    curved,
+    each,
+    flat,
+    moduli,
+    on_outline,
+    ratio,
+    wheel,
+)
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.reference.job import NotConverged
+from femic.reference.run_options import RunOptions
+from geometries.errors import Failure, WrongInput
+from geometries.patches import N, X
+from tests.compare.validation.statements.handmade import made
+
+# --- scenes ---------------------------------------------------------------------------------------------
+
+
+def scene_of(case):
+    """Of the harmonic engine, without a check by another."""
+    return engines._scene(case, HARMONIC)
+
+
+def test_lines_of_a_plane_are_in_proportion_to_its_patch():
+    """b = 0.4 mm, a = 0.1 mm: beside it at 3 b, in front of it at 50 a, 25 b long."""
+    case = flat(aspect=0.25, size=0.4, distance=50.0, beside=3.0)
+    scene = scene_of(case)
+    assert (scene.patch.a, scene.patch.b) == (0.1, 0.4)
+    beside, through, across = scene.lines
+    assert (beside.s[0], through.s[0], across.x[0]) == pytest.approx((1.2, 0.0, 5.0))
+    for line in scene.lines:
+        assert (line.running[0], line.running[-1]) == (-10.0, 10.0)
+        assert len(line.x) >= engines.POINTS
+        assert np.min(np.abs(line.running)) > 0
+        assert np.min(np.abs(np.abs(line.running) - 0.1)) >= engines.DRAWN_AWAY * 0.1  # off the outline
+    assert scene.compared == ("lower",)
+
+
+def test_the_distance_of_a_wide_patch_is_in_its_other_half_side():
+    scene = scene_of(flat(aspect=4.0, size=0.2, distance=10.0))
+    assert scene.lines[2].x[0] == pytest.approx(2.0)
+    assert scene.lines[0].x[-1] == pytest.approx(20.0)
+
+
+def test_planes_are_labelled_by_unusual_parameters():
+    assert flat().label == ""
+    assert flat(nu=0.4999).label == "ν = 0.4999"
+    assert flat(aspect=0.01, distance=1000.0).label == "a/b = 0.01, distance / half-side = 1000"
+    assert {body.material.nu for body in scene_of(flat(nu=0.1)).bodies.values()} == {0.1}
+
+
+def test_points_lie_on_the_outline_of_the_patch():
+    scene = scene_of(on_outline())
+    for line, half_side in zip(scene.lines, (scene.patch.a, scene.patch.b), strict=True):
+        assert np.min(np.abs(line.running - half_side)) < 1e-15
+        assert np.min(np.abs(line.running + half_side)) < 1e-15
+        assert line.running[-1] == pytest.approx(5 * half_side)
+
+
+def test_curved_cases_change_the_parameter_of_their_name():
+    steep, small, huge, wide, stiff = map(
+        scene_of, (curved(80.0), wheel(20.0), wheel(1e6), ratio(1.5), moduli(1e-3))
+    )
+    for body in steep.bodies.values():
+        assert np.degrees(body.contour.inclination(25.0)) == pytest.approx(80)
+    assert (small.bodies["upper"].rolling_radius, small.compared) == (20.0, ("upper",))
+    assert [line.running[-1] for line in small.lines] == [4.0] * 3  # a fifth of the radius
+    assert [line.running[-1] for line in huge.lines] == [25.0] * 3
+    assert [wide.bodies[b].contour.inclination(1.0) for b in ("lower", "upper")] == pytest.approx(
+        [1 / 10, 1 / 15]
+    )
+    assert (wide.compared, stiff.compared) == (("combined",), ("combined",))
+    assert [stiff.bodies[b].material.E for b in ("lower", "upper")] == [210e3, 210.0]
+    assert {scene.check for scene in (steep, small, huge, wide, stiff)} == {None}
+
+
+# --- errors and estimates -------------------------------------------------------------------------------
+
+
+def plane_with(error, estimate=0.01, component=(N, N)):
+    """The plane; C of both bodies off A by shares of the largest A_nn there is."""
+
+    def c(of):
+        out = of.a.copy()
+        out[component] += error * np.max(of.a[N, N])
+        return out
+
+    return made("flat", c, estimate=estimate)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_errors_are_over_estimates_whatever_their_sign(sign):
+    """0.012 of the same scale away where C is known to 0.01: 1.2 estimates."""
+    results = plane_with(sign * 0.012)
+    error, estimate, used = compared(results, None)
+    assert used == pytest.approx(1.2)
+    assert len(list(each(results, None))) == 3 * 6
+    assert error > 0
+    assert estimate > 0
+
+
+def test_errors_against_a_finer_c_belong_to_the_coarser_one():
+    """It is 0.002 more than that, with another estimate."""
+    coarse, finer = plane_with(0.012), plane_with(0.010, estimate=1.0)
+    assert compared(coarse, finer)[2] == pytest.approx(0.2)
+    assert compared(coarse, coarse)[0] == 0
+
+
+def test_estimates_of_vanishing_components_count_as_rounding():
+    """C_xn of equal bodies is 0: 5e-11 of the floor 0.05 is 1e-9 of its scale, and there is no estimate."""
+    results = plane_with(5e-11, estimate=0.0, component=(X, N))
+    error, estimate, used = compared(results, None)
+    assert estimate == 0
+    assert used == pytest.approx(error / 1e-9)
+
+
+class Solving(Engines):
+    """Engines that solve nothing: the calls, and errors that are given."""
+
+    def __init__(self, errors):
+        super().__init__(RunOptions(1))
+        object.__setattr__(self, "calls", [])
+        object.__setattr__(self, "errors", iter(errors))
+
+    def _solved(self, scene_case, engine, engine_settings):
+        self.calls.append((scene_case, engine, dict(engine_settings)))
+        cost = SimpleNamespace(seconds={"mesh": 1.0, "solution": 0.5})
+        results = plane_with(next(self.errors))
+        references = {name: replace(of, models={"fine": cost}) for name, of in results.references.items()}
+        return replace(results, references=references)
+
+
+@pytest.mark.parametrize(("engine", "tolerance"), [(HARMONIC, 0.01), (SOLID, 0.1)])
+def test_planes_are_compared_with_a(engine, tolerance):
+    solving = Solving([0.005])
+    reached = solving._case(engine, flat(nu=0.1))
+    assert [(call[1], call[2]) for call in solving.calls] == [(engine, {"tolerance": tolerance})]
+    assert (reached.at, reached.exact, reached.seconds) == ("ν = 0.1", "A", 3.0)
+    assert reached.used == pytest.approx(0.5)
+    assert reached.honest
+
+
+def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
+    solving = Solving([0.012, 0.001])
+    reached = solving._case(SOLID, curved(30.0))
+    assert [call[1] for call in solving.calls] == [SOLID, HARMONIC]
+    finer = solving.calls[1][2]
+    assert finer["tolerance"] == 0.001
+    assert finer["far_radius"] > 2 * 1280
+    assert reached.exact == "a finer C"
+    assert reached.used == pytest.approx(1.1)
+    assert not reached.honest
+
+
+def test_planes_are_drawn_within_their_ranges_and_the_worst_is_returned():
+    """The 29th is 3 estimates away in one component on every line, all others half of one."""
+    solving = Solving([0.03 if k == 28 else 0.005 for k in range(40)])
+    worst = solving._drawn_planes()
+    assert worst.used == pytest.approx(3)
+    assert worst.seconds == 3.0
+    assert worst.note.startswith("40 scenes: 717 of 720 errors")  # of six components on three lines
+    assert {call[1] for call in solving.calls} == {HARMONIC}
+    assert [call[2]["tolerance"] for call in solving.calls] == [(0.1, 0.01, 0.001)[k % 3] for k in range(40)]
+    drawn = [call[0].changes for call in solving.calls]
+    nu = np.array([changes["lower"]["nu"] for changes in drawn])
+    a, b = np.array([[changes["patch"][side] for changes in drawn] for side in "ab"])
+    beside = np.array([changes["lines"][0]["s"] for changes in drawn]) / b
+    for values, low, high in (
+        (nu, 0, 0.49),
+        (np.log10(a / b), -1, 1),
+        (np.log10(b), -1, 0),
+        (beside, 1.5, 8),
+    ):
+        cells = np.floor((values - low) / (high - low) * 40)  # a hypercube: one in each fortieth
+        np.testing.assert_array_equal(np.sort(cells), np.arange(40))
+
+
+VALUES = {  # of a scene, for the name of a parameter
+    "ν": lambda scene: scene.bodies["lower"].material.nu,
+    "patch aspect a/b": lambda scene: scene.patch.a / scene.patch.b,
+    "distance / half-side": lambda scene: scene.lines[2].x[0] / min(scene.patch.a, scene.patch.b),
+    "flank inclination": lambda scene: np.degrees(scene.bodies["lower"].contour.inclination(25.0)),
+    "R_roll [mm]": lambda scene: scene.bodies["upper"].rolling_radius,
+    "modulus ratio": lambda scene: scene.bodies["upper"].material.E / scene.bodies["lower"].material.E,
+}
+
+
+@pytest.mark.parametrize(("kind", "rows"), [(HARMONIC, engines._harmonic()), (SOLID, engines._solid())])
+def test_cases_reach_both_ends_of_the_range(kind, rows):
+    """The engine takes it all; an end of 0 of a distance and ends at infinity are not tried."""
+    named = {name: (allowed, within) for name, allowed, within, _ in rows}
+    for name, value in VALUES.items():
+        allowed, within = named[name]
+        ends = [float(end) for end in re.findall(r"\d[\d.e-]*", allowed)]
+        values = [value(engines._scene(case, kind)) for case in within]
+        tried = [end for end in ends if not (name.startswith("distance") and end == 0)]
+        assert all(np.min(np.abs(np.array(values) - end)) <= 1e-9 * end for end in tried), name
+        assert np.max(values) == pytest.approx(1e6 if "∞" in allowed else ends[-1])
+
+
+def test_radii_from_equal_to_tenfold_are_tried():
+    cases = dict.fromkeys(f"{over - 1:g}" for over in (1.0, 10.0))
+    tried_by = [{case.label for case in rows()[5][2]} for rows in (engines._harmonic, engines._solid)]
+    assert tried_by == [set(cases), {"9"}]
+    for over in (1.0, 10.0):
+        upper = scene_of(ratio(over)).bodies["upper"].contour
+        assert np.degrees(upper.inclination(60.0)) == pytest.approx(25.5)
+
+
+def test_planes_are_drawn_for_the_harmonic_engine_alone():
+    names = {kind: [row.name for row in Engines(RunOptions(1)).limits(kind)] for kind in (HARMONIC, SOLID)}
+    assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
+
+
+# --- reports ---------------------------------------------------------------------------------------------
+
+
+def test_estimates_that_just_hold_are_honest():
+    reached = WithinLimit("", 0.02, 0.02, 1.0, "A", 1.0)
+    assert reached.honest
+    assert not replace(reached, used=np.nextafter(1, 2)).honest
+    assert replace(reached, estimate=None, used=None).honest
+
+
+def test_a_refusal_is_reported_with_its_last_line():
+    def bad():
+        raise WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")
+
+    assert refusal("ν = 0.6", bad)() == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
+    assert refusal("ν = 0.3", lambda: 0.3)() == BeyondLimit("ν = 0.3", "")
+
+
+def not_converged(*_):
+    raise NotConverged("after 5 iterations 3e-2, not 1e-6")
+
+
+def in_place_of(first, second):
+    """A call that raises the second error while it handles the first one."""
+
+    def call():
+        try:
+            raise first
+        except Failure:
+            raise second  # noqa: B904
+
+    return call
+
+
+SHORT, PLAIN = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), Failure("it reaches the end")
+
+
+@pytest.mark.parametrize(
+    ("call", "failed"),
+    [
+        (in_place_of(SHORT, PLAIN), False),
+        (in_place_of(SHORT, NotConverged("3e-2")), True),
+        (in_place_of(NotConverged("3e-2"), PLAIN), True),
+        (in_place_of(NotConverged("3e-2"), SHORT), False),
+        (not_converged, True),
+    ],
+    ids=["in place", "not converged in place", "in place of that", "named in place", "not converged"],
+)
+def test_only_failures_that_a_case_names_are_refusals(call, failed):
+    """A plain failure is of the kind that it was raised in place of."""
+    result = refusal("here", call, (PotentialAreaTooSmall,))()
+    assert result.failed == failed
+    assert result.says
+
+
+def test_without_names_no_failure_is_a_refusal_but_all_wrong_input_is():
+    def plain():
+        raise Failure("no: a larger `tolerance`")
+
+    def wrong():
+        raise WrongInput("no: nu")
+
+    assert refusal("", plain)() == BeyondLimit("", "no: a larger engine.tolerance", failed=True)
+    assert refusal("", not_converged)().failed
+    assert refusal("", wrong)() == BeyondLimit("", "no: nu")
+
+
+def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():
+    def failing():
+        raise Failure("no: a larger `tolerance`")
+
+    said = []
+    estimated = WithinLimit("here", 1.2e-3, 2.5e-3, 0.5, "A", 1.26)
+    in_digits = WithinLimit("there", 1e-15, None, None, "", 0.0)
+    cases = (lambda: estimated, lambda: in_digits, failing)
+    row = Limit("harmonic", "ν", "0 … 1", cases, (lambda: BeyondLimit("there", "no"),))
+    (result,) = results_of([row], said.append)
+    assert said[0] == "  harmonic: ν: here: error 1.2e-03, estimate 2.5e-03, 1.3 s"
+    assert said[1] == "  harmonic: ν: there: error 1.0e-15, 0.0 s"
+    failed = result.reached[-1]
+    assert result.worst is failed
+    assert (failed.error, failed.used, failed.note) == (np.inf, np.inf, "no: a larger engine.tolerance")
+    assert not failed.honest
+    assert result.beyond == (BeyondLimit("there", "no"),)

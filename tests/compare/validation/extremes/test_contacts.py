@@ -1,0 +1,376 @@
+"""Contacts of `femic extremes`: builders of cases, what they are compared with, refusals."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from compare.validation.extremes import compute, friction, frictionless, histories, rolling
+from compare.validation.extremes import friction_forms as closed_forms
+from compare.validation.extremes import friction_forms as motions
+from compare.validation.extremes.bodies import (
+    BUMP_RADIUS,
+    conformal,
+    crossed,
+    hertz_of,
+    one_of_two,
+    two_bumps,
+)
+from compare.validation.extremes.cases import CONTACT, FRICTION, WithinLimit
+from compare.validation.extremes.contacts import (
+    BeyondContact,
+    ContactCase,
+    Solved,
+    Truth,
+    compared,
+    finer,
+    problem_of,
+    same_as,
+)
+from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, OF_ROLLING
+from femic.reference.run_options import RunOptions
+from geometries.patches import Grid
+
+ALONE = RunOptions(1)
+FEWEST = {"elements": 8}
+
+
+def solved(numbers, estimates, scales=None):
+    """A contact that is not solved."""
+    scales = dict.fromkeys(numbers, 1.0) if scales is None else scales
+    return Solved(None, None, numbers, estimates, scales, None)
+
+
+def truth_of(case, **changes):
+    """What a case is compared with, of a contact that is not solved."""
+    problem = problem_of(case.base, {**case.changes, **changes}, case.gap)
+    return case.truth.of(Solved(problem, None, {}, {}, {}, None))
+
+
+@cache
+def cases(part):
+    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits(ALONE)
+    return {limit.name: [case.func.__self__ for case in limit.reached] for limit in limits}
+
+
+@cache
+def refused(part):
+    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits(ALONE)
+    return [(limit.name, case) for limit in limits for case in limit.beyond]
+
+
+# --- errors, estimates and notes -------------------------------------------------------------------------
+
+
+def test_the_number_with_the_largest_share_of_its_estimate_is_named():
+    """p_max is off by more, b by more than its estimate."""
+    known = solved({"p_max": 1100.0, "b": 2.02}, {"p_max": 200.0, "b": 0.01})
+    result = compared("here", known, {"p_max": 1000.0, "b": 2.0}, "Hertz", 1.0)
+    assert (result.error, result.estimate, result.used) == pytest.approx((0.1, 0.2, 2.0))
+    assert result.note == "p_max 1100, b 2.02; worst: b"
+    assert not result.honest
+
+
+def test_forces_are_shares_of_the_force_and_vanishing_ones_of_the_largest_possible():
+    """F_y = 0 by symmetry beside F_x = 4 N; M_z = 0 is a share of its scale; sliding is one of 1."""
+    truth = {"F_x": 4.0, "F_y": 0.0, "M_z": 0.0, "sliding_share": 0.01}
+    numbers = {name: value + 0.002 for name, value in truth.items()}
+    scales = {"F_x": 30.0, "F_y": 30.0, "M_z": 2.0, "sliding_share": 1.0}
+    for name, share in (("F_x", 0.0005), ("F_y", 0.0005), ("M_z", 0.001), ("sliding_share", 0.002)):
+        others = {other: numbers[name] if other == name else value for other, value in truth.items()}
+        result = compared("", solved(others, dict.fromkeys(truth, 0.004), scales), truth, "", 0.0)
+        assert result.error == pytest.approx(share), name
+        assert result.used == pytest.approx(0.5)
+
+
+def test_numbers_without_estimates_have_errors_alone():
+    known = solved({"p_max": 101.0, "a": 2.0}, {"p_max": np.nan, "a": 0.1})
+    result = compared("", known, {"p_max": 100.0, "a": 2.0}, "", 0.0)
+    assert (result.estimate, result.used) == (None, None)
+    assert result.error == pytest.approx(0.01)
+    assert "worst: p_max, without an estimate" in result.note
+
+
+def test_finer_grids_cover_the_same_area_with_smaller_elements():
+    grids = []
+
+    def on(grid):
+        grids.append(grid)
+        return {"p_max": 1.0, "a": 2.0}
+
+    on_grid = type("OnGrid", (), {"grid": Grid(6, 10, 0.3, 0.2, 1.1)})
+    known = replace(solved({}, {}), on_grid=on_grid, on=on)
+    assert finer("a").of(known) == {"a": 2.0}
+    assert finer("a", factor=2).of(known) == {"a": 2.0}
+    assert [(grid.n_x, grid.n_s) for grid in grids] == [(24, 40), (12, 20)]
+    for grid in grids:
+        assert grid.extent == pytest.approx(on_grid.grid.extent)
+        assert grid.n_x * grid.dx == pytest.approx(1.8)
+
+
+def test_numbers_of_another_case_are_taken_times_factors():
+    other = ContactCase(
+        "", "flat", crossed(1.0), lambda *_: solved({"F_y": 2.0, "a": 3.0}, {}), Truth("", None)
+    )
+    assert same_as("", other, ALONE, {"F_y": -1.0, "a": 10.0}).of(None) == {"F_y": -2.0, "a": 30.0}
+
+
+# --- builders --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part", [CONTACT, FRICTION])
+def test_all_cases_are_contacts_that_scenes_take(part):
+    for name, row in cases(part).items():
+        for case in row:
+            specification = case.problem.specification
+            assert len(specification.ics) == 1, name
+            assert (specification.friction is None) == (part == CONTACT)
+            assert len({other.label for other in row}) == len(row), name
+
+
+VALUES = {  # of a contact, by the name of a parameter
+    "load": lambda problem: problem.specification.loads[-1],
+    "modulus ratio": lambda problem: problem.bodies["upper"].material.E / problem.bodies["lower"].material.E,
+    "ν": lambda problem: problem.bodies["lower"].material.nu,
+    "R_roll": lambda problem: problem.bodies["upper"].rolling_radius,
+    "elements across": lambda problem: problem.specification.elements,
+    "element aspect dx/ds": lambda problem: problem.grid.dx / problem.grid.ds,
+    "patch aspect a/b": lambda problem: hertz_of(problem).a / hertz_of(problem).b,
+    "friction": lambda problem: problem.specification.friction.coefficients[0],
+    "creepage": lambda problem: problem.specification.friction.longitudinal[-1],
+    "lateral creepage": lambda problem: problem.specification.friction.lateral,
+    "spin": lambda problem: problem.specification.friction.spin,
+}
+ENDS = {
+    (CONTACT, "load"): (1e-3, 310e3),
+    (CONTACT, "modulus ratio"): (0.01, 100),
+    (CONTACT, "ν"): (0, 0.4999),
+    (CONTACT, "R_roll"): (20, 1e6),
+    (CONTACT, "elements across"): (8, 64),
+    (CONTACT, "element aspect dx/ds"): (0.05, 20),
+    (FRICTION, "friction"): (1e-9, 1000),
+    (FRICTION, "creepage"): (-0.99, 0.99),
+    (FRICTION, "lateral creepage"): (1e-4, 0.99),
+    (FRICTION, "spin"): (1e-4, 1),
+    (FRICTION, "modulus ratio"): (0.01, 100),
+    (FRICTION, "ν"): (0, 0.4999),
+    (FRICTION, "R_roll"): (20, 1e6),
+    (FRICTION, "elements across"): (8, 64),
+}
+
+
+@pytest.mark.parametrize(("part", "name"), ENDS)
+def test_cases_reach_both_ends_of_their_range(part, name):
+    values = [VALUES[name](case.problem) for case in cases(part)[name]]
+    assert (min(values), max(values)) == pytest.approx(ENDS[part, name])
+
+
+@pytest.mark.parametrize("part", [CONTACT, FRICTION])
+def test_patches_are_as_slender_as_their_labels_say(part):
+    for case in cases(part)["patch aspect a/b"]:
+        label = case.label.split(",")[0]
+        stated = 1 / float(label[2:]) if label.startswith("1/") else float(label)
+        assert VALUES["patch aspect a/b"](case.problem) == pytest.approx(stated, rel=0.03)
+
+
+def test_radii_of_conformal_cases_differ_by_their_label():
+    for case in cases(CONTACT)["R_w / R_r − 1"]:
+        lower, upper = (case.problem.bodies[name].contour.inclination(1e-3) for name in ("lower", "upper"))
+        assert lower / upper - 1 == pytest.approx(float(case.label.split(",")[0]), rel=1e-6)
+
+
+# --- closed forms ----------------------------------------------------------------------------------------
+
+
+def test_hertz_has_the_curvatures_at_the_crown():
+    """Of ellipses d / b^2, of the wheel 1 / R_roll."""
+    surfaces = hertz_of(problem_of("tall", {"contact": {"loads": [1.0]}})).surfaces
+    assert surfaces.curvature_x == pytest.approx(1 / 653.7)
+    assert surfaces.curvature_s == pytest.approx(12.97 / 6.485**2 - 14.7 / 6.985**2, rel=1e-6)
+
+
+def test_two_bumps_are_parabolas_of_their_radius_as_far_as_contours_go():
+    gap, s = two_bumps(), np.array([-9.9, -3.2, -3.0, 3.3, 9.9])
+    expected = np.array([6.9, 0.2, 0, 0.3, 6.9]) ** 2 / 2 / BUMP_RADIUS
+    np.testing.assert_allclose(gap.at(np.zeros(1), s), expected, atol=1e-6)
+
+
+def test_the_stiffness_of_two_patches_is_the_derivative_of_their_load():
+    case = cases(CONTACT)["patches"][0]
+    low, middle, high = (
+        truth_of(case, contact={**case.changes["contact"], "loads": [200.0 + step]})
+        for step in (-0.1, 0, 0.1)
+    )
+    assert middle["stiffness"] == pytest.approx(0.2 / (high["approach"] - low["approach"]), rel=1e-6)
+    one = one_of_two(case.problem)
+    assert one.load == 100.0
+    assert middle["approach"] > 1.01 * one.approach
+    assert middle["stiffness"] < 2 * one.stiffness
+
+
+def rollers(xi=0.0, coefficient=0.3, **keys):
+    return rolling.case("", rolling.rollers(xi, coefficient, **keys), Truth("", None))
+
+
+def test_kalkers_forces_are_those_of_the_ellipse_of_hertz():
+    case = replace(rollers(2e-4, lateral=1e-4, spin=3e-5), truth=closed_forms.KALKER)
+    hertz, constants = hertz_of(case.problem), case.problem.pair.constants
+    coefficients = creepage_coefficients(hertz.a, hertz.b, constants.nu, degree=12)  # faster
+    expected = coefficients.forces(constants.G, 2e-4, 1e-4, 3e-5)
+    found = truth_of(case)
+    assert (found["F_x"], found["F_y"], found["M_z"]) == pytest.approx(expected, rel=0.01)
+
+
+def test_carters_strips_are_kalkers_force_of_slender_patches_and_friction_times_load():
+    """Where nothing slips C11 tends to pi^2 / (4 (1 - nu)): within 1 % at a/b = 1/66."""
+    case = replace(rollers(1e-6, 1000.0, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
+    kalker = truth_of(replace(case, truth=closed_forms.KALKER))["F_x"]
+    assert truth_of(case)["F_x"] == pytest.approx(kalker, rel=0.01)
+    slides = replace(rollers(0.5, 0.3, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
+    assert truth_of(slides)["F_x"] == pytest.approx(0.3 * 100.0, rel=0.01)
+
+
+def test_all_friction_opposes_the_slip_where_all_slides():
+    case = replace(rollers(0.3, 0.2, lateral=-0.4), truth=closed_forms.SLIDING)
+    found = truth_of(case)
+    assert (found["F_x"], found["F_y"]) == pytest.approx((0.2 * 100 * 0.6, 0.2 * 100 * 0.8))
+    assert found["dissipation"] == pytest.approx(0.2 * 100 * 0.5)
+
+
+def test_the_moment_of_a_circle_that_turns_is_the_integral_of_friction():
+    turns = next(case for case in cases(FRICTION)["spin"] if case.truth.name == "turning circle")
+    hertz = hertz_of(turns.problem)
+    assert hertz.a == pytest.approx(hertz.b)
+    moment, _ = quad(lambda r: 2 * np.pi * r**2 * 0.3 * float(hertz.pressure(r, 0.0)), 0, hertz.a)
+    found = truth_of(turns)
+    assert (found["M_z"], found["dissipation"]) == pytest.approx((-moment, moment), rel=1e-6)
+
+
+# --- the cheapest contacts -------------------------------------------------------------------------------
+
+
+def test_a_contact_of_few_elements_is_hertzs_within_its_estimates():
+    case = frictionless.against_hertz("8", crossed(100.0, **FEWEST))
+    result = case.result(ALONE)
+    assert result.honest
+    assert (result.at, result.exact) == ("8", "Hertz")
+    assert json.dumps(compute._case(result))  # no number or truth value of numpy's
+    assert 1e-3 < result.error < 0.05
+    heavier = replace(case, changes=crossed(150.0, **FEWEST))  # and its truth the contact of 100 N
+    wrong = replace(heavier, truth=Truth("", lambda _: truth_of(case)))
+    assert wrong.result(ALONE).used > 1
+
+
+def test_finer_contacts_are_nearer_to_hertz():
+    known = frictionless.pressed(problem_of("flat", crossed(100.0, **FEWEST)), ALONE)
+    exact = hertz_of(known.problem).approach
+    coarse, fine = (abs(numbers["approach"] / exact - 1) for numbers in (known.numbers, known.finer(2)))
+    assert fine < coarse / 2
+    assert set(known.scales) == set(OF_FRICTIONLESS)
+
+
+def test_rolling_of_few_elements_has_kalkers_force():
+    case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=closed_forms.KALKER)
+    known = motions.rolled(case.problem, ALONE)
+    found, exact = known.numbers, case.truth.of(known)
+    assert found["F_x"] == pytest.approx(exact["F_x"], rel=0.03)
+    assert found["F_x"] == pytest.approx(known.on(known.on_grid.grid)["F_x"], rel=1e-5)
+    assert set(known.scales) == set(OF_ROLLING)
+    assert case.result(ALONE).honest
+
+
+def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodies():
+    changes = histories._pressed_on_circle(0.3, {})
+    changes = {**changes, "contact": {**changes["contact"], **FEWEST, "loads": [50.0, 100.0]}}
+    known = motions.pressed(problem_of("flat", changes), ALONE)
+    without = closed_forms.without_friction(known)
+    assert known.numbers["p_max"] == pytest.approx(without["p_max"], rel=1e-5)
+    assert known.numbers["p_max"] == pytest.approx(hertz_of(known.problem).p_max, rel=0.05)
+
+
+def test_loads_of_a_compression_let_its_radius_grow_in_equal_steps():
+    loads = histories._growing(64.0)
+    assert loads[-1] == 64.0
+    assert np.ptp(np.diff(np.cbrt([0.0, *loads]))) < 1e-12
+
+
+def test_full_stick_of_like_bodies_is_hertz():
+    changes = histories._pressed_on_circle(1000.0, {})
+    like = Solved(problem_of("flat", changes), None, {}, {}, {}, None)
+    hertz = hertz_of(like.problem)
+    found = closed_forms.full_stick(like)
+    assert (found["a"], found["approach"]) == pytest.approx((hertz.a, hertz.approach), rel=1e-6)
+    unlike = problem_of("flat", histories._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
+    assert (
+        closed_forms.full_stick(replace(like, problem=unlike))["approach"] < 0.99 * hertz_of(unlike).approach
+    )
+
+
+@pytest.mark.slow
+def test_rolling_from_rest_becomes_steady():
+    (case,) = cases(FRICTION)["rolling from rest"]
+    result = case.result(ALONE)
+    assert isinstance(result, WithinLimit)
+    assert result.error < 0.05
+
+
+# --- beyond ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part", [CONTACT, FRICTION])
+def test_each_case_beyond_has_a_message_with_its_number(part):
+    fields = (
+        "loads",
+        "E =",
+        "nu =",
+        "rolling_radius",
+        "contour",
+        "elements",
+        "rotation_reach",
+        "friction",
+        "end of a",
+    )
+    fields += ("longitudinal", "lateral", "spin", "distance")
+    assert len(refused(part)) > 5
+    for name, case in refused(part):
+        result = case()
+        assert any(field in result.says for field in fields), (name, result)
+        assert not result.failed, (name, result)
+
+
+@pytest.mark.slow  # they are among those of the test above
+def test_contacts_that_leave_their_contours_are_refused_when_they_are_solved_and_no_others():
+    """All others are refused before (the test above)."""
+    every = [case.func.__self__ for part in (CONTACT, FRICTION) for _, case in refused(part)]
+    solved_first = [case for case in every if case.also]
+    assert [case.label for case in solved_first] == ["tall, 1e7 N", "-0.01"]
+    for case in solved_first:
+        assert replace(case, also=()).result(ALONE).failed, case.label
+
+
+def test_a_failure_beyond_is_a_refusal_only_where_the_case_names_it():
+    def failing(*_):
+        raise PotentialAreaTooSmall(("s > 0",), Loading(1.0))
+
+    unnamed = BeyondContact("here", "flat", crossed(1.0), failing)
+    for case, failed in ((unnamed, True), (replace(unnamed, also=(PotentialAreaTooSmall,)), False)):
+        result = case.result(ALONE)
+        assert result.failed == failed
+        assert result.says.startswith("potential contact area")
+    taken = replace(unnamed, solve=lambda *_: None).result(ALONE)
+    assert (taken.says, taken.failed) == ("", False)
+
+
+def test_conformal_contacts_keep_their_flanks_and_materials():
+    bodies = problem_of(
+        "geometry1", conformal(1.0, 0.02, flanks=[60.0, 45.0], bodies={"upper": {"E": 7.0}})
+    ).bodies
+    ends = np.degrees(bodies["upper"].contour.inclination(np.array([-50.0, 50.0])))
+    assert np.abs(ends) == pytest.approx([60.0, 45.0])
+    assert (bodies["upper"].material.E, bodies["lower"].material.E) == (7.0, 210e3)

@@ -1,0 +1,290 @@
+"""`femic extremes`, and the harmonic engine at the ends of what scenes may ask for."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from compare.validation.extremes import analytic, engines, friction, frictionless
+from compare.validation.extremes import analytic as exact
+from compare.validation.extremes.cases import (
+    HARMONIC,
+    SOLID,
+    BeyondLimit,
+    Limit,
+    LimitResult,
+    WithinLimit,
+    results_of,
+)
+from compare.validation.extremes.compute import summary
+from compare.validation.extremes.engines import Engines, compared, flat, on_outline
+from femic.cache.store import Store
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.job import component_of
+from femic.reference.run_options import RunOptions
+from femic.results.ics import compute, ics_of, reference_of
+from femic.scenes.load import load_scene
+from geometries.errors import Failure
+from geometries.patches import Patch
+from tests.compare.conftest import estimated_errors
+from tests.compare.validation.statements.handmade import with_c, without_c
+
+ROUNDING = 5e-15  # some twenty roundings
+
+
+# --- femic extremes -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory):
+    return Engines(RunOptions(2, Store(tmp_path_factory.mktemp("extremes"))))
+
+
+@pytest.fixture(scope="module")
+def of_analytic():
+    """The results of all analytic limits, with a tenth of the drawn cases."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(analytic, "DRAWING", settings(analytic.DRAWING, max_examples=15))
+        return list(results_of(analytic.limits(), lambda _: None))
+
+
+def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond(of_analytic):
+    limits = {result.limit.name for result in of_analytic}
+    assert limits > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for result in of_analytic:
+        assert result.worst.error < ROUNDING, result.limit.name
+        assert all(case.says and not case.failed for case in result.beyond)
+
+
+def test_a_wrong_digit_is_found():
+    case = analytic.HalfSpaces(x=1e8, s=-3e8)
+    assert case.error() < ROUNDING
+    right = exact.exact_integrals
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exact, "integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
+        assert case.error() == pytest.approx(1e-13, rel=0.1)
+
+
+def test_integrals_in_many_digits_are_those_of_the_kernels():
+    """Gauss rules away from the patch: another route than sums over corners."""
+    patch, x, s = Patch(0.3, 0.7), 2.0, -3.1
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    X, S = x - patch.a * nodes[:, None], s - patch.b * nodes
+    R = np.hypot(X, S)
+    kernels = (X**2 / R**3, S**2 / R**3, X * S / R**3, X / R**2, S / R**2)
+    by_rule = [patch.a * patch.b * weights @ kernel @ weights for kernel in kernels]
+    np.testing.assert_allclose(
+        by_rule, [float(value) for value in exact.exact_integrals(patch, x, s)], rtol=1e-14
+    )
+    zeros = [value == 0 for value in exact.exact_integrals(patch, 0.0, s)]
+    assert zeros == [False, False, True, True, False]
+
+
+@pytest.mark.parametrize("kind", [HARMONIC, SOLID])
+def test_cases_beyond_an_engine_are_refused_with_the_field(kind, engine):
+    rows = engine.limits(kind)
+    beyond = [case() for row in rows for case in row.beyond]
+    assert len(beyond) == 5
+    for case in beyond:
+        assert case.says, case.at
+        assert not case.failed, case.at
+        assert any(field in case.says for field in ("nu", "patch", "lines", "inclin", "rolling_radius"))
+
+
+@pytest.mark.parametrize(
+    ("scene_case", "tolerance"),
+    [
+        pytest.param(on_outline(), 0.01, marks=pytest.mark.slow),  # errors fall like h only
+        pytest.param(  # few wavenumbers: once 7.6 estimates
+            flat(nu=0.0, aspect=1.35, size=0.712, distance=9.4), 0.1, marks=pytest.mark.slow
+        ),
+    ],
+    ids=["on the outline", "few wavenumbers"],
+)
+def test_estimates_hold_in_cases_that_once_exceeded_them(scene_case, tolerance, engine):
+    error, estimate, used = compared(engine._solved(scene_case, HARMONIC, {"tolerance": tolerance}), None)
+    assert 0 < error < tolerance
+    assert estimate < tolerance
+    assert used <= 1
+
+
+@pytest.mark.slow
+def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(engine):
+    """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
+    scene_case = flat(nu=0.4999)
+    alone = replace(scene_case, changes={**scene_case.changes, "components": ["sn"]})
+    results = engine._solved(alone, HARMONIC, {"tolerance": 0.001})
+    c, a = reference_of(results, "lower"), ics_of(results, "A", "lower")
+    for line in results.lines.values():
+        error, estimate = np.abs(c.ic - a)[1, 2, line], c.estimate[1, 2, line]
+        assert error.max() <= max(estimate.max(), 1e-9 * a[2, 2, line].max())
+
+
+def test_an_estimate_that_is_too_small_is_counted():
+    good, bad = (WithinLimit("ν = 0", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.12))
+    beyond = (BeyondLimit("here", ""), BeyondLimit("there", "no"), BeyondLimit("far", "computed", True))
+    result = LimitResult(Limit("solid", "ν", "", ()), (good, bad), beyond)
+    assert result.worst.error == 0.02
+    text = summary([result])
+    assert "in 1 of the 2 that have estimates" in text
+    assert "1.1 (solid, ν = 0)" in text
+    assert "Of 3 cases beyond them femic refuses 1 with a message and computes 1 all the same" in text
+    assert "it says nothing at here" in text
+    assert "fails" not in text
+
+
+def test_a_failure_beyond_a_limit_is_no_refusal():
+    """Also one without a message, which counts once."""
+    beyond = (
+        BeyondLimit("here", "no"),
+        BeyondLimit("there", "not converged", failed=True),
+        BeyondLimit("far", "", failed=True),
+    )
+    text = summary([LimitResult(Limit("solid", "ν", "", ()), (), beyond)])
+    assert "Of 3 cases beyond them femic refuses 1 with a message; it fails instead at there, far." in text
+
+
+def test_cases_without_estimates_and_those_that_failed_are_said_to_be_so():
+    row = Limit("analytic", "ν", "", ())
+    exact = WithinLimit("2 corners", 1e-16, None, None, "300 digits", 1.0)
+    failed = WithinLimit("failed", np.inf, None, np.inf, "", 0.0, "not converged")
+    assert summary([LimitResult(row, (exact,), ())]) == "1 cases within the limits."
+    assert summary([LimitResult(row, (exact, failed), ())]) == (
+        "2 cases within the limits, 1 failed (analytic, ν)."
+    )
+
+
+def test_the_command_writes_json_and_a_page(of_analytic, tmp_path, monkeypatch, capsys):
+    """Its cases are those of `of_analytic`, which are not computed again."""
+    known = [
+        replace(
+            result.limit,
+            reached=[lambda case=case: case for case in result.reached],
+            beyond=[lambda case=case: case for case in result.beyond],
+        )
+        for result in of_analytic
+    ]
+    monkeypatch.setattr(analytic, "limits", lambda: known)
+    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert len(record["rows"]) == len(known)
+    page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
+    assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
+    assert "://" not in page
+    monkeypatch.setattr("femic.cli.validate.extremes_available", lambda: False)
+    assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
+    assert "pip install" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("part", ["contact", "friction"])
+def test_parts_of_contact_are_run_alone(part, tmp_path, monkeypatch):
+    """With the options of the command; nothing of other parts."""
+    asked = []
+
+    def limits_of(name):
+        def limits(options):
+            asked.append((name, options.workers))
+            beyond = (lambda: BeyondLimit("-1 N", "loads = -1"),)
+            return [
+                Limit(name, "load", "", (lambda: WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0),), beyond)
+            ]
+
+        return limits
+
+    monkeypatch.setattr(frictionless, "limits", limits_of("contact"))
+    monkeypatch.setattr(friction, "limits", limits_of("friction"))
+    assert exit_code(["extremes", "--of", part, "--workers", "1", "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert [row["engine"] for row in record["rows"]] == [part]
+    assert asked == [(part, 1)]
+
+
+def test_each_component_is_judged_by_its_own_estimate():
+    """An error within another component's estimate does not count. C is A of one body but for an error."""
+    plane = without_c("flat")
+    plane = replace(plane, scene=replace(plane.scene, compared=("lower",)))
+    results = with_c(plane, lambda of: of.a + 1e-4 * of.a[2, 2], estimate=1e-3)
+    body = results.references["lower"]
+    c = body.c
+    nn = np.zeros((3, 3, 1))
+    nn[2, 2] = 1.0
+    small = replace(c, ic=c.ic + 2 * nn * c.estimate, mesh_error=c.mesh_error + 10 * (1 - nn) * c.mesh_error)
+    changed = replace(results, references={"lower": replace(body, c=small)})
+    assert compared(results, None)[2] <= 1
+    error, estimate, used = compared(changed, None)
+    assert error < estimate
+    assert used > 1
+
+
+def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
+    def failing():
+        raise Failure("not converged, and why")
+
+    row = Limit("analytic", "ν", "", (failing,))
+    monkeypatch.setattr(analytic, "limits", lambda: [row])
+    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert record["rows"][0]["reached"][0]["note"] == "not converged, and why"
+    assert record["rows"][0]["reached"][0]["error"] is None
+
+
+@pytest.mark.slow
+def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
+    """99 of 100 errors are within their estimates; of the others none is ten times its own."""
+    monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
+    worst = engine._drawn_planes()
+    within, errors = map(int, re.search(r"(\d+) of (\d+) errors", worst.note).groups())
+    assert errors == 15 * 3 * len(engines.SIX)
+    assert within >= 0.99 * errors
+    assert worst.used < 10
+
+
+# --- scenes at their limits -----------------------------------------------------------------------------
+
+
+def arc(flanks):
+    return {"kind": "arc", "radius": 10.0, "flank_inclination_deg": flanks}
+
+
+def lines(length):
+    """Lines in proportion to a patch."""
+    return [
+        {"along": "x", "s": 0.8 * length, "reach": 5 * length, "points": 41},
+        {"along": "x", "s": 0.0, "reach": 5 * length, "points": 41},
+        {"along": "s", "x": 0.8 * length, "reach": 2.5 * length, "points": 41},
+    ]
+
+
+EXTREMES = {
+    "a wedge of 10 degrees": {"lower": {"contour": arc(85.0)}, "upper": {"contour": arc(85.0)}},
+    "unlike flanks": {"lower": {"contour": arc([85.0, 20.0])}, "upper": {"contour": arc([85.0, 20.0])}},
+    "a small wheel": {"upper": {"rolling_radius": 20.0, "contour": arc(75.0)}},
+    "a small roller": {"lower": {"rolling_radius": 20.0, "contour": arc(30.0)}, "lines": lines(1.6)},
+    "a huge wheel": {"upper": {"rolling_radius": 1e6}},
+    "nearly incompressible": {"lower": {"nu": 0.4999}, "upper": {"nu": 0.4999}},
+    "a small element": {"patch": {"a": 0.01, "b": 0.01}, "lines": lines(0.08)},
+    "a large element": {
+        "patch": {"a": 5.0, "b": 5.0},
+        "lines": lines(40.0),
+        "engine": {"far_radius": 5000.0},
+    },
+    "a long patch": {"patch": {"a": 2.0, "b": 0.02}},
+    "a wide patch": {"patch": {"a": 0.02, "b": 2.0}},
+    "a load on the flank": {"patch": {"a": 0.2, "b": 0.2, "s": 8.0}},
+    "unlike materials": {"lower": {"E": 0.21}},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", EXTREMES)
+def test_extreme_scenes_reach_the_tolerance_without_refinement(case):
+    """Without a round of refinement; every result passed its estimate on the way."""
+    changes = EXTREMES[case]
+    engine = {"check": False} | changes.get("engine", {})
+    results = compute(load_scene("geometry1", changes | {"engine": engine}))
+    for errors in estimated_errors(results).values():
+        assert max(component_of(errors, c) for c in results.scene.components) < 0.01
+    assert {reference.level.cells for reference in results.references.values()} == {0}

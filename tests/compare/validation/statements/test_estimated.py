@@ -1,0 +1,120 @@
+"""Numbers of statements with their estimated errors, and verdicts on what they leave open."""
+
+import numpy as np
+import pytest
+
+from compare.validation.statements.contact_series import Estimated, estimate_of, ratio
+from compare.validation.statements.criteria import Criterion, Statement
+from compare.validation.statements.page import (
+    DEPENDS,
+    NOT_DECIDED,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    Finding,
+    entry,
+)
+from compare.validation.statements.registry import STATEMENTS
+from femic.results.friction_dataset import MISSED
+from tests.compare.validation.statements import friction_makers
+from tests.compare.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
+from tests.compare.validation.statements.normal_makers import EXACT, KNOWN
+
+SMALL = Criterion("small", "", "<", 0.1, dict)
+LARGE = Criterion("large", "", ">", 1.0, dict)
+BOTH = Statement(0, "", (SMALL, LARGE), lambda _: [])
+OPEN_SMALL, OPEN_LARGE = Estimated(0.12, 0.03), Estimated(0.9, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("small", "large", "verdict"),
+    [
+        ({"a": 0.05, "b": OPEN_SMALL}, {"a": 2.0}, REPRODUCED),  # what is open does not count,
+        ({"a": 0.15, "b": Estimated(0.09, 0.03)}, {"a": 0.5}, NOT_REPRODUCED),  # on either side
+        ({"a": 0.05, "b": Estimated(0.12, 0.01)}, {"a": 2.0}, DEPENDS),
+        ({"a": OPEN_SMALL}, {"a": 2.0}, NOT_DECIDED),  # nothing is known of one criterion
+        ({"a": OPEN_SMALL}, {"a": 2.0, "b": 0.5}, DEPENDS),  # but it depends whatever that is
+        ({"a": OPEN_SMALL}, {"a": OPEN_LARGE}, NOT_DECIDED),
+    ],
+)
+def test_what_a_number_is_known_to_may_leave_a_case_open(small, large, verdict):
+    assert Finding(BOTH, {"small": small, "large": large}).verdict == verdict
+
+
+def test_a_case_is_open_up_to_its_estimate():
+    assert SMALL.close(Estimated(0.12, 0.0201))
+    assert not SMALL.close(Estimated(0.12, 0.0199))
+    assert SMALL.close(Estimated(0.08, -0.0201))  # estimates have no sign
+    assert not SMALL.close(Estimated(np.inf, 1.0))
+    assert not SMALL.close(Estimated(np.nan, 1.0))
+
+
+def test_results_have_the_estimates():
+    made = entry(Finding(BOTH, {"small": {"a": OPEN_SMALL, "b": 0.05}, "large": {"a": 2.0}}))
+    small, large = made["criteria"]
+    assert small["values"] == {"a": 0.12, "b": 0.05}
+    assert small["estimates"] == {"a": 0.03, "b": 0.0}
+    assert small["close"] == {"a": True, "b": False}
+    assert large["estimates"] == {"a": 0.0}
+
+
+def test_a_ratio_is_known_to_the_worst_that_its_parts_can_make_of_it():
+    one, other = Estimated(0.3, 0.01), Estimated(-0.1, 0.02)
+    known = ratio(one, other)
+    assert known == pytest.approx(-3)
+    corners = [(0.3 + a) / (-0.1 + b) for a in (-0.01, 0.01) for b in (-0.02, 0.02)]
+    assert estimate_of(known) == pytest.approx(max(abs(corner + 3) for corner in corners))
+    assert estimate_of(ratio(0.3, 0.1)) == 0.0
+    assert estimate_of(ratio(0.3, Estimated(0.1, 0.1))) == np.inf
+    assert ratio(0.3, Estimated(0.0, 0.1)) == np.inf
+    assert np.isnan(ratio(0.0, Estimated(0.0, 0.1)))
+
+
+def measured(number, name, made):
+    criterion = next(c for c in STATEMENTS[number].criteria if c.name == name)
+    return criterion, criterion.measure(made())
+
+
+def of_ratio(one, other, estimate):
+    """What a ratio of two differences is known to: elements may miss a part of each difference, too."""
+    return (one * (1 + MISSED) + estimate) / (other * (1 - MISSED) - estimate) - one / other
+
+
+KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
+    (26, "A"): (0.03, KNOWN),
+    (27, "tall minus wide"): (0.02, 2 * KNOWN),
+    (28, "B, B̂"): (0.08, KNOWN),
+    (29, "better"): (0.9, (0.09 + KNOWN) / (0.1 - KNOWN) - 0.9),
+    (30, "angles"): (0.05, KNOWN * 1.05),
+    (34, "shift"): (0.2, CURVE + MISSED * 0.2),
+    (34, "close"): (0.07, CURVE),
+    (35, "off"): (0.2, 1.1 * TRACTION + MISSED * 0.2),
+    (37, "B"): (0.8, of_ratio(0.08, 0.1, TRACTION)),
+    (37, "sliding"): (0.8, (0.08 + 2 * SLIDING) / (0.1 - 2 * SLIDING) - 0.8),  # the sum of both
+    (39, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
+    (39, "compression"): (0.7, of_ratio(0.07, 0.1, TRACTION)),
+    (40, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
+}
+
+
+@pytest.mark.parametrize(("number", "name"), KNOWN_TO)
+def test_numbers_on_contact_are_known_to_the_estimates_of_their_contacts(number, name):
+    value, estimate = KNOWN_TO[number, name]
+    _, made = (EXACT | friction_makers.MADE)[number, name]
+    _, values = measured(number, name, made(value))
+    assert max(map(estimate_of, values.values())) == pytest.approx(estimate, rel=0.05)
+
+
+MISSED = {  # values that are missed for certain, and values that nobody can tell
+    (27, "tall minus wide"): (-0.04, -0.001),
+    (29, "better"): (2.0, 1.001),
+    (39, "curve"): (2.0, 1.001),
+}
+
+
+@pytest.mark.parametrize(("number", "name"), MISSED)
+def test_a_criterion_on_contact_can_be_missed_for_certain(number, name):
+    _, made = (EXACT | friction_makers.MADE)[number, name]
+    certain, open_ones = (measured(number, name, made(value)) for value in MISSED[number, name])
+    for is_open, (criterion, values) in ((False, certain), (True, open_ones)):
+        assert not any(criterion.met(value) for value in values.values())
+        assert {criterion.close(value) for value in values.values()} == {is_open}

@@ -1,0 +1,114 @@
+"""The numbers and panels beside the statements on friction, on contacts made by hand."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from compare.report.charts import chart_of
+from compare.report.interactive import as_json
+from compare.validation.statements import creep_forces, exchanged_components, softer_bodies
+from compare.validation.statements.creep_forces import LINES_OF
+from compare.validation.statements.friction_contacts import (
+    left_after_shift,
+    line_distance,
+    line_distance_over_bound,
+    on_grid_of,
+    ratio,
+    shift,
+    traction_distance,
+)
+from compare.validation.statements.registry import STATEMENTS
+from femic.contact.pairs.ics import C
+from tests.compare.validation.statements import friction_makers as make
+
+LINES = {
+    ("F_x = 0 friction load", name): np.array([[2.0, 0.0, 10.0], [2.0 + 0.5 * (name != C), 0.0, 10.0]])
+    for name in LINES_OF
+}
+
+
+def runs():
+    """Rolling and compression in which all ICs miss a tenth, and B two tenths of p_x at friction 0.4."""
+
+    def friction(motion, changes, *_):
+        names = changes["contact"]["ics"]
+        if motion == "compression":
+            return make.compression(names, p_s=make.of((), 0, 0.1), sliding=make.of((), 0, 0.05))
+        sizes = {"zero": make.of((), 0, 0.1), "rms": make.of((), 0, 0.1), "p_max": make.scaled(names, 0.1)}
+        return make.rolling(names, **sizes, p_x=lambda f, n: 1 + make.of(("B",), f / 2, 0.1)(f, n))
+
+    return SimpleNamespace(friction=friction, remembered=lambda *_: LINES)
+
+
+@pytest.mark.parametrize("number", range(34, 42))
+def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number):
+    statement, made = STATEMENTS[number], runs()
+    assert all(np.isfinite(value) for value in statement.details(made).values())
+    panels = statement.panels(made)
+    assert panels
+    legend = json.loads(as_json(chart_of("", panels, statement.columns)))["legend"]
+    assert len({str(dict(entry, label="")) for entry in legend}) == len(legend)
+
+
+def test_shares_of_p_x_and_of_its_bound():
+    """p_x of B is a fifth more than C's; the line at s = 0 has pressures 2.5, and p_x 2.5, friction 0.4."""
+    contacts = runs().friction("rolling", {"contact": {"ics": ["B", "C"]}})
+    assert line_distance(contacts, 0.4, "B") == pytest.approx(0.2)
+    assert line_distance_over_bound(contacts, 0.4, "B") == pytest.approx(0.2 / 0.4)
+    details = creep_forces._shrinking(
+        SimpleNamespace(friction=lambda *_: make.rolling(rms=make.growing(0.5)))
+    )
+    assert details["of friction load: B, friction 0.4 over 0.2"] == pytest.approx(0.5)
+    assert details["in N: B, friction 0.4 over 0.2"] == pytest.approx(1.0)
+    assert details["in N: B, friction 0.6 over 0.4"] == pytest.approx(0.75)
+
+
+def test_lines_elsewhere_are_measured_like_those_of_the_curve():
+    details = creep_forces._lines(runs())
+    at = "F_x = 0 friction load, friction 0.2, B"
+    assert details[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
+    assert details[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
+    assert not any(name.endswith(", C") for name in details)
+
+
+def test_directions_count_alone_or_together():
+    """Only p_s is off."""
+    contacts = make.compression(p_s=make.of((), 0, 0.1))
+    assert traction_distance(contacts, 0.2, "B") == pytest.approx(0.1)
+    assert traction_distance(contacts, 0.2, "B", ("s",)) == pytest.approx(0.1)
+    assert traction_distance(contacts, 0.2, "B", ("x",)) == 0.0
+
+
+def test_a_curve_that_is_only_moved_leaves_nothing():
+
+    def force(f, name, xi):
+        return make.SLOPE * (xi - make.ZERO) / (f * make.LOAD) - 0.3 * (name != "C")
+
+    contacts = make.rolling(zero=make.of((), 0, 0.3), force=force)
+    assert shift(contacts, 0.2, "B") == pytest.approx(0.3)
+    assert left_after_shift(contacts, 0.2, "B") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_moduli_keep_the_compliance_of_both():
+    for one in softer_bodies.RATIOS:
+        both = softer_bodies.moduli(one)
+        assert both["upper"] / both["lower"] == pytest.approx(one)
+        assert 1 / both["upper"] + 1 / both["lower"] == pytest.approx(2 / 210e3)
+    assert softer_bodies.moduli(softer_bodies.CONVEX)["lower"] < 210e3  # the convex body is the lower one
+
+
+def test_the_grid_of_arrays_is_that_of_a_scene():
+    assert on_grid_of(make.rolling()) == {"n_x": 2, "n_s": 4, "dx": 2.0, "ds": 1.0, "s": 0.0}
+
+
+def test_ratios_to_nothing():
+    assert np.isnan(ratio(0.0, 0.0))
+    assert ratio(1.0, 0.0) == np.inf
+
+
+def test_estimates_of_distances_stand_beside_those_of_the_mix():
+    details = exchanged_components._known_to(make.rolling())
+    assert details["estimate of curve: friction 0.2, mix"] == pytest.approx(0.02)
+    assert details["estimate of pressure: friction 0.2, mix"] == pytest.approx(make.PRESSURE, rel=0.01)

@@ -1,0 +1,295 @@
+"""`femic validate`: verdicts follow from numbers, numbers from the code, and nothing is solved twice."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from approx import forms
+from approx.effective import EffectiveProperties, Transition
+from approx.forms import Rotation, rotation_between
+from compare.report.charts import chart_of
+from compare.report.interactive import as_json
+from compare.validation.statements import nn
+from compare.validation.statements import page as verdicts
+from compare.validation.statements.criteria import Criterion, Statement
+from compare.validation.statements.page import (
+    DEPENDS,
+    NOT_DECIDED,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    Finding,
+    assess,
+)
+from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.runs import GEOMETRIES, Runs
+from femic.cache.store import Store
+from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.reference import result
+from femic.reference.harmonic import engine as harmonic_engine
+from femic.reference.run_options import RunOptions
+from geometries.errors import Failure
+
+NEED_MORE = (
+    8,
+    11,
+    14,
+    15,
+    21,
+    22,
+    23,
+    24,
+    25,
+    *range(26, 49),
+)  # statements that need other runs than those of both geometries
+OF_GEOMETRIES = tuple(number for number in STATEMENTS if number not in NEED_MORE)
+
+
+def nothing(_):
+    return {}
+
+
+NEAR, LARGE = Criterion("near", "", "<", 0.1, nothing), Criterion("large", "", ">", 1.0, nothing)
+MADE = Statement(0, "", (NEAR, LARGE), nothing)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return Store(tmp_path_factory.mktemp("validation") / "store")
+
+
+class Coarse(Runs):
+    """A quarter of the points, and a fit that was made before: that of a scene to its C has its own tests."""
+
+    def _scene(self, name, changes=None, *, check=False):
+        lines = [{"along": along, at: distance, "points": 101} for along, at, distance in LINES]
+        return super()._scene(name, {"lines": lines} | dict(changes or {}), check=check)
+
+    def _fit(self, _):
+        return {"combined": EffectiveProperties(mismatch_k=FITTED)}
+
+
+LINES = (("x", "s", 1.6), ("x", "s", 0.0), ("s", "x", 1.6))  # the default ones
+FITTED = Transition(0.14, 10.0, 1.5, 4.0)
+
+
+@pytest.fixture(scope="module")
+def runs(store):
+    """Both geometries by the harmonic engine, not as accurate as `femic validate` has them."""
+    coarse = Coarse(RunOptions(2, store), tolerance=0.01)
+    for name in GEOMETRIES:
+        coarse.fitted(name)
+    return coarse
+
+
+# --- from numbers to verdicts ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("near", "large", "verdict", "unmet"),
+    [
+        ({"a": 0.05}, {"a": 1.5}, REPRODUCED, 0),
+        ({"a": 0.15}, {"a": 0.5}, NOT_REPRODUCED, 2),
+        ({"a": 0.05, "b": 0.15}, {"a": 1.5}, DEPENDS, 1),
+        ({"a": np.nan}, {"a": np.nan}, NOT_REPRODUCED, 2),
+    ],
+)
+def test_a_verdict_follows_from_the_criteria(near, large, verdict, unmet):
+    finding = Finding(MADE, {"near": near, "large": large})
+    assert finding.verdict == verdict
+    assert len(finding.unmet) == unmet
+
+
+def test_thresholds_themselves_are_not_met():
+    """Nor is what is no number, on either side."""
+    for criterion in (NEAR, LARGE):
+        assert not criterion.met(criterion.threshold)
+        assert not criterion.met(np.nan)
+    assert NEAR.met(np.nextafter(0.1, 0))
+    assert LARGE.met(np.nextafter(1.0, 2))
+
+
+def test_statements_are_numbered_and_their_criteria_named():
+    assert list(STATEMENTS) == sorted({statement.number for statement in STATEMENTS.values()})
+    for statement in STATEMENTS.values():
+        names = [criterion.name for criterion in statement.criteria]
+        assert names
+        assert len(set(names)) == len(names)
+
+
+def test_every_criterion_is_measured_in_some_case(runs):
+    for number in OF_GEOMETRIES:
+        finding = assess(number, runs)
+        assert set(finding.values) == {criterion.name for criterion in finding.statement.criteria}
+        assert all(finding.values.values())
+        assert all(np.isfinite(value) for _, _, value in finding.numbers), number
+        assert finding.panels
+        content = json.loads(as_json(chart_of("", finding.panels, finding.statement.columns)))
+        assert len({str(dict(entry, label="")) for entry in content["legend"]}) == len(content["legend"])
+
+
+# --- from the code to verdicts --------------------------------------------------------------------------
+
+
+def factor(entry, by):
+    """A, as approximations see it, with one component and its reciprocal wrong by a factor."""
+    right = forms.Ingredients.a.func
+
+    def wrong(self):
+        a = right(self).copy()
+        for at in {entry, entry[::-1]}:
+            a[at] *= by
+        return a
+
+    return forms.Ingredients, "a", property(wrong)
+
+
+def backwards(*arguments):
+    """Rotations in the wrong direction."""
+    quaternion = rotation_between(*arguments).quaternion.copy()
+    quaternion[1:] *= -1
+    return Rotation(quaternion)
+
+
+def c_times(entry, by):
+    """C with one component wrong by a factor."""
+
+    def wrong(*arguments):
+        ic, raw, m = DISCOUNTED(*arguments)
+        ic = ic.copy()
+        ic[entry] *= by
+        return ic, raw, m
+
+    return result, "discounted", wrong
+
+
+def not_discounted(*arguments):
+    _, raw, m = DISCOUNTED(*arguments)
+    return raw, raw, m
+
+
+DISCOUNTED = result.discounted
+MUTATIONS = {  # what is wrong, and some of the criteria that must say so
+    "A_xx too large": (factor((0, 0), 1.2), {(2, "A"), (17, "xx"), (18, "at the load")}),
+    "sign of A_xn": (factor((0, 2), -1), {(6, "in B"), (6, "in B̂"), (18, "at the load")}),
+    "sign of A_sn": (factor((1, 2), -1), {(5, "add"), (9, "convex"), (9, "concave")}),
+    "direction of rotations": ((forms, "rotation_between", backwards), {(6, "in B"), (9, "B"), (9, "arc")}),
+    "sign of C_xn": (c_times((0, 2), -1), {(5, "add"), (7, "too large"), (18, "at the load")}),
+    "sign of C_sn": (c_times((1, 2), -1), {(9, "convex"), (9, "concave"), (9, "arc")}),
+    "C_nn too large": (c_times((2, 2), 1.1), {(18, "at the load")}),
+    "no rigid-body discount": (
+        (result, "discounted", not_discounted),
+        {(3, "other way"), (5, "cancel"), (18, "at the load")},
+    ),
+}
+QUICK = ("direction of rotations", "sign of C_xn")
+
+
+def cases_met(runs, number, name):
+    """Whether a criterion is met, by case."""
+    criterion = next(c for c in STATEMENTS[number].criteria if c.name == name)
+    return {case: criterion.met(value) for case, value in criterion.measure(runs).items()}
+
+
+@pytest.mark.parametrize(
+    "mutation",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in MUTATIONS],
+)
+def test_wrong_signs_and_factors_change_what_is_met(mutation, runs, monkeypatch):
+    """A wrong sign or factor is seen; C is read from the store, A of its conditions and tails stays right."""
+    change, seen_by = MUTATIONS[mutation]
+    assert seen_by
+    before = {key: cases_met(runs, *key) for key in seen_by}
+    monkeypatch.setattr(*change)
+    mutated = replace(runs, done={})
+    unchanged = {key for key in seen_by if cases_met(mutated, *key) == before[key]}
+    assert not unchanged
+
+
+# --- the command ----------------------------------------------------------------------------------------
+
+
+def test_the_command_writes_json_and_a_page_and_continues_after_an_interruption(
+    runs, store, tmp_path, monkeypatch, capsys
+):
+    """The models of both geometries are in the store: neither run makes a mesh."""
+    monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setattr("compare.validation.statements.runs.Runs", Coarse)
+    command = ["validate", "--only", "1", "2", "--tolerance", "0.01", "--out", str(tmp_path)]
+    command += ["--store", str(store.location)]
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        broken = replace(STATEMENTS[2], details=interrupted)
+        patch.setattr(verdicts, "STATEMENTS", {**STATEMENTS, 2: broken})
+        assert exit_code(command) == INTERRUPTED
+    assert not (tmp_path / "validation.html").exists()
+    assert exit_code(command) == DONE
+    record = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
+    assert [entry["number"] for entry in record["statements"]] == [1, 2]
+    assert record["statements"][0]["verdict"] == assess(1, runs).verdict
+    first = record["statements"][0]["criteria"][0]
+    assert first["values"] == pytest.approx(
+        {name: nn.relative_error_across("A")(runs.geometry(name)) for name in GEOMETRIES}
+    )
+    assert set(record["runs"]) == set(GEOMETRIES)
+    assert all(0 < run["weight"] < 0.01 for run in record["runs"].values())
+    assert all(run["weight"] < run["estimate"] < 0.2 for run in record["runs"].values())
+    assert {change["number"] for change in record["changes"]} <= set(STATEMENTS)
+    page = (tmp_path / "validation.html").read_text(encoding="utf-8")
+    assert page.count('<div class="chart"') == 2
+    capsys.readouterr()
+
+
+def test_a_registered_statement_is_assessed_and_reported(tmp_path, monkeypatch, capsys):
+    """One entry in the registry suffices: the command knows its number, verdict, numbers and page follow."""
+    number = max(STATEMENTS) + 1
+    criterion = Criterion("half", "a half", "<", 0.6, lambda runs: {"here": 500 * runs.tolerance})
+    statement = Statement(number, "A half is less.", (criterion,), lambda _: (), lambda _: {"twice": 1.0})
+    monkeypatch.setitem(STATEMENTS, number, statement)
+    assert exit_code(["validate", "--only", str(number), "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
+    (assessed,) = record["statements"]
+    assert (assessed["number"], assessed["claim"]) == (number, "A half is less.")
+    assert (assessed["verdict"], assessed["details"]) == (REPRODUCED, {"twice": 1.0})
+    assert assessed["criteria"][0]["values"] == {"here": 0.5}
+    page = (tmp_path / "validation.html").read_text(encoding="utf-8")
+    assert "A half is less." in page
+    assert page.count('<div class="chart"') == 0  # no curves
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        *(("--only", number, f"give some of 1 to {max(STATEMENTS)}") for number in (0, max(STATEMENTS) + 1)),
+        *(("--tolerance", tolerance, "--tolerance") for tolerance in (-1, 0.5, "nan")),
+    ],
+)
+def test_wrong_options_are_refused_and_nothing_is_written(option, value, message, tmp_path, capsys):
+    assert exit_code(["validate", option, str(value), "--out", str(tmp_path)]) == WRONG_INPUT
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_statement_that_cannot_be_computed_is_not_decided(runs, monkeypatch):
+    def failing(_):
+        raise Failure("not converged, and what to try")
+
+    broken = replace(STATEMENTS[1], details=failing)
+    monkeypatch.setattr(verdicts, "STATEMENTS", {**STATEMENTS, 1: broken})
+    finding = assess(1, runs)
+    assert finding.verdict == NOT_DECIDED
+    assert finding.failed == "not converged, and what to try"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [14, 15, 22, 23, 24])
+def test_the_program_can_be_trusted(number, tmp_path):
+    """Both engines on both geometries, all limits, and contact without ICs, in full."""
+    assert exit_code(["validate", "--only", str(number), "--out", str(tmp_path)]) == DONE
+    record = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
+    assert [entry["verdict"] for entry in record["statements"]] == [REPRODUCED]

@@ -1,0 +1,244 @@
+"""Pages of `femic validate` and `femic extremes`: the answer on top, numbers and charts of the results."""
+
+import json
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from compare.report.charts import Chart, Panel, curves_of
+from compare.report.interactive import as_json
+from compare.report.parts import Folded, write_page
+from compare.validation.extremes import compute
+from compare.validation.extremes import page as extremes
+from compare.validation.extremes.cases import BeyondLimit, Limit, LimitResult, WithinLimit
+from compare.validation.statements import page as validation
+from compare.validation.statements.criteria import Criterion, Statement
+from compare.validation.statements.page import Finding, content_of
+from tests.pages import widest
+
+X = np.linspace(0.0, 2.5, 7)
+BY_RUNS = {"versions": {"femic": "0"}}
+
+
+def nothing(_):
+    return {}
+
+
+# --- statements -----------------------------------------------------------------------------------------
+
+NEAR = Criterion("near", "error of B̂′_xn", "<", 0.1, nothing)
+LARGE = Criterion("large", "rms of C_nn", ">", 1.0, nothing)
+VALUES = {
+    "near": {"geometry1, lower": 0.05, "geometry1, upper": 0.13, "geometry2, lower": np.nan}
+    | {"geometry2, upper": 0.1001, "plane": 0.7},
+    "large": {"both": 1.5},
+}
+PANEL = Panel("geometry1: nn", "s / L  [-]", "IC · E · L  [-]", curves_of(X, {"C": X**2, "A": X}, 0.1 * X))
+FINDINGS = [
+    Finding(Statement(1, "B̂′_xn is close to C_xn.", (NEAR, LARGE), nothing), VALUES, [PANEL], {"C": 2.0}),
+    Finding(Statement(2, "A_xx is C_xx.", (NEAR,), nothing), failed="not converged, and what to try"),
+    Finding(Statement(14, "Both engines agree.", (LARGE,), nothing), {"large": {"both": 7.0}}),
+]
+
+
+@pytest.fixture(scope="module")
+def statements():
+    content = content_of(FINDINGS, SimpleNamespace(done={}, tolerance=1e-3), 1.0)
+    return listed(validation.page_of(FINDINGS, content | BY_RUNS))
+
+
+def listed(page):
+    """A page whose sections can be read twice."""
+    return replace(page, sections=list(page.sections))
+
+
+@pytest.fixture
+def first(statements):
+    """The blocks of the first statement."""
+    return next(one.blocks for one in statements.sections if getattr(one, "anchor", "") == "s1")
+
+
+def blocks_of(sections, kind):
+    """All blocks of a kind, also within others."""
+    for one in sections:
+        if isinstance(one, kind):
+            yield one
+        yield from blocks_of(getattr(one, "blocks", ()), kind)
+
+
+def texts_of(row):
+    return [cell.text for cell in row.filled]
+
+
+def drawn(chart):
+    """The curves of a chart on the page: label, x and y, in the order of drawing."""
+    cells = json.loads(as_json(chart))["steps"][0]
+    return [(one["name"], one["x"], one["y"]) for cell in cells for one in cell["traces"] if "name" in one]
+
+
+def test_the_summary_of_statements_counts_verdicts_and_numbers(statements):
+    assert statements.summary == (
+        "Statements from the source [BVSV] (2): 1 in some cases only, 1 not decided. "
+        "Statements on this program (1): 1 reproduced in every case. "
+        "Numbers that meet their criteria: 3 of 7; too close to a threshold to tell: 1."
+    )
+
+
+def test_the_answer_lists_statements_by_verdict(statements):
+    assert {row.name: texts_of(row) for row in statements.answer.rows} == {
+        "reproduced": ["none", "1: 14"],
+        "depends": ["1: 1", "none"],
+        "not reproduced": ["none", "none"],
+        "not decided": ["1: 2", "none"],
+    }
+
+
+def test_criteria_have_their_ranges_and_what_is_not_met_worst_first(first):
+    _, table, _, numbers = first
+    assert {row.name: texts_of(row) for row in table.rows} == {
+        "error of B̂′_xn": [
+            "< 0.1",
+            "1 of 5",
+            "0.05 ... 0.7",
+            "geometry2, lower: –; plane: 0.7; geometry1, upper: 0.13; 1 more",
+        ],
+        "rms of C_nn": ["> 1", "1 of 1", "1.5", ""],
+    }
+    assert isinstance(numbers, Folded)
+    rows = [texts_of(row) for row in numbers.blocks[0].rows]
+    assert rows[3] == ["geometry2, upper", "0.1001", "", "< 0.1", "no (too close to tell)"]
+    assert rows[-1][:2] == ["C", "2"]
+
+
+def test_curves_of_a_statement_are_those_of_its_panels(first):
+    (chart,) = (block for block in first if isinstance(block, Chart))
+    for curve, label, values in zip(drawn(chart), "CA", (X**2, X), strict=True):
+        assert curve[0] == label
+        np.testing.assert_allclose(curve[1:], [X, values], rtol=1e-5)
+
+
+def test_a_statement_that_is_not_decided_says_why(statements):
+    (blocks,) = (one.blocks for one in statements.sections if getattr(one, "anchor", "") == "s2")
+    assert blocks == ["A_xx is C_xx.", "not converged, and what to try"]
+
+
+# --- extremes -------------------------------------------------------------------------------------------
+
+BOTH = [
+    LimitResult(
+        Limit("analytic", "ν", "0 … 0.5", ()),
+        (WithinLimit("2 corners", 6e-16, None, None, "300 digits", 0.01),),
+        (BeyondLimit("ν = 0.51", "must lie in 0 ... 0.5"),),
+    ),
+    LimitResult(
+        Limit("harmonic", "ν", "0 … 0.4999", ()),
+        (
+            WithinLimit("ν = 0", 2e-4, 4e-4, 0.5, "A", 2.0),
+            WithinLimit("ν = 0.4999", 1e-4, 9e-4, 1.25, "A", 3.0),
+        ),
+        (),
+    ),
+    LimitResult(
+        Limit("solid", "R_roll [mm]", "50 … ∞", ()),
+        (
+            WithinLimit("50 mm", 0.03, 0.08, 0.75, "a finer C", 4.0),
+            WithinLimit("failed", np.inf, None, np.inf, "", 0.0, "not converged"),
+        ),
+        (BeyondLimit("49 mm", ""), BeyondLimit("48 mm", "not converged", failed=True)),
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def limits():
+    return listed(extremes.page_of(compute.numbers(BOTH) | BY_RUNS))
+
+
+def test_the_summary_of_extremes_has_three_sentences(limits):
+    assert re.split(r"(?<=\.) ", limits.summary) == [
+        "5 cases within the limits, 1 failed (solid, R_roll [mm]): in 2 of the 3 that have estimates, these "
+        "bound every error.",
+        "Elsewhere the largest error over its own estimate is 1.2 (harmonic, ν = 0.4999).",
+        "Of 3 cases beyond them femic refuses 1 with a message; it says nothing at 49 mm; it fails instead "
+        "at 48 mm.",
+    ]
+
+
+def test_the_answer_has_the_worst_of_each_part(limits):
+    assert {row.name: texts_of(row) for row in limits.answer.rows} == {
+        "analytic": ["–", "6e-16", "–", "–"],
+        "harmonic": ["0.01", "0.0002", "0.0009", "1.25"],
+        "solid": ["0.1", "0.03", "0.08", "0.75"],
+    }
+    coloured = [bool(row.filled[-1].colour) for row in limits.answer.rows]
+    assert coloured == [False, True, False]
+
+
+def test_errors_are_drawn_over_their_estimates(limits):
+    (chart,) = blocks_of(limits.sections, Chart)
+    assert drawn(chart) == [
+        ("ν", [0.5, 1.25], [2e-4, 1e-4]),
+        ("R_roll [mm]", [0.75], [0.03]),
+    ]
+    assert chart.cells[0].marks == (1.0,)
+
+
+def test_contacts_have_a_panel_of_their_own_and_are_named_with_their_parameter():
+    """Filled for contact without friction, open for that with friction."""
+    contacts = [
+        LimitResult(
+            Limit(part, "R_roll", "20 … 1e6 mm", ()),
+            (WithinLimit("20 mm", 0.01, 0.02, used, "Hertz", 0.5, "p_max 9; worst: p_max"),),
+            (),
+        )
+        for part, used in (("contact", 0.5), ("friction", 1.75))
+    ]
+    content = compute.numbers([*BOTH[:2], *contacts])
+    assert "1.2 (harmonic, ν = 0.4999) and 1.8 (friction, R_roll: 20 mm)" in content["summary"]
+    page = listed(extremes.page_of(content | BY_RUNS))
+    (chart,) = blocks_of(page.sections, Chart)
+    of_c, of_contacts = chart.cells
+    assert [curve.label for curve in of_c.curves] == ["ν"]
+    assert [list(curve.x) for curve in of_contacts.curves] == [[0.5], [1.75]]
+    assert [curve.look.marker.endswith("-open") for curve in of_contacts.curves] == [False, True]
+    assert of_contacts.title.startswith("filled: contact, open: friction")
+    assert [row.name for row in page.answer.rows] == ["analytic", "harmonic", "contact", "friction"]
+
+
+def test_cases_beyond_that_are_not_refused_are_coloured(limits):
+    (table,) = (
+        block
+        for section in limits.sections
+        if getattr(section, "heading", "") == "Beyond the limits"
+        for block in section.blocks
+    )
+    messages = [row.filled[-1] for row in table.rows]
+    assert [cell.text for cell in messages] == ["must lie in 0 ... 0.5", "nothing", "failed: not converged"]
+    assert [bool(cell.colour) for cell in messages] == [False, True, True]
+
+
+def test_analytic_ics_alone_have_no_chart():
+    page = extremes.page_of(compute.numbers(BOTH[:1]) | BY_RUNS)
+    assert not list(blocks_of(page.sections, Chart))
+
+
+# --- in a browser ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("made", ["statements", "limits"])
+def test_pages_fit_and_run_without_errors(made, request, browser, tmp_path):
+    path = write_page(request.getfixturevalue(made), tmp_path / f"{made}.html")
+    tab, said = browser.new_page(), []
+    tab.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.goto(path.as_uri())
+    tab.wait_for_selector(".chart .main-svg")
+    tab.close()
+    assert not said
+    assert max(widest(browser, path, 1280)) <= 1280
+    assert max(widest(browser, path, 800)) <= 800
+    assert widest(browser, path, 400)[0] <= 400
