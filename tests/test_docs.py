@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from femic.cache.digests import results_digest
+from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cli.main import exit_code
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene_table import tables
@@ -20,7 +20,6 @@ from tests.femic.reference.stand_ins import b_hat_as_c
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tools"))  # what its programs import
-MODULE = "femic.results.ics_dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 PACKAGES = ("approx", "compare", "femic", "geometries")
 FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "tests", "tools")
@@ -144,7 +143,7 @@ def docs(tmp_path):
     numbers, templates = tmp_path / "numbers", tmp_path / "templates"
     numbers.mkdir()
     templates.mkdir()
-    by = {"code": results_digest(MODULE), "module": MODULE}
+    by = {"code": results_digest(*STUDY_FOLDERS)}
     parts = {"a": by | {"versions": {"numpy": "9.9"}, "value": 1}, "b": {"x": by | {"y": 2}}}
     for name, values in parts.items():
         (numbers / f"{name}.json").write_text(json.dumps(values), encoding="utf-8")
@@ -159,7 +158,7 @@ def test_pages_say_what_computed_their_numbers(docs):
     tool, _ = docs
     first, last = tool["pages"]()["both.md"].strip().split("\n\n")
     assert first == "12"
-    code = results_digest(MODULE)
+    code = results_digest(*STUDY_FOLDERS)
     assert f"a by code {code}, numpy 9.9; b by code {code}" in last
 
 

@@ -24,14 +24,13 @@ from compare.studies.contact_crossings import (
     crossing,
     on_pair,
 )
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene import Scene
 
-MODULE = "compare.studies.friction_crossings"  # it imports all that computes
 STORE = Path("out") / "decisions" / "store"
 STEEL = {"E": 210e3, "nu": 0.28}
 RADIUS, ROLLING_RADIUS = 10.0, 500.0  # of the rail's arc and of the wheel [mm]
@@ -158,8 +157,7 @@ def compute(names: Sequence[str] = (*ROLLING, *CASES), workers: int | None = Non
     with ProcessPoolExecutor(workers or cores()) as pool:
         solved = dict(zip(names, pool.map(solve, names), strict=True))
     return {
-        "code": results_digest(MODULE),
-        "module": MODULE,
+        "code": results_digest(*STUDY_FOLDERS),
         "versions": versions(),
         "tolerance": TOLERANCE,
         "elements": ELEMENTS,

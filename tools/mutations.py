@@ -79,7 +79,7 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
 
     Workers try mutants side by side, each in a copy of the tree.
     """
-    key = digest_of([ROOT / name for name in CODE], versions())
+    key = digest_of(CODE, versions())
     trials = stored_trials(key)
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
         todo = [mutant for mutant in chosen if mutant not in trials]

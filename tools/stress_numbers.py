@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import numbers
@@ -22,7 +22,6 @@ from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_st
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
-MODULE = "femic.results.stresses"
 STORE = Path("out") / "stresses" / "store"
 LOADS = {  # N; those near 40, 80 and 110 degrees are the source's
     "wide": (82e3, 660e3, 2230e3, 5300e3, 18000e3),
@@ -37,8 +36,7 @@ def compute() -> dict[str, Any]:
     options = RunOptions(cores(), Store(STORE), Watch(on_stage=report))
     pairs = {name: [_row(name, load, options) for load in loads] for name, loads in LOADS.items()}
     return {
-        "code": results_digest(MODULE),
-        "module": MODULE,
+        "code": results_digest(*STUDY_FOLDERS),
         "versions": versions(),
         "off": list(OFF),
         "pairs": {

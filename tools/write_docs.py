@@ -27,7 +27,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 from scene_keys import scene_keys
 
 from compare.studies.frontier import Question, advise, front, resolved_errors
-from femic.cache.digests import results_digest
+from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cli.main import exit_code
 from geometries.errors import Failure
 
@@ -107,7 +107,6 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
     return {
         "title": dataset.attrs["title"],
         "code": dataset.attrs["code"],
-        "module": dataset.attrs["module"],
         "versions": json.loads(dataset.attrs["versions"]),
         "body": body,
         "best": str(dataset.attrs["best"]),
@@ -246,16 +245,9 @@ def outdated() -> dict[str, list[str]]:
 
 
 def codes(values: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the digests of the code that computed some numbers, and those of the same modules now.
-
-    Mutants are a sample: they name no module.
-    """
-    modules = [(part, part.get("module", "")) for part in parts_of(values)]
-    return [
-        (part.get("code", "unknown"), results_digest(module))
-        for part, module in modules
-        if module is not None
-    ]
+    """Return the digests of the code that computed some numbers, and of today's; none of samples."""
+    parts = [part for part in parts_of(values) if not part.get("is_sample")]
+    return [(part.get("code", "unknown"), results_digest(*STUDY_FOLDERS)) for part in parts]
 
 
 def parts_of(values: dict[str, Any]) -> list[dict[str, Any]]:

@@ -12,7 +12,6 @@ from compare.campaigns import collected as outcomes
 from compare.campaigns import tasks
 from compare.campaigns.collected import Collected, SceneOutcome
 from compare.campaigns.crew import Crew, report_of
-from compare.campaigns.results import registry
 from compare.campaigns.tasks import (
     Origin,
     SceneTask,
@@ -26,7 +25,7 @@ from compare.campaigns.tasks import (
     tasks_of,
 )
 from femic.cache import files as folders
-from femic.cache.digests import results_digest
+from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Store
 from geometries.errors import Failure
 
@@ -95,7 +94,7 @@ def compute_sweep(
 
 def code_of_dataset() -> str:
     """Return the digest of the code that a dataset rests on."""
-    return results_digest(Collected.__module__, registry.__name__)
+    return results_digest(*STUDY_FOLDERS)
 
 
 @dataclass(eq=False)
@@ -136,7 +135,7 @@ class _Run:
     def origin(self) -> Origin:
         location = str(self.store.location)
         shared = location if "://" in location else str(Path(location).absolute())
-        return Origin(shared, results_digest(tasks.__name__), registrations())
+        return Origin(shared, results_digest(*STUDY_FOLDERS), registrations())
 
     def next_unfinished(self) -> Numbered | None:
         """Return the next scene that is not in the store, None without one; collect those before it."""

@@ -34,7 +34,7 @@ from compare.campaigns import collected as outcomes
 from compare.campaigns.campaign import Campaign
 from compare.campaigns.collected import SceneOutcome
 from compare.campaigns.results import registry
-from femic.cache.digests import results_digest
+from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Store
 from femic.cache.workers import one_blas_thread
 from femic.contact.motions import MOTIONS
@@ -103,7 +103,7 @@ class SceneTask:
 def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) -> SceneTask:
     """Return the task of a scene; keys depend on its table, its files, and the code."""
     plain = json.loads(json.dumps(table, default=str), parse_int=float)  # 1 and 1.0 are the same
-    facts = results_digest(registry.__name__), json.dumps(plain, sort_keys=True), *_contents(table)
+    facts = results_digest(*STUDY_FOLDERS), json.dumps(plain, sort_keys=True), *_contents(table)
     return SceneTask(table, {name: store.key(f"sweep-{name}", name, *facts) for name in keep})
 
 
@@ -262,7 +262,7 @@ def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> Ta
 
 def code_problem(origin: Origin) -> str:
     """Return how the code or the registrations of this process differ from the program's; "" if not."""
-    own = results_digest(__name__)
+    own = results_digest(*STUDY_FOLDERS)
     if own != origin.digest:
         return (
             f"a worker has other code or libraries (digest {own}) than this program ({origin.digest}): "

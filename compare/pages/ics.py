@@ -19,7 +19,7 @@ from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache import files as folders
-from femic.cache.digests import versions
+from femic.cache.digests import PAGE_FOLDERS, results_digest, versions
 from femic.cache.files import write_dataset, write_text
 from femic.reference.discount import AXES
 from femic.reference.engine import Cost
@@ -437,4 +437,4 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
 
 def key_of(scene: Scene) -> str:
     """Return the key of all inputs of the ICs and errors of a scene."""
-    return receipts.key_of(scene, data.__name__)
+    return receipts.key_of(scene, results_digest(*PAGE_FOLDERS))

@@ -14,6 +14,7 @@ from compare.report.errors import error_cell, percent
 from compare.report.looks import symbol_of
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
+from femic.cache.digests import PAGE_FOLDERS, results_digest
 from femic.contact.operators.dense import Reciprocity
 from femic.reference.engine import Cost
 from femic.reference.plan import ModelPlan, total_seconds
@@ -86,7 +87,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     """
     watch, workers = options.watch, options.workers
     loaded_strip = _loaded_strip(scene, strip)
-    path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
+    path, key = out / "matrix.html", receipts.key_of(scene, results_digest(*PAGE_FOLDERS), loaded_strip)
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path

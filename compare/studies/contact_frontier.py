@@ -25,7 +25,7 @@ from compare.studies.contact_ways import (
     solutions,
     ways_of,
 )
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.contact.pairs.ics import C
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import require_solvable
@@ -110,8 +110,7 @@ def compute_contact_frontier(
             "motion": scene.contact.motion,
             "discounted": discounted(scene),
             "skipped": json.dumps(solver.skipped, ensure_ascii=False),
-            "code": results_digest(__name__),
-            "module": __name__,
+            "code": results_digest(*STUDY_FOLDERS),
             "versions": json.dumps(versions()),
         }
     )

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from approx.variants import VARIANTS, needs_effective
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.reference.engines import ENGINES
 from femic.reference.job import NotConverged
 from femic.reference.plan import total_seconds
@@ -250,8 +250,7 @@ def _dataset(
             "best": best_name,
             "points": len(results.points.x),
             "skipped": json.dumps(dict(skipped), ensure_ascii=False),
-            "code": results_digest(__name__),
-            "module": __name__,
+            "code": results_digest(*STUDY_FOLDERS),
             "versions": json.dumps(versions()),
         },
     )

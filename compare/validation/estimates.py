@@ -17,7 +17,7 @@ import xarray as xr
 
 from approx.pair import Pair, Solid
 from compare.studies.contact_crossings import NUMBERS, PairDeviations
-from femic.cache.digests import results_digest
+from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Arrays
 from femic.cache.workers import in_processes
 from femic.contact.estimates import Measured, Numbers, errors
@@ -394,7 +394,7 @@ def stored_comparisons(name: str, seed: int, count: int, options: RunOptions) ->
 
     Raises Failure where fewer than `count` have one.
     """
-    key = options.store.key("coverage", results_digest(__name__), name, seed)
+    key = options.store.key("coverage", results_digest(*STUDY_FOLDERS), name, seed)
     numbers = range(round(SPARE * count))
     parts = {number: options.store.part(key, _part(number)) for number in numbers}
     open_ = [number for number, part in parts.items() if part is None]

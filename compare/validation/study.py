@@ -13,20 +13,17 @@ from typing import Any
 import numpy as np
 
 from compare.report.parts import Page, write_page
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.files import write_text
 from femic.contact.exact.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from femic.contact.exact.hertz import LoadedPoint
 
 
 def write(
-    folder: Path, study: str, module: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
+    folder: Path, study: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
 ) -> Path:
-    """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page.
-
-    `module` computes the numbers, with all that it imports.
-    """
-    content = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
+    """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
+    content = numbers | {"versions": versions(), "code": results_digest(*STUDY_FOLDERS)}
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(text, folder / f"{study}.json")
     return write_page(page_of(content), folder / f"{study}.html")

@@ -322,14 +322,12 @@ class _Curve:
 
 Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its seed, number and why
 
-MODULE = "femic.advice.study"  # which makes scenes and solves them, with all that it imports
-
 log = logging.getLogger(__name__)
 
 
 def code_of_studies() -> str:
     """Return the digest of the code that makes scenes and solves them."""
-    return results_digest(MODULE)
+    return results_digest()
 
 
 def solved(seed: int, number: int) -> Entry:

@@ -189,7 +189,7 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
             "title": f"effective properties: {scene.title}",
             "scene": scene.text,
             "curvature": "apart" if scene.calibration.curvature_apart else "contained",
-            "code": results_digest(__name__),
+            "code": results_digest(),
             "versions": str(versions()),
         },
     )

@@ -262,15 +262,15 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
         "title": f"Frictionless contact: {results.scene.title}",
         "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
         "references": json.dumps(references),
-        **provenance(results.scene, results.solved.seconds, __name__),
+        **provenance(results.scene, results.solved.seconds),
     }
 
 
-def provenance(scene: Scene, seconds: float, module: str) -> dict[str, str | float]:
+def provenance(scene: Scene, seconds: float) -> dict[str, str | float]:
     """Return attributes on the origin of a file of contacts: scene, seconds, code, versions."""
     return {
         "scene": scene.text,
         "seconds": seconds,
-        "code": results_digest(module),
+        "code": results_digest(),
         "versions": json.dumps(versions()),
     }

@@ -183,7 +183,7 @@ def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     """Return the key of a contact by finite elements in a store."""
     bodies = meshed_bodies(scene.contact_problem)
     given = bodies.lower, bodies.upper, bodies.s_range, bodies.shift, load, cells
-    return store.key("fe_contact", results_digest(__name__), *given)
+    return store.key("fe_contact", results_digest(), *given)
 
 
 def _rigid_compliance(scene: Scene, options: RunOptions) -> float:
@@ -201,7 +201,7 @@ def _rigid_key(scene: Scene, store: Store) -> str:
     """Return the key of the rigid part of the compliance in a store."""
     bodies, settings = meshed_bodies(scene.contact_problem), scene.settings
     given = bodies.lower, bodies.upper, scene.discount, settings.approach_side, settings.tolerance
-    return store.key("fe_contact", "rigid", results_digest(__name__), *given)
+    return store.key("fe_contact", "rigid", results_digest(), *given)
 
 
 def _labelled(contact: FEContact) -> xr.Dataset:

@@ -231,6 +231,6 @@ def compute_with_friction(
         "title": f"{labels.title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",
         "discounted": discounted(scene),
-        **provenance(scene, perf_counter() - start, __name__),
+        **provenance(scene, perf_counter() - start),
     }
     return labels.of_all(scene, joined.assign_attrs(attributes))

@@ -244,7 +244,7 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
     """Return a solution, from the store if it is there."""
     store, solve = pair.options.store, pair.motion.solve
     assert solve is not None
-    key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
+    key = store.key("friction", results_digest(), *_inputs(pair, friction, name))
     part = store.get(key)
     if part is None:
         solution = solve(pair, friction, name)

@@ -72,7 +72,7 @@ def approximations_dataset(scene: Scene) -> xr.Dataset:
     return xr.Dataset(
         {"ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD)},
         coords=_coordinates(scene, scene.variants),
-        attrs=_load(scene) | {"versions": json.dumps(versions()), "code": results_digest(__name__)},
+        attrs=_load(scene) | {"versions": json.dumps(versions()), "code": results_digest()},
     )
 
 
@@ -138,7 +138,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
-        "code": results_digest(__name__),
+        "code": results_digest(),
     }
 
 
@@ -267,7 +267,7 @@ def _described(measured: xr.Dataset) -> xr.Dataset:
     for name in measured:
         meaning = ERRORS[str(name)][1]
         measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
-    return measured.assign_attrs(code=results_digest(__name__))
+    return measured.assign_attrs(code=results_digest())
 
 
 def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:

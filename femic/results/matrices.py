@@ -397,7 +397,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "models": json.dumps(models),
         "seconds": results.seconds,
         "peak_memory": results.memory,
-        "code": results_digest(__name__),
+        "code": results_digest(),
         "versions": json.dumps(versions()),
     }
 

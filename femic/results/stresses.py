@@ -130,7 +130,7 @@ def _stored_field(
         if ics in contacts.tractions
     }
     inputs = body, lattice, [(one.grid, one.p) for one in loads.values()], wanted.fineness, wanted.estimated
-    key = options.store.key("stresses", results_digest(__name__), *inputs)
+    key = options.store.key("stresses", results_digest(), *inputs)
     if (part := options.store.get(key)) is not None:
         return part
     settings = StressSettings(wanted.fineness, wanted.estimated, options.workers)
@@ -445,5 +445,5 @@ def _attributes(results: StressResults) -> dict[str, str | float]:
         "revolutions": damage.revolutions,
         "dang_van_hydrostatic": damage.dang_van.hydrostatic,
         "dang_van_compression": damage.dang_van.compression,
-        **provenance(results.scene, results.seconds, __name__),
+        **provenance(results.scene, results.seconds),
     }

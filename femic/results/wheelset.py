@@ -216,7 +216,7 @@ def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label
     options = study.options
     key = options.store.key(
         "rolling",
-        results_digest("femic.shifts.position"),
+        results_digest(),
         [study.facts(side) for side in SIDES],
         [(side.place.side, side.grids, side.approach, side.with_c) for side in sides],
         (sides[0].place.position.given_shift, sides[0].place.position.roll),
@@ -371,7 +371,7 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
         E=min(table.E for table in (*specification.rails, *specification.wheels)),
         specification=text,
         seconds=perf_counter() - start,
-        code=results_digest(__name__),
+        code=results_digest(),
         versions=json.dumps(versions()),
     )
 

@@ -278,7 +278,7 @@ def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
     """Return a contact as a dataset, from the store where it is there. Raises Failure."""
     k, options = SIDES.index(where.side), study.options
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
-    code = results_digest("femic.shifts.contact")
+    code = results_digest()
     at = where.position.given_shift, where.position.roll
     key = options.store.key("shift", code, study.facts(where.side), at, where.side)
     if (entry := options.store.get(key)) is not None:

@@ -24,12 +24,12 @@ class Receipt(BaseModel):
     sha256: dict[str, str]
 
 
-def key_of(scene: Scene, module: str, *further: object) -> str:
+def key_of(scene: Scene, *further: object) -> str:
     """Return the key of everything that results of a scene depend on: code, text, bodies, and `further`.
 
     Contents of files that the scene names are in its bodies.
     """
-    return Store().key("results", results_digest(module), scene.text, dict(scene.bodies), *further)
+    return Store().key("results", results_digest(), scene.text, dict(scene.bodies), *further)
 
 
 @contextmanager

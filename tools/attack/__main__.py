@@ -33,12 +33,11 @@ from races import races
 from stresses import stresses
 from wheelsets import shifts
 
-from femic.cache.digests import results_digest, versions
+from femic.cache.digests import PAGE_FOLDERS, results_digest, versions
 
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-COMMAND, SHIFTS, INTERFACE = "femic.cli.contact", "femic.cli.shifts", "femic.interface.contact"
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 
@@ -49,7 +48,6 @@ class Kind:
     count: int
     meaning: str
     attack: Attack
-    module: str = COMMAND  # whose code is attacked, with what it imports
 
 
 def of_files(change: Callable[[Path, int, int], Iterator[Outcome]]) -> Attack:
@@ -76,14 +74,14 @@ KINDS = {
         150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
     ),
     "shifts": Kind(
-        900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts), SHIFTS
+        900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts)
     ),
     "stresses": Kind(
         600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.stresses"
     ),
-    "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels), INTERFACE),
+    "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels)),
     "mistakes": Kind(
-        4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes), INTERFACE
+        4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes)
     ),
 }
 
@@ -97,7 +95,7 @@ def main() -> int:
             rows[name] = attacked(name, place, options.share, options.seed)
             sys.stdout.write(f"{text_of_row(rows[name])}\n")
     if options.page:
-        keep({name: row | provenance(options.seed, KINDS[name].module) for name, row in rows.items()})
+        keep({name: row | provenance(options.seed) for name, row in rows.items()})
     return int(any(row["short"] for row in rows.values()))
 
 
@@ -125,9 +123,9 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
     return row_of(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 
-def provenance(seed: int, module: str) -> dict[str, Any]:
-    """Return seed and versions behind the numbers; a sample goes out of date with no single module."""
-    return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(module)}
+def provenance(seed: int) -> dict[str, Any]:
+    """Return seed and versions behind the numbers; a sample goes out of date with no change of code."""
+    return {"seed": seed, "versions": versions(), "is_sample": True, "code": results_digest(*PAGE_FOLDERS)}
 
 
 def keep(rows: dict[str, dict[str, Any]]) -> None:

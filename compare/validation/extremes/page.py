@@ -46,7 +46,7 @@ Entry = dict[str, Any]  # a limit of a part, or a case, as in extremes.json
 def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Run the cases of some parts and write the results; returns the path of the page."""
     content = compute.numbers(compute.compute(parts, engines))
-    return record.write(folder, "extremes", compute.__name__, content, page_of)
+    return record.write(folder, "extremes", content, page_of)
 
 
 def page_of(content: dict[str, Any]) -> Page:

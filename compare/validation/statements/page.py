@@ -214,7 +214,7 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
         runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
     content = content_of(findings, runs, perf_counter() - start)
-    return record.write(folder, "validation", __name__, content, partial(page_of, findings))
+    return record.write(folder, "validation", content, partial(page_of, findings))
 
 
 def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:

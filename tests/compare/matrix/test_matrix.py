@@ -219,7 +219,7 @@ def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
     y, keys = np.linspace(-9, 9, 31), []
     for radius in (30.0, 30.0, 40.0):
         np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of(scene_from_table(scene, "rail"), "compare.pages.matrix", 3))
+        keys.append(key_of(scene_from_table(scene, "rail"), 3))
     assert keys[0] == keys[1] != keys[2]
 
 

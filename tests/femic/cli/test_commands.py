@@ -129,8 +129,8 @@ def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, comm
 def test_advise_defaults_to_what_the_scene_compares(options, question, recorded, command):
     tried = recorded("compare.studies.frontier.frontier_for", ("request", "frontier"))
     advised = recorded("compare.studies.frontier.advise", "advice")
-    for name in ("page.evidence", "advice.sentence"):
-        recorded(f"compare.frontier.{name}", "")
+    for name in ("pages.frontier.evidence", "studies.frontier.sentence"):
+        recorded(f"compare.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == question
     assert advised == [("frontier", question)]

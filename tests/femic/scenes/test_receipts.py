@@ -62,19 +62,19 @@ def test_damaged_receipt_counts_as_missing(finished, text):
 
 def test_keys_depend_on_code_text_and_bodies():
     scene = load_scene("geometry2")
-    key = receipts.key_of(scene, "femic.results.ics_dataset")
-    assert key == receipts.key_of(load_scene("geometry2"), "femic.results.ics_dataset")
+    key = receipts.key_of(scene)
+    assert key == receipts.key_of(load_scene("geometry2"))
     others = [
-        receipts.key_of(scene, "femic.results.finite_elements"),
-        receipts.key_of(scene, "femic.results.ics_dataset", 1),
-        receipts.key_of(replace(scene, text=f"{scene.text}\n"), "femic.results.ics_dataset"),
-        receipts.key_of(replace(scene, bodies=load_scene("geometry1").bodies), "femic.results.ics_dataset"),
+        receipts.key_of(scene, "another command"),
+        receipts.key_of(scene, 1),
+        receipts.key_of(replace(scene, text=f"{scene.text}\n")),
+        receipts.key_of(replace(scene, bodies=load_scene("geometry1").bodies)),
     ]
     assert len({key, *others}) == 5
 
 
 def test_key_changes_with_the_code(monkeypatch):
     scene = load_scene("geometry2")
-    before = receipts.key_of(scene, "femic.results.ics_dataset")
+    before = receipts.key_of(scene)
     monkeypatch.setattr(receipts, "results_digest", lambda *_: "0123456789ab")
-    assert receipts.key_of(scene, "femic.results.ics_dataset") != before
+    assert receipts.key_of(scene) != before
