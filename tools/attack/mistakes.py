@@ -44,12 +44,12 @@ ICS["estimate"] = 0.01 * abs(ICS.ic.sel(variant="C", drop=True))  # with B-hat a
 CONTACT = femic.solve_contact(PAIR, PRESSED, ["A"], femic.ContactSetup(elements=8))
 GAP = [[-1.0, 0.0], [1.0, 1e-3]]
 COMPUTE = {  # what computes, by the module that calls it
-    "ics": ("compute", "approximations_dataset"),
-    "matrices": ("matrices",),
-    "contact": ("compute_contact", "compute_with_friction"),
-    "calibration": ("calibrate",),
-    "scenes": ("run.run_scene",),
-    "shifts": ("compute.compute_shifts",),
+    "femic.interface.ics": ("compute", "approximations_dataset"),
+    "femic.interface.matrices": ("matrices",),
+    "femic.interface.contact": ("compute_contact", "compute_with_friction"),
+    "femic.interface.calibration": ("calibrate",),
+    "compare.interface": ("run.run_scene",),
+    "femic.interface.shifts": ("compute.compute_shifts",),
 }
 
 
@@ -70,7 +70,7 @@ def computing_nothing() -> Iterator[None]:
     with ExitStack() as stack:
         for module, names in COMPUTE.items():
             for name in names:
-                place = f"femic.interface.{module}.{name}"
+                place = f"{module}.{name}"
                 stack.enter_context(patch(place, Mock(side_effect=Computed)))
         yield
 
