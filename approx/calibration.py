@@ -1,6 +1,6 @@
-"""The target of a fit of effective properties: ICs at points, with weights and errors.
+"""Calibration: the effective properties (A') with which B-hat-prime comes closest to known ICs.
 
-Fit of effective properties to known ICs: the A' with which B-hat-prime comes closest to them.
+A `Target` holds ICs at points, with weights and errors; `fit` finds the transitions of the properties.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,6 +18,8 @@ from approx.pair import Pair, Solid
 from geometries.arrays import Array, Mask
 from geometries.errors import WrongInput
 from geometries.patches import Patch, places
+
+# --- the target ---
 
 FEWEST = 8  # least number of points
 SPREAD = 1.5  # least ratio of the largest to the smallest distance
@@ -141,6 +143,8 @@ def pointwise_k(target: Target) -> Array:
     at_zero, slope = with_k(0.0), with_k(1.0) - with_k(0.0)
     return (target.ics - at_zero) / np.where(slope == 0, np.nan, slope)
 
+
+# --- the fit ---
 
 PARAMETERS = ("far", "r_inf", "m", "n")
 FAR_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(

@@ -1,18 +1,17 @@
-"""Rotations between the local directions of two elements, about which ICs of half-spaces are rotated.
+"""Forms of ICs: how ICs of half-spaces and the rotation from load to observer give ICs of curved bodies.
 
 With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes the directions
 of the load into the directions of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
 delta(s_J), the same for both bodies. Source: [BVSV] section 3; docs/theory/ics.md.
 
-SciPy's `Rotation` gives the same numbers, but takes three to thirteen times as long (B-hat at 100 000 points:
-100 ms against 36 ms, where A takes 37 ms), because its matrices have the points in front.
-
-Forms of ICs: how ICs of half-spaces and the rotation from load to observer give ICs of curved bodies.
-
 `FORMS` holds each form once; points, matrices and contact operators follow from it. A form consists of A, or
 A' of effective properties, and of a function of these ICs and the rotation T. In the B family this is
 `Shares`: T^p A T^q, for which contact has fast operators, whatever p and q are. Any other function that works
 point by point and is symmetric in x will do, with a slower operator in contact.
+
+SciPy's class of rotations gives the same numbers as `Rotation`, but takes three to thirteen times as long
+(B-hat at 100 000 points: 100 ms against 36 ms, where A takes 37 ms), because its matrices have the points in
+front.
 """
 
 from collections.abc import Callable, Iterable
@@ -26,6 +25,8 @@ from approx.halfspace import HalfSpace
 from geometries.arrays import Array
 from geometries.patches import Patch
 from geometries.surfaces import Surface
+
+# --- rotations ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,8 @@ def matmul(left: Array, right: Array) -> Array:
     """Matrix product over the first two axes, shape (3, 3, ...)."""
     return np.einsum("ik...,kj...->ij...", left, right)
 
+
+# --- forms ---
 
 # From ICs of a half-space (3, 3, ...) and rotations whose shape broadcasts to ..., to ICs of the same shape.
 Rotate = Callable[[Array, Rotation], Array]
@@ -160,6 +163,9 @@ FORMS: dict[str, Form] = {
     "Bhat_prime": Form(HALVES, effective=True),
     "Bhat_prime_or_A": Form(HALVES, effective=True, fallback=Form(UNROTATED)),
 }
+
+
+# --- ICs of forms ---
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,8 @@
-"""Integrals of the half-space kernels over a rectangle, exact to rounding everywhere.
+"""Integrals of the half-space kernels over a rectangle: of uniform traction, and of the bilinear hat.
 
-The textbooks' sums of logarithms over the corners suffer from cancellation: far away they lose digits in
-proportion to r^2 / (a b), and they lose digits beside the patch. Here
+The integrals over a rectangle are exact to rounding everywhere. The textbooks' sums of logarithms over the
+corners suffer from cancellation: far away they lose digits in proportion to r^2 / (a b), and they lose digits
+beside the patch. Here
 
 - kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
   of integrals of one sign over rectangles in the quadrant X, S >= 0 (`_straddling`);
@@ -12,14 +13,12 @@ proportion to r^2 / (a b), and they lose digits beside the patch. Here
 Errors are below 2e-15 of I_0 for I_xx and I_ss, of the value itself for I_xs, J_x, J_s; what vanishes by
 symmetry is exactly 0. Limits: lengths within `LENGTHS`, where fourth powers stay finite.
 
-Integrals of the half-space kernels with a piecewise bilinear traction: the hat over 2 x 2 elements.
-
-The hat (1 - |X| / 2a) (1 - |S| / 2b) is the average of the uniform element over an element, so its integrals
-are averages of the integrals over the uniform rectangle, over an element about the observer. The average is a
-product of two quadratures: Gauss-Legendre rules, whose number of nodes follows from the distance to the
-nearest corner (the size of an ellipse in the complex plane that contains no singularity), and beside the
-patch, where this ellipse is too small, tanh-sinh rules on both sides of the edge line. Errors:
-docs/evidence/analytic.md.
+The hat over 2 x 2 elements, (1 - |X| / 2a) (1 - |S| / 2b), is the average of the uniform element over an
+element, so its integrals are averages of the integrals over the uniform rectangle, over an element about the
+observer. The average is a product of two quadratures: Gauss-Legendre rules, whose number of nodes follows
+from the distance to the nearest corner (the size of an ellipse in the complex plane that contains no
+singularity), and beside the patch, where this ellipse is too small, tanh-sinh rules on both sides of the edge
+line. Errors: docs/evidence/analytic.md.
 """
 
 from collections.abc import Iterator
@@ -37,6 +36,9 @@ XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
 IN_CACHE = 16384  # number of points worked on at a time (measured: docs/evidence/analytic.md)
 LENGTHS = 1e-70, 1e70  # mm; coordinates may also be smaller, or 0
 BELOW_ONE = np.nextafter(1.0, 0.0)
+
+
+# --- rectangles ---
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def over(X: Interval, S: Interval) -> Rectangle:
     return rectangle(X, S, (R00, R01, R10, R11))
 
 
-# --- over a rectangle of the first quadrant ----------------------------------------------------------
+# --- over a rectangle of the first quadrant ---
 
 
 def fill(out: Array, rect: Rectangle) -> None:
@@ -170,7 +172,7 @@ def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
         )
 
 
-# --- scattered observers -----------------------------------------------------------------------------
+# --- scattered observers ---
 
 
 def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
@@ -244,7 +246,7 @@ def _straddling(patch: Patch, x: Array, s: Array) -> Array:
     return out
 
 
-# --- a grid of lags ------------------------------------------------------------------------------------
+# --- a grid of lags ---
 
 
 def over_lags(patch: Patch, n_x: int, n_s: int) -> Array:
@@ -279,6 +281,8 @@ def _grid(X: Interval, S: Interval) -> Rectangle:
     R = np.sqrt(x * x + s * s)
     return rectangle(X[:, None], S, (R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:]))
 
+
+# --- the hat of bilinear elements ---
 
 GAUSS_DIGITS = 17  # accuracy of the Gauss rules
 GAUSS = (2, 3, 4, 6, 8, 12, 16, 24)  # numbers of nodes of the Gauss rules

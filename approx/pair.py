@@ -1,6 +1,6 @@
-"""Two bodies in contact: approximations of one of them, or of the displacement difference of both.
+"""Approximations of the ICs of a body, and of the displacement difference of two bodies in contact.
 
-Approximations on a grid: ICs of all pairs of elements, sorted by lag along x and by strips.
+They are given at points, and on a grid for all pairs of elements, sorted by lag along x and by strips.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,6 +19,9 @@ from geometries.patches import Grid, Patch
 from geometries.surfaces import Surface
 
 Points = tuple[ArrayLike, ArrayLike]
+
+
+# --- at points ---
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,9 @@ class Pair:
         """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""
         of_bodies = {"upper": bool(self.upper.effective), "lower": bool(self.lower.effective)}
         return of_bodies[body] if body in of_bodies else bool(self.effective) or all(of_bodies.values())
+
+
+# --- on a grid ---
 
 
 def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:

@@ -3,10 +3,9 @@
 Without an outline a section is closed by a far arc or a hub (`geometries.bodies`), which is a convention.
 With one, it has the shape and the supports of a real body: a rail down to its foot, a wheel up to its hub.
 
-Outlines of standard rails below their heads, from the dimensions of the standards, clamped at the foot.
-
-They are in the axes of profiles: y to the field side, z up, from the top of the head. A standard gives a
-section more dimensions than are here; what the straight edges leave out is stated for each.
+`RAIL_SECTIONS` are standard rails below their heads, from the dimensions of the standards, clamped at the
+foot. They are in the axes of profiles: y to the field side, z up, from the top of the head. A standard gives
+a section more dimensions than are here; what the straight edges leave out is stated for each.
 """
 
 from collections.abc import Mapping
@@ -19,6 +18,8 @@ import numpy as np
 from geometries.arrays import Array, Mask
 from geometries.contours import Contour
 from geometries.errors import WrongInput
+
+# --- outlines ---
 
 SAME_PLACE = 1e-6  # of the size of an outline: points that are closer are the same
 CONTOUR_PIECES = 400  # straight pieces that stand for the contour where crossings are sought
@@ -238,6 +239,8 @@ def _first_crossing(boundary: Array) -> Array | None:
     first, second = pairs[0]
     return np.asarray(boundary[:, first] + share[first, second] * along[:, first])
 
+
+# --- standard rails ---
 
 STEEP, FLAT = 1 / 2.75, 1 / 14  # slopes of the fishing surfaces, and of the foot near its edge
 SIDE_SLOPE = 1 / 20  # of the sides of rail heads, y by z

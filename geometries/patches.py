@@ -1,6 +1,6 @@
-"""Loaded patches, and the offset lines along which displacements are evaluated.
+"""Loaded patches, lines of observers, and the grid of elements on which contact is solved.
 
-The grid of elements on which contact is solved, uniform in x and in arc length s.
+All lie on the contact surface, with x along it and the arc length s across; the grid is uniform in both.
 """
 
 from collections.abc import Iterable
@@ -11,6 +11,8 @@ import numpy as np
 
 from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput, require_numbers
+
+# --- directions and components ---
 
 DirectionName = Literal["x", "s", "n"]
 DIRECTIONS: tuple[DirectionName, ...] = get_args(DirectionName)  # names of the directions 0, 1, 2
@@ -33,6 +35,9 @@ def mirror_signs(direction: int) -> Array:
     """Return the signs that a reflection of a direction gives to the components (i, j) of ICs, (3, 3)."""
     signs = np.where(np.arange(3) == direction, -1.0, 1.0)
     return np.outer(signs, signs)
+
+
+# --- patches ---
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,9 @@ class Load:
     direction: int
 
 
+# --- lines ---
+
+
 @dataclass(frozen=True, eq=False)
 class OffsetLine:
     """Points on the surface along x (at fixed s) or along s (at fixed x); coordinates in mm."""
@@ -91,6 +99,9 @@ def line_along_s(x: float, s_range: tuple[float, float], n_points: int) -> Offse
     """Return the line at longitudinal distance x over a range of arc lengths."""
     s = np.linspace(*s_range, n_points)
     return OffsetLine(f"x = {x:g} mm", "s", np.full_like(s, x), s)
+
+
+# --- the grid ---
 
 
 @dataclass(frozen=True)

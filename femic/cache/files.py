@@ -1,8 +1,7 @@
-"""Atomic writing of result files: each is written under a temporary name, checked, and then moved.
+"""Files of results that appear whole or not at all, and their folders, each written by one run at a time.
 
-So a file is either complete or unchanged, even if other processes write it or this one is killed.
-
-The folders of results: checked before any work, and written by one run at a time.
+A file is written under a temporary name, checked, and then moved: it is either complete or unchanged, even if
+other processes write it or this one is killed. Folders are checked before any work.
 """
 
 from __future__ import annotations
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
 
 
 open_dataset = Late("xarray:open_dataset")
+
+
+# --- files ---
 
 UNFINISHED = ".unfinished."  # in the names of unfinished files
 
@@ -69,6 +71,8 @@ def remove_unfinished(folder: Path) -> None:
     for path in folder.glob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)
 
+
+# --- folders ---
 
 LOCK = ".femic.lock"
 FOLDERS = ("figures", "fields", "store")  # in results

@@ -1,6 +1,6 @@
-"""Threads of this program and of the numerical libraries.
+"""Parallel work: threads of this program and of the numerical libraries, and processes.
 
-Work in parallel processes that end when this one does, however it ends.
+Processes end when this one does, however it ends.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ from geometries.errors import Failure
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
+
+
+# --- threads ---
 
 AHEAD = 2  # calls per worker that are begun or finished before the result of the first of them is taken
 
@@ -70,6 +73,8 @@ def one_blas_thread() -> threadpool_limits:
     """
     return threadpool_limits(limits=1, user_api="blas")
 
+
+# --- processes ---
 
 SET_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG of prctl
 LOOK_EVERY = 0.5  # seconds between checks whether the parent still runs

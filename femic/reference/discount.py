@@ -17,7 +17,7 @@ height of the observer's contact centre over the load's. This translation is lef
 reciprocal, or loads at the contact centre would depend on phi-phi. Source: [BVSV] section 5.1;
 docs/theory/discount.md.
 
-Rules that determine the compliance M of the rigid-body discount, and so which motions count as rigid.
+A rule determines M, and so which motions count as rigid.
 
 - `SourceRule` makes ICs of one load comparable with ICs of half-spaces, as [BVSV] section 5.1 does: M has all
   of its entries, including the ones that bend a slender section under a load beside its crown.
@@ -45,6 +45,8 @@ from femic.reference.engine import Points
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.patches import Load, N, Patch, S, X
+
+# --- the compliance M and its rigid motions ---
 
 FX, FY, FZ, MOMENT = range(4)  # rows and columns of M; the first generalized forces
 TURN, SPIN = 4, 5  # further generalized forces: a moment about z, a moment about the axle
@@ -224,6 +226,8 @@ def _symmetric_entry(entry: Entry) -> Array:
     m[entry] = m[entry[::-1]] = 1.0
     return m
 
+
+# --- rules ---
 
 ELEMENTS_AWAY = 3  # distance in elements, centre to centre, at which the source has C_jj = A_jj
 Z = 2  # number of the global axis z

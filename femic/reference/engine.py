@@ -1,6 +1,4 @@
-"""Input and output of the engines: observers, raw displacements, and costs.
-
-An engine: a way to compute the displacements of loaded bodies, and the record of its properties.
+"""Engines: ways to compute the displacements of loaded bodies, with their input, output and properties.
 
 An engine is a folder with one record of the type `Engine`; `femic.reference.engines` lists them. All that
 depends on the engine reads its record, which says what the engine can do: ICs at points in any case, IC
@@ -21,6 +19,8 @@ from femic.reference.run_options import MESH_ORDER, RunOptions, Solved, Task
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.patches import Grid, Load, Patch
+
+# --- input and output ---
 
 SolverChoice = Literal["auto", "multigrid", "direct"]  # of the solid engine
 
@@ -138,6 +138,9 @@ class MatrixSpecification(Specification):
     spare_loads: tuple[Load, ...]
     spare_s: tuple[float, ...]
     given_domain: bool
+
+
+# --- the record of an engine ---
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,4 @@
-"""The record of the harmonic engine.
-
-The record of the solid engine.
-
-All engines by name: a new engine is a folder with a record, and an entry here.
-"""
+"""The records of the engines, and all engines by name: a new engine is a folder, and its record here."""
 
 from collections.abc import Callable, Mapping
 
@@ -23,6 +18,8 @@ from femic.reference.meshing import Cells
 from femic.reference.result import SAFETY
 from femic.reference.solid.pardiso import available as direct_available
 from geometries.patches import Patch
+
+# --- the harmonic engine ---
 
 HARMONIC_SAFETY = 2.0  # with it the estimate bounds 99 of 100 errors where C is known
 displacements = Late("femic.reference.harmonic.synthesis:displacements")
@@ -56,6 +53,8 @@ HARMONIC = Engine(
     comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),
 )
 
+
+# --- the solid engine ---
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
 FAR_RADIUS = 320.0  # mm, of the far arc, the same for all tolerances
@@ -101,6 +100,8 @@ SOLID = Engine(
     comparison=Comparison((1e-1, 3e-2, 1e-2), _solvers, colour="tab:red", marker="^"),
 )
 
+
+# --- all engines ---
 
 ENGINES: Mapping[str, Engine] = {engine.name: engine for engine in (HARMONIC, SOLID)}
 

@@ -1,11 +1,10 @@
-"""The scale of refinement, of which a tolerance is a share.
+"""The job of C at points: a body, a loaded patch, components, points, and the accuracy.
 
-The error of a component on a line is max |error of C|, divided by the larger of max |C_ij| and 0.05 max
-|C_nn| on that line, body by body. Without the floor, components that vanish or nearly vanish would be refined
-without end. Errors of approximations are not measured on this scale but as shares of C itself, however small
-C is, see `femic.ic_errors.error_measure`. Theory: docs/theory/errors.md.
-
-The job of C at points: a body, a loaded patch, components, points, and the accuracy.
+A tolerance is a share of the scale of refinement. The error of a component on a line is max |error of C|,
+divided by the larger of max |C_ij| and 0.05 max |C_nn| on that line, body by body. Without the floor,
+components that vanish or nearly vanish would be refined without end. Errors of approximations are not
+measured on this scale but as shares of C itself, however small C is, see `femic.ic_errors.error_measure`.
+Theory: docs/theory/errors.md.
 """
 
 from collections.abc import Iterable, Mapping
@@ -24,6 +23,8 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import Failure
 from geometries.patches import Load, N, Patch, indices
+
+# --- the scale of refinement ---
 
 FLOOR = 0.05  # least scale as a share of max |C_nn| on the line
 
@@ -57,6 +58,9 @@ class Shares:
     total: float
     component: str  # the component whose sum is worst
     line: str  # its line
+
+
+# --- the job ---
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,10 @@
-"""The only module that loads Gmsh: late, because Gmsh needs system libraries, and one model at a time.
+"""Meshing with Gmsh: the boundary of a section, the size of cells, and the cells that Gmsh has made.
 
-The cells of a mesh that Gmsh has made, and the numbers of its edges.
+The only module that loads Gmsh: late, because Gmsh needs system libraries, and one model at a time.
 
-The size of cells, by the same rule for sections and solids, as Gmsh's background field.
-
-The boundary of a section as Gmsh curves: contact contour, and far arc and hub, or an outline.
-
-The curves may deviate a little from the true contour; the meshes move their nodes onto it.
+The boundary of a section is a loop of Gmsh curves: contact contour, and far arc and hub, or an outline. The
+curves may deviate a little from the true contour; the meshes move their nodes onto it. The size of cells, by
+the same rule for sections and solids, is Gmsh's background field.
 """
 
 import ctypes
@@ -23,6 +21,8 @@ from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.contours import Contour
 from geometries.errors import Failure
+
+# --- Gmsh ---
 
 
 class MissingSystemLibrary(Failure):
@@ -75,83 +75,7 @@ def _ignore_closed_connections() -> None:
         set_handler(signal.SIGPIPE, signal.SIG_IGN.value)
 
 
-SIMPLEX = {2: (2, "triangles"), 3: (4, "tetrahedra")}  # Gmsh's number of a type of cells, by dimension
-
-
-def collected(gmsh: ModuleType, dimension: int, boundary: Iterable[int]) -> tuple[Array, Indices, Indices]:
-    """Points (3, n) [mm], cells (dimension + 1, m), and faces (dimension, k) of some boundary entities.
-
-    `boundary` holds the tags of these entities. Points that no cell uses are left out. Raises Failure where
-    Gmsh left other cells than triangles or tetrahedra.
-    """
-    number, name = SIMPLEX[dimension]
-    tags, xyz, _ = gmsh.model.mesh.getNodes()
-    types, _, nodes = gmsh.model.mesh.getElements(dimension)
-    if list(types) != [number]:
-        raise Failure(f"Gmsh left cells of types {list(types)} where {name} were expected")
-    used, flat = np.unique(nodes[0], return_inverse=True)
-    order = np.argsort(tags)
-    points = xyz.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]].T
-    faces = [
-        np.searchsorted(used, gmsh.model.mesh.getElements(dimension - 1, entity)[2][0]) for entity in boundary
-    ]
-    return points, flat.reshape(-1, dimension + 1).T, np.concatenate(faces).reshape(-1, dimension).T
-
-
-def edge_numbers(edges: Indices, pairs: Indices) -> Indices:
-    """Numbers of the columns of `edges` (2, n_edges) that join the vertices `pairs` (2, n), shape (n,)."""
-    n_vertices = int(edges.max()) + 1
-    keys = np.sort(edges, axis=0).astype(np.int64).T @ [n_vertices, 1]
-    order = np.argsort(keys)
-    return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n_vertices, 1], sorter=order)]
-
-
-ROUND_SHARE = 0.5  # largest cell over its distance from the axis of revolution
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2) [mm].
-
-    r is the distance from the nearest patch centre, d from the nearest point where results are read. In a
-    section d is the distance from the nearest end of a loaded strip, and there is no r.
-    """
-
-    smallest: float
-    growth: float
-    line_growth: float
-
-    def scaled(self, factor: float) -> "Cells":
-        """Cells that are `factor` times as large everywhere."""
-        return Cells(factor * self.smallest, factor * self.growth, factor * self.line_growth)
-
-
-def distance(gmsh: ModuleType, points: Array) -> int:
-    """Add a field of Gmsh, the distance to the nearest of points (3, n) [mm]; returns its number."""
-    tags = [gmsh.model.occ.addPoint(*point) for point in points.T]
-    gmsh.model.occ.synchronize()
-    field = gmsh.model.mesh.field.add("Distance")
-    gmsh.model.mesh.field.setNumbers(field, "PointsList", tags)
-    return int(field)
-
-
-def size_about_axis(body: Body) -> str:
-    """Formula of cells in proportion to the distance from the axis of a body of revolution."""
-    return f"{ROUND_SHARE:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)"
-
-
-def set_cell_size(gmsh: ModuleType, sizes: Sequence[str]) -> None:
-    """Set the size of cells to the least of some sizes, formulas of the fields F1, F2, ..."""
-    field = gmsh.model.mesh.field
-    evaluated = [field.add("MathEval") for _ in sizes]
-    for tag, formula in zip(evaluated, sizes, strict=True):
-        field.setString(tag, "F", formula)
-    size = field.add("Min")
-    field.setNumbers(size, "FieldsList", evaluated)
-    field.setAsBackgroundMesh(size)
-    for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
-
+# --- the boundary of a section ---
 
 SAMPLES_PER_CURVE = 81  # points of the contour per curve of Gmsh
 
@@ -226,3 +150,85 @@ def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) ->
         return int(occ.addLine(*ends))
     inner = [occ.addPoint(0, y, z) for y, z in contour.position(s[1:-1]).T]
     return int(occ.addSpline([ends[0], *inner, ends[1]]))
+
+
+# --- the size of cells ---
+
+ROUND_SHARE = 0.5  # largest cell over its distance from the axis of revolution
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2) [mm].
+
+    r is the distance from the nearest patch centre, d from the nearest point where results are read. In a
+    section d is the distance from the nearest end of a loaded strip, and there is no r.
+    """
+
+    smallest: float
+    growth: float
+    line_growth: float
+
+    def scaled(self, factor: float) -> "Cells":
+        """Cells that are `factor` times as large everywhere."""
+        return Cells(factor * self.smallest, factor * self.growth, factor * self.line_growth)
+
+
+def distance(gmsh: ModuleType, points: Array) -> int:
+    """Add a field of Gmsh, the distance to the nearest of points (3, n) [mm]; returns its number."""
+    tags = [gmsh.model.occ.addPoint(*point) for point in points.T]
+    gmsh.model.occ.synchronize()
+    field = gmsh.model.mesh.field.add("Distance")
+    gmsh.model.mesh.field.setNumbers(field, "PointsList", tags)
+    return int(field)
+
+
+def size_about_axis(body: Body) -> str:
+    """Formula of cells in proportion to the distance from the axis of a body of revolution."""
+    return f"{ROUND_SHARE:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)"
+
+
+def set_cell_size(gmsh: ModuleType, sizes: Sequence[str]) -> None:
+    """Set the size of cells to the least of some sizes, formulas of the fields F1, F2, ..."""
+    field = gmsh.model.mesh.field
+    evaluated = [field.add("MathEval") for _ in sizes]
+    for tag, formula in zip(evaluated, sizes, strict=True):
+        field.setString(tag, "F", formula)
+    size = field.add("Min")
+    field.setNumbers(size, "FieldsList", evaluated)
+    field.setAsBackgroundMesh(size)
+    for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
+
+
+# --- cells that Gmsh has made ---
+
+SIMPLEX = {2: (2, "triangles"), 3: (4, "tetrahedra")}  # Gmsh's number of a type of cells, by dimension
+
+
+def collected(gmsh: ModuleType, dimension: int, boundary: Iterable[int]) -> tuple[Array, Indices, Indices]:
+    """Points (3, n) [mm], cells (dimension + 1, m), and faces (dimension, k) of some boundary entities.
+
+    `boundary` holds the tags of these entities. Points that no cell uses are left out. Raises Failure where
+    Gmsh left other cells than triangles or tetrahedra.
+    """
+    number, name = SIMPLEX[dimension]
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    types, _, nodes = gmsh.model.mesh.getElements(dimension)
+    if list(types) != [number]:
+        raise Failure(f"Gmsh left cells of types {list(types)} where {name} were expected")
+    used, flat = np.unique(nodes[0], return_inverse=True)
+    order = np.argsort(tags)
+    points = xyz.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]].T
+    faces = [
+        np.searchsorted(used, gmsh.model.mesh.getElements(dimension - 1, entity)[2][0]) for entity in boundary
+    ]
+    return points, flat.reshape(-1, dimension + 1).T, np.concatenate(faces).reshape(-1, dimension).T
+
+
+def edge_numbers(edges: Indices, pairs: Indices) -> Indices:
+    """Numbers of the columns of `edges` (2, n_edges) that join the vertices `pairs` (2, n), shape (n,)."""
+    n_vertices = int(edges.max()) + 1
+    keys = np.sort(edges, axis=0).astype(np.int64).T @ [n_vertices, 1]
+    order = np.argsort(keys)
+    return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n_vertices, 1], sorter=order)]

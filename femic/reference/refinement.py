@@ -1,15 +1,12 @@
-"""The estimated errors of several bodies' ICs, and of their sum, as shares of the scale of refinement.
+"""Refinement: models are solved and refined until the estimated error of C meets the tolerance.
 
-Solve and refine models until the estimated error of C meets the tolerance.
-
-One driver serves C at points and on grids. Each body is refined until its own estimate meets the tolerance.
-Where the sum of both bodies is compared, refinement goes on until the sum meets it as well: the
-errors add up, while a component of the sum, and with it the scale, may be smaller than its parts. Each part
-of the error that is too large is reduced by as many steps as its order of convergence predicts: the mesh part
-with smaller cells, the truncation part with a larger domain, the wave part with more and larger wavenumbers.
-Boundaries that are given are supports of the body: they have no truncation part, and stay.
-
-C at points: the ICs of one loaded patch, refined until they meet the tolerance.
+One driver serves C at points (`references`) and on grids (`femic.reference.matrix.reference`). Each body is
+refined until its own estimate meets the tolerance. Where the sum of both bodies is compared, refinement goes
+on until the sum meets it as well: the errors add up, while a component of the sum, and with it the scale of
+refinement, may be smaller than its parts. Each part of the error that is too large is reduced by as many
+steps as its order of convergence predicts: the mesh part with smaller cells, the truncation part with a
+larger domain, the wave part with more and larger wavenumbers. Boundaries that are given are supports of the
+body: they have no truncation part, and stay.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,6 +37,8 @@ from femic.reference.run_options import (
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
+
+# --- errors of the bodies and of their sum ---
 
 Measure = Callable[[str, EstimatedICs], Shares]  # the estimated errors of a body's ICs on some scale
 
@@ -103,6 +102,8 @@ def worst_of(shares: Sequence[Shares]) -> Shares:
     parts = {part: max(getattr(row, part) for row in shares) for part in ("mesh", "truncation", "waves")}
     return replace(worst, **parts)
 
+
+# --- the driver ---
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
@@ -274,6 +275,9 @@ def _too_expensive(
         f"{settings.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a "
         "larger `tolerance` or `most_unknowns`, shorter lines, or only the components that matter"
     )
+
+
+# --- C at points ---
 
 
 def references(

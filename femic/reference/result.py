@@ -1,4 +1,4 @@
-"""The estimate of C's error, from models that are less accurate in one way each.
+"""C of one body at points, and the estimate of its error, from models less accurate in one way each.
 
 The solid engine solves every body on three models: fine, coarse (cells `COARSER` times as large) and small
 (the coarse cells in a domain half as large). The harmonic engine varies a single model: coarser cells, a
@@ -6,8 +6,6 @@ nearer far arc, and fewer wavenumbers. The differences give the parts of the est
 convergence index. The estimate assumes order 2 in the cell size, because the errors of meshes are partly
 random and two meshes may agree by chance; order 1 on the outline of the patch, where the traction is
 discontinuous; and order 1 in the domain size close to the far arc.
-
-C of one body at points with an estimate of its error, from solved models.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +23,8 @@ from femic.reference.run_options import COARSER, LARGER, TRUNCATION_ORDER, Level
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.patches import N, Patch
+
+# --- the estimate ---
 
 ESTIMATE_ORDER = 2  # in cell size, assumed by the estimate
 LOW_ORDER = 1  # assumed on the outline of the patch, and in 1 / domain size close to the far arc
@@ -124,6 +124,9 @@ def pooled(error: Array) -> Array:
     return np.where(np.isnan(error), np.nan, larger)
 
 
+# --- C of a body ---
+
+
 @dataclass(frozen=True)
 class Reference:
     """C of one body with its estimate, and the models that it comes from."""
@@ -186,6 +189,9 @@ def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
         raw[:, load.direction] = load_u[:, :n]
         rigid[:, load.direction] = rigid_part(compliance, job.body, job.points, load)
     return raw - rigid, raw, compliance
+
+
+# --- errors on the scale of refinement ---
 
 
 def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:

@@ -1,9 +1,7 @@
-"""Steps of refinement, and the orders at which errors fall with them.
+"""Levels of refinement, the models to be solved at them, and how: workers, the store, reports of progress.
 
 Errors of both engines are assumed to fall like h^3 and L^-2. Measured rates are h^3 for the solid engine, h^4
 for the harmonic engine, and L^-2 for both (docs/evidence/solid-engine.md, docs/evidence/harmonic-engine.md).
-
-Options for solving models: workers, the store, and reports of progress.
 """
 
 import os
@@ -12,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from femic.cache.store import Store
+
+# --- levels of refinement ---
 
 COARSER = 1.5  # cell size of a step over cell size of the next
 LARGER = 2.0  # domain size of a step over domain size of the previous one
@@ -41,6 +41,9 @@ def factors(level: Level) -> tuple[float, float]:
     return COARSER**-level.cells, LARGER**level.domain
 
 
+# --- models to be solved ---
+
+
 @dataclass(frozen=True)
 class Task:
     """A model of a job to be solved, and its largest size."""
@@ -68,6 +71,9 @@ class Step:
     stage: str
     wavenumbers: int = 0
     expected: int | None = None
+
+
+# --- how they are solved ---
 
 
 def _ignored(_: object) -> None:

@@ -1,12 +1,11 @@
-"""Files with more than one running surface: a rail beside its guard rail, a grooved rail.
+"""The axes of the points of a file, and its running surfaces.
 
-Two surfaces are separated by a groove, or by a wide gap between points.
+To which side y grows and where z points: as it was said, by the format, or from the shape. A running surface
+shows where z points: a rail's head is level and wide, its faces hang down from it; a wheel's flange is round
+and sticks out of the level tread, at the gauge side. To which side of a rail y grows does not show.
 
-To which side y grows and where z points: as it was said, by the format, or from the shape.
-
-A running surface shows where z points: a rail's head is level and wide, its faces hang down from it; a
-wheel's flange is round and sticks out of the level tread, at the gauge side. To which side of a rail y
-grows does not show.
+A file may have more than one running surface: a rail beside its guard rail, a grooved rail. Two surfaces are
+separated by a groove, or by a wide gap between points.
 """
 
 from collections.abc import Mapping
@@ -19,6 +18,8 @@ from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 from geometries.profiles.profile import Content, Height, Kind, Side
 from geometries.profiles.text import Rows, Source
+
+# --- running surfaces ---
 
 GROOVE = 20.0  # depth [mm] from which on a groove separates surfaces, below the lower of both
 OPENING = 25.0  # step in y [mm] without points that separates surfaces
@@ -81,6 +82,8 @@ def is_groove(points: Array) -> bool:
     undercut = np.max(np.maximum.accumulate(y) - y)
     return heads > 1 and bool(np.ptp(points[1]) <= DEEPEST and undercut <= UNDERCUT)
 
+
+# --- axes ---
 
 CHOICES: Mapping[str, str] = MappingProxyType(
     {
@@ -207,7 +210,7 @@ def _origins(kind: Kind, axes: Axes, given: Axes, stated: Axes) -> list[str]:
     return notes
 
 
-# --- the shape -------------------------------------------------------------------------------------
+# --- the shape ---
 
 
 def axes_by_shape(kind: Kind, points: Array) -> Axes:

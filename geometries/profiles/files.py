@@ -1,11 +1,10 @@
-"""Two columns, y and z, and nothing else; the columns of GENSYS are such files, too.
-
-Rows are separated by line ends, columns by blanks, commas or semicolons. `#`, `!`, `%` and quotation
-marks start comments.
-
-Profiles from files and to files: what a file says, what has to be given, and what was done.
+"""Profiles from files and to files: what a file says, what has to be given, and what was done.
 
 Formats: two columns, spline blocks, MiniProf. `docs/reference/profiles.md` has them for users.
+
+Files of two columns have y and z, and nothing else; the columns of GENSYS are such files, too. Rows are
+separated by line ends, columns by blanks, commas or semicolons. `#`, `!`, `%` and quotation marks start
+comments.
 """
 
 import math
@@ -37,18 +36,7 @@ from geometries.profiles.text import (
     uncommented,
 )
 
-COMMENTS = "#!%\"'"
-
-
-def read_columns(source: Source) -> Content:
-    """Points of a file of two columns; unit and axes are not stated."""
-    points, lines = [], []
-    for line, text in enumerate(source.lines, 1):
-        if content := uncommented(text, COMMENTS):
-            points.append(point(source, line, *row(source, line, content, range(2, 3))))
-            lines.append(line)
-    return Content(rows_of(source, points, lines), kind_by_name(source))
-
+# --- profiles ---
 
 LEAST_POINTS = 4
 WIDTHS = (1.0, 1000.0)  # of a profile [mm]: others are an error of the unit
@@ -268,3 +256,18 @@ def _check_crossing(source: Source, rows: Rows) -> None:
         f"the contour crosses itself: with lines {rows.lines[k]} to {rows.lines[k + 1]}; sort the points "
         "along the surface, or delete wrong ones",
     )
+
+
+# --- two columns ---
+
+COMMENTS = "#!%\"'"
+
+
+def read_columns(source: Source) -> Content:
+    """Points of a file of two columns; unit and axes are not stated."""
+    points, lines = [], []
+    for line, text in enumerate(source.lines, 1):
+        if content := uncommented(text, COMMENTS):
+            points.append(point(source, line, *row(source, line, content, range(2, 3))))
+            lines.append(line)
+    return Content(rows_of(source, points, lines), kind_by_name(source))

@@ -4,7 +4,7 @@ A contour has its own axes: the origin at the contact centre, y and z as in the 
 Inclinations are limited (85 degrees by the harmonic engine): where a curve is steeper, the contour ends, and
 the body continues along its tangent there.
 
-Contours of contact from profiles as splines, exact pieces included: models are known by their numbers.
+`spline_contour` makes splines of all curves, exact pieces included: models are known by their numbers.
 """
 
 from dataclasses import dataclass
@@ -23,6 +23,8 @@ from geometries.profiles.preparation import Prepared
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
+
+# --- contours ---
 
 STEEPEST = float(np.radians(85.0))  # [rad], of the harmonic engine
 SAMPLES_PER_MM = 50  # of arc length, among which ends and crossings are sought
@@ -175,6 +177,8 @@ def _lateral(curve: Curve, s: float) -> float:
     """Return the lateral position [mm] at arc length s [mm]."""
     return float(curve.position(np.array(s))[0])
 
+
+# --- contours as splines ---
 
 SPACING = 0.5  # mm: the error of an arc of 13 mm is 1e-12 mm, that of its curvature 1e-10 of it
 

@@ -1,12 +1,11 @@
-"""Whether a polyline crosses or touches itself: boxes about runs of segments, halved level by level.
-
-Preparation of profiles: from points of a section to a smooth curve by arc length.
+"""Preparation of profiles: from points of a section to a smooth curve by arc length.
 
 A curve goes through the points (tolerance 0: a cubic spline over the chord length, so y may fall), or near
 them (a smoothing spline, see `geometries.profiles.smoothing`). What was done is recorded in `notes`. Both
 commute with motions, mirror images and the direction in which the points run.
 
-What looks like noise in a profile: last decimals that bend the curve, radii far below real ones.
+`noise` says what looks like noise in a profile: last decimals that bend the curve, radii far below real ones.
+`first_crossing` finds out whether points cross or touch themselves.
 """
 
 from dataclasses import dataclass
@@ -31,80 +30,7 @@ from geometries.profiles.smoothing import (
     with_rms,
 )
 
-PAIRS_PER_SEGMENT = 8  # of boxes that overlap on one level; a contour has about 3
-PAIRS_LOOKED_AT = 20_000  # where there are more
-
-
-class Entangled(Exception):
-    """More boxes overlap than can be looked at, and no crossing was found among the first of them."""
-
-
-def first_crossing(points: Array) -> tuple[int, int] | None:
-    """Numbers of two segments of a polyline (2, n) that meet without being neighbours, or None.
-
-    Segment k joins the points k and k + 1. The polyline is in a binary tree of bounding boxes; pairs
-    of boxes that overlap are halved until single segments are left. For a contour without crossings this
-    takes O(n log n). Raises Entangled where too many boxes overlap.
-    """
-    boxes = _tree(points)
-    most = PAIRS_PER_SEGMENT * points.shape[1] + 1000
-    complete = True
-    a, b = np.array([0]), np.array([0])
-    for level in boxes[1:]:
-        a, b = _halved(a, b, level)
-        if len(a) > most:
-            complete = False
-            a, b = a[:PAIRS_LOOKED_AT], b[:PAIRS_LOOKED_AT]
-    apart = b - a > 1
-    a, b = a[apart], b[apart]
-    meeting = np.flatnonzero(_meet(points, a, b))
-    if len(meeting):
-        k = meeting[np.lexsort([b[meeting], a[meeting]])[0]]
-        return int(a[k]), int(b[k])
-    if not complete:
-        raise Entangled
-    return None
-
-
-def _tree(points: Array) -> list[Array]:
-    """Boxes (least y, least z, largest y, largest z) of runs of segments, root first, each (4, m)."""
-    low = np.minimum(points[:, :-1], points[:, 1:])
-    high = np.maximum(points[:, :-1], points[:, 1:])
-    levels = [np.concatenate([low, high])]
-    while levels[-1].shape[1] > 1:
-        boxes = levels[-1]
-        if boxes.shape[1] % 2:
-            boxes = np.concatenate([boxes, boxes[:, -1:]], axis=1)
-            # a copy of the last box keeps the tree whole; _halved leaves it out
-        low = np.minimum(boxes[:2, ::2], boxes[:2, 1::2])
-        high = np.maximum(boxes[2:, ::2], boxes[2:, 1::2])
-        levels.append(np.concatenate([low, high]))
-    return levels[::-1]
-
-
-def _halved(a: Indices, b: Indices, boxes: Array) -> tuple[Indices, Indices]:
-    """Pairs a <= b of overlapping boxes of the next level, out of pairs of this one."""
-    a, b = (
-        np.concatenate([2 * a, 2 * a, 2 * a + 1, 2 * a + 1]),
-        np.concatenate([2 * b, 2 * b + 1, 2 * b, 2 * b + 1]),
-    )
-    valid = (a <= b) & (b < boxes.shape[1])
-    a, b = a[valid], b[valid]
-    overlap = np.all((boxes[:2, a] <= boxes[2:, b]) & (boxes[:2, b] <= boxes[2:, a]), axis=0)
-    return a[overlap], b[overlap]
-
-
-def _meet(points: Array, a: Indices, b: Indices) -> Mask:
-    """Whether segments a and b, whose boxes overlap, have a point in common, (m,)."""
-    p, q, r, s = points[:, a], points[:, a + 1], points[:, b], points[:, b + 1]
-    across = _side(p, q, r) * _side(p, q, s) <= 0
-    return across & (_side(r, s, p) * _side(r, s, q) <= 0)
-
-
-def _side(p: Array, q: Array, r: Array) -> Array:
-    """Sign of the side of the line from p to q on which r lies, (m,)."""
-    return np.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
-
+# --- curves ---
 
 CROSS_VALIDATION = "cross-validation"
 LEAST_POINTS = 8
@@ -218,45 +144,6 @@ def equal_steps(length: float, spacing: float) -> Array:
     return np.linspace(0, length, int(np.ceil(length / spacing * (1 - 1e-9))) + 1)
 
 
-@dataclass(frozen=True, eq=False)
-class ProfileFigure:
-    """All that a figure needs to show how a profile was understood; see `figure_of`."""
-
-    name: str
-    points: Array  # (y, z) [mm] as given, (2, n)
-    places: Array  # arc lengths [mm] of the points, (n,)
-    residual: Array  # distances [mm] of the points from the curve, positive on its upper side, (n,)
-    s: Array  # arc lengths [mm], (m,)
-    curve: Array  # (y, z) [mm] at s, (2, m)
-    inclination: Array  # [rad] at s, (m,)
-    curvature: Array  # [1/mm] at s, (m,)
-    curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
-    rounding: str  # what the last decimals do to the curve, and a tolerance to take; or nothing
-    notes: tuple[str, ...]  # sentences
-
-
-def figure_of(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
-    """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
-
-    The curve is given at steps of at most `spacing` [mm].
-    """
-    s = equal_steps(prepared.length, spacing)
-    noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
-    curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
-    measured = prepared.points, prepared.places, prepared.residual
-    return ProfileFigure(
-        prepared.name,
-        *measured,
-        s,
-        curve,
-        inclination,
-        curvature,
-        noise,
-        advice(prepared),
-        prepared.notes,
-    )
-
-
 def _check_tolerance(tolerance: float | str) -> None:
     """Raise WrongInput unless it is a length or the name of the rule."""
     if tolerance == CROSS_VALIDATION:
@@ -306,6 +193,48 @@ def _said(smoothing: Smoothing, residual: Array) -> str:
     )
 
 
+# --- figures and noise ---
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileFigure:
+    """All that a figure needs to show how a profile was understood; see `figure_of`."""
+
+    name: str
+    points: Array  # (y, z) [mm] as given, (2, n)
+    places: Array  # arc lengths [mm] of the points, (n,)
+    residual: Array  # distances [mm] of the points from the curve, positive on its upper side, (n,)
+    s: Array  # arc lengths [mm], (m,)
+    curve: Array  # (y, z) [mm] at s, (2, m)
+    inclination: Array  # [rad] at s, (m,)
+    curvature: Array  # [1/mm] at s, (m,)
+    curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
+    rounding: str  # what the last decimals do to the curve, and a tolerance to take; or nothing
+    notes: tuple[str, ...]  # sentences
+
+
+def figure_of(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
+    """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
+
+    The curve is given at steps of at most `spacing` [mm].
+    """
+    s = equal_steps(prepared.length, spacing)
+    noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
+    curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
+    measured = prepared.points, prepared.places, prepared.residual
+    return ProfileFigure(
+        prepared.name,
+        *measured,
+        s,
+        curve,
+        inclination,
+        curvature,
+        noise,
+        advice(prepared),
+        prepared.notes,
+    )
+
+
 LEAST_RADIUS = 2.0  # mm: the package has 11 mm and more, edges below railheads 2.6 mm; less looks like noise
 USUAL = 0.01  # mm: a tolerance for measured points
 
@@ -332,3 +261,80 @@ def noise(figure: ProfileFigure) -> str:
 def radius_text(figure: ProfileFigure, at: int) -> str:
     """Return the radius of curvature [mm] at a place of a figure."""
     return f"{1 / abs(figure.curvature[at]):.3g}"
+
+
+# --- crossings ---
+
+PAIRS_PER_SEGMENT = 8  # of boxes that overlap on one level; a contour has about 3
+PAIRS_LOOKED_AT = 20_000  # where there are more
+
+
+class Entangled(Exception):
+    """More boxes overlap than can be looked at, and no crossing was found among the first of them."""
+
+
+def first_crossing(points: Array) -> tuple[int, int] | None:
+    """Numbers of two segments of a polyline (2, n) that meet without being neighbours, or None.
+
+    Segment k joins the points k and k + 1. The polyline is in a binary tree of bounding boxes; pairs
+    of boxes that overlap are halved until single segments are left. For a contour without crossings this
+    takes O(n log n). Raises Entangled where too many boxes overlap.
+    """
+    boxes = _tree(points)
+    most = PAIRS_PER_SEGMENT * points.shape[1] + 1000
+    complete = True
+    a, b = np.array([0]), np.array([0])
+    for level in boxes[1:]:
+        a, b = _halved(a, b, level)
+        if len(a) > most:
+            complete = False
+            a, b = a[:PAIRS_LOOKED_AT], b[:PAIRS_LOOKED_AT]
+    apart = b - a > 1
+    a, b = a[apart], b[apart]
+    meeting = np.flatnonzero(_meet(points, a, b))
+    if len(meeting):
+        k = meeting[np.lexsort([b[meeting], a[meeting]])[0]]
+        return int(a[k]), int(b[k])
+    if not complete:
+        raise Entangled
+    return None
+
+
+def _tree(points: Array) -> list[Array]:
+    """Boxes (least y, least z, largest y, largest z) of runs of segments, root first, each (4, m)."""
+    low = np.minimum(points[:, :-1], points[:, 1:])
+    high = np.maximum(points[:, :-1], points[:, 1:])
+    levels = [np.concatenate([low, high])]
+    while levels[-1].shape[1] > 1:
+        boxes = levels[-1]
+        if boxes.shape[1] % 2:
+            boxes = np.concatenate([boxes, boxes[:, -1:]], axis=1)
+            # a copy of the last box keeps the tree whole; _halved leaves it out
+        low = np.minimum(boxes[:2, ::2], boxes[:2, 1::2])
+        high = np.maximum(boxes[2:, ::2], boxes[2:, 1::2])
+        levels.append(np.concatenate([low, high]))
+    return levels[::-1]
+
+
+def _halved(a: Indices, b: Indices, boxes: Array) -> tuple[Indices, Indices]:
+    """Pairs a <= b of overlapping boxes of the next level, out of pairs of this one."""
+    a, b = (
+        np.concatenate([2 * a, 2 * a, 2 * a + 1, 2 * a + 1]),
+        np.concatenate([2 * b, 2 * b + 1, 2 * b, 2 * b + 1]),
+    )
+    valid = (a <= b) & (b < boxes.shape[1])
+    a, b = a[valid], b[valid]
+    overlap = np.all((boxes[:2, a] <= boxes[2:, b]) & (boxes[:2, b] <= boxes[2:, a]), axis=0)
+    return a[overlap], b[overlap]
+
+
+def _meet(points: Array, a: Indices, b: Indices) -> Mask:
+    """Whether segments a and b, whose boxes overlap, have a point in common, (m,)."""
+    p, q, r, s = points[:, a], points[:, a + 1], points[:, b], points[:, b + 1]
+    across = _side(p, q, r) * _side(p, q, s) <= 0
+    return across & (_side(r, s, p) * _side(r, s, q) <= 0)
+
+
+def _side(p: Array, q: Array, r: Array) -> Array:
+    """Sign of the side of the line from p to q on which r lies, (m,)."""
+    return np.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))

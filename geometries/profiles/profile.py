@@ -1,6 +1,6 @@
-"""A section of a rail or a wheel as points, in the axes that all profiles have here.
+"""Profiles: sections of rails and wheels as points, in the axes that all profiles have here.
 
-What a file of a profile says: its points, and what its format or header states about them.
+`Content` is what a file of a profile says: its points, and what its format or header states about them.
 """
 
 from collections.abc import Mapping
@@ -22,6 +22,8 @@ from geometries.profiles.text import (
     shortened,
     split_columns,
 )
+
+# --- profiles ---
 
 Kind = Literal["rail", "wheel"]
 
@@ -45,6 +47,8 @@ class Profile:
     notes: tuple[str, ...] = ()
     steps: Array | None = None
 
+
+# --- what files say ---
 
 Written = tuple[str, str]  # y and z of a point
 Side = Literal["field", "centre"]

@@ -1,6 +1,4 @@
-"""The last decimals of coordinates, from the text of a file: their rounding errors become curvature.
-
-What the last decimals of a file do to the curve, and to the pressure of a contact on it.
+"""The last decimals of coordinates in a file: what their rounding does to curve and pressure of a contact.
 
 Rounding to steps q leaves errors of rms sigma = q / sqrt(12). A cubic spline through points at the spacing h
 makes of independent errors slopes of rms SLOPE sigma / h and curvatures of rms CURVATURE sigma / h^2, means
@@ -29,6 +27,8 @@ if TYPE_CHECKING:
     from geometries.profiles.placement import Curve
     from geometries.profiles.preparation import Prepared
 
+
+# --- steps of decimals ---
 
 AROUND = 21  # coordinates among which the last decimal is sought
 SHARE = 0.4  # of them that may have a finer one: nine of ten numbers do not end in 0
@@ -67,6 +67,8 @@ def _regular(values: Array) -> Array:
     equal = (low * high > 0) & (high - low <= SAME_STEP * np.abs(high))
     return np.append(equal, equal[-1:])
 
+
+# --- what rounding does ---
 
 ROUNDING = 1 / np.sqrt(12)  # rms error of rounding, as a share of the last decimal
 SLOPE, CURVATURE = 1.573, 3.789  # of cubic splines: integrals over their response to white noise

@@ -64,7 +64,7 @@ def read_spline_block(source: Source) -> Content:
     return Content(rows, kind, unit, "units.len.f" in block.keys, "field", "down", tuple(notes))
 
 
-# --- the text --------------------------------------------------------------------------------------
+# --- the text ---
 
 
 def _parse(source: Source) -> Block:
@@ -134,7 +134,7 @@ def _uncommented(line: str) -> str:
     return line.strip()
 
 
-# --- the keys --------------------------------------------------------------------------------------
+# --- the keys ---
 
 
 def _values(source: Source, keys: Mapping[str, tuple[int, str]]) -> dict[str, float]:
@@ -190,7 +190,7 @@ def _remarks(block: Block, values: Mapping[str, float]) -> list[str]:
     return notes
 
 
-# --- what is done with the points ------------------------------------------------------------------
+# --- what is done with the points ---
 
 
 def _process(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:
@@ -258,7 +258,7 @@ def _order_note(rows: Rows, kind: Kind | None) -> list[str]:
     return [f"The points go the other way than in most files of {kind}s, which have {usual} y."]
 
 
-# --- writing ---------------------------------------------------------------------------------------
+# --- writing ---
 
 
 def block_text(profile: Profile) -> str:

@@ -1,13 +1,12 @@
-"""Standard profiles from their published definitions, as exact pieces.
+"""Profiles of the package by name: standard ones, exact, and worn ones, from files of the package.
 
-To add one, write its pieces in the axes of profiles (y to the field side, z up) and register it:
+To add a standard profile from its published definition, write its pieces in the axes of profiles (y to the
+field side, z up) and register it:
 
     STANDARDS["name"] = Standard("rail", "title", "source", pieces)
 
 What is here has been checked by what its definition leaves over: radii, joints, widths and heights of a
 standard are more numbers than its shape has freedoms.
-
-Profiles of the package by their names: standard ones, exact, and worn ones, from files of the package.
 
 To add a worn one, put its file (`.prr`, `.prw`) into `worn` and register it:
 
@@ -35,6 +34,8 @@ from geometries.profiles.pieces import (
 )
 from geometries.profiles.preparation import Prepared, prepare
 from geometries.profiles.profile import Kind, Profile
+
+# --- standard profiles ---
 
 FLANGE_SLOPE = 2.747477419  # of the flange face of EN 13715, tan 70 degrees
 FLANGE_HEIGHT_AT_0 = 93.576667419  # z [mm] of the line of the flange face at y = 0
@@ -203,6 +204,8 @@ STANDARDS: dict[str, Standard] = {
 }
 
 
+# --- worn profiles ---
+
 FOLDER = Path(__file__).parent / "worn"
 LAW = "the law in docs/theory/wheel-on-rail.md"
 
@@ -245,6 +248,10 @@ WORN: Mapping[str, Worn] = MappingProxyType(
         ),
     }
 )
+
+
+# --- all by name ---
+
 NAMED: Mapping[str, Standard | Worn] = MappingProxyType({**STANDARDS, **WORN})
 
 

@@ -1,6 +1,6 @@
-"""Text files of profiles: lines, comments and numbers; errors name the file and the line.
+"""Text files of profiles: lines, comments, numbers and points; errors name the file and the line.
 
-Points with the lines of the file they came from, and what is left out of them.
+Points keep the lines they came from; repeated ones and zigzags are left out.
 """
 
 import math
@@ -12,6 +12,8 @@ import numpy as np
 
 from geometries.arrays import Array, Indices, Mask
 from geometries.errors import WrongInput
+
+# --- lines and numbers ---
 
 MAX_BYTES = 20_000_000  # of a file; the largest measured profiles have less than 1 MB
 MAX_POINTS = 200_000
@@ -128,6 +130,8 @@ def shortened(text: str) -> str:
     """Text in quotes, cut to what fits into a message."""
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
+
+# --- points ---
 
 DUPLICATE = 1e-6  # distance [mm] below which two points are one
 NEAREST, NEAR = 5e-3, 0.02  # mm and share of the median spacing: the lower is the least distance of points

@@ -1,10 +1,11 @@
-"""Curves of profiles in their places: what the search for touching points needs, and samples.
+"""Curves of profiles in their places: for the search of touching points, as samples, and as functions z(y).
 
 A search asks for one point after the other. Curves by arc length are slow at that (each point inverts an
 integral), so their places carry `Quintics`: polynomials with the curve's own points, tangents and curvatures
 at close arc lengths.
 
-Parts of a sampled curve that are functions z(y): a rail seen from above, a wheel seen from below.
+`Graph` is a part of a sampled curve that is a function z(y): of a rail seen from above, of a wheel seen from
+below.
 """
 
 import math
@@ -18,6 +19,8 @@ from numpy.typing import ArrayLike
 from geometries.arrays import Array
 from geometries.profiles.placement import Curve
 from geometries.profiles.preparation import Prepared
+
+# --- places ---
 
 PIECE = 0.05  # mm of arc length: the longest polynomial; an arc of the radius R is missed by 3e-13 mm^6 / R^5
 LEAST_PIECE = 1e-3  # mm: shorter ones would carry the rounding of points into tangents
@@ -150,6 +153,9 @@ class Moved:
         return np.clip(np.asarray(t, dtype=float), 0.0, self.pieces.length)
 
 
+# --- samples ---
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Arc lengths (n,), points and unit tangents (2, n) of a curve."""
@@ -172,6 +178,8 @@ def sampled(curve: Moved, spacing: float) -> Samples:
     t = np.linspace(first, last, int(np.ceil((last - first) / spacing)) + 1)
     return Samples(t, curve.position(t), curve.tangent(t))
 
+
+# --- graphs ---
 
 STEEPEST = np.radians(85)  # steeper parts are no part of a graph, and may be a flange back
 

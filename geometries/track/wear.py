@@ -11,8 +11,7 @@ depth worn off along the normal is
 with the worn section V [mm^2] of a profile, N steps, and contacts k of the weights w_k, sum 1, under one
 load: the area O of their overlap is the same. Contacts are sought again after each step.
 
-The worn pair of the package: wheel S1002 and rail 60E1, inclined 1:40, worn by each other.
-
+`worn_pair` is the pair of the package: wheel S1002 and rail 60E1, inclined 1:40, worn by each other.
 `tools/worn_profiles.py` writes it to the files of `geometries.profiles.standards`.
 """
 
@@ -29,6 +28,8 @@ from geometries.profiles.smoothing import chord_lengths
 from geometries.profiles.standards import standard
 from geometries.track.curves import Graph, Moved, Samples, graphs, turned
 from geometries.track.layout import Layout, Side, TrackDimensions, WheelsetDimensions, lay_out
+
+# --- the law ---
 
 CUT_OFF = 2.0  # standard deviations of the shift on straight track
 HEIGHT_STEPS, HEIGHT_ROUNDING = 60, 1e-10  # Newton's method for the height of a wheel [mm]
@@ -83,6 +84,9 @@ class WearLaw:
             [(1 - self.curving) / self.straight_samples, self.curving / self.curve_samples],
             [self.straight_samples, self.curve_samples],
         )
+
+
+# --- wear ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,6 +270,8 @@ def _back(curve: Moved, points: Array) -> Array:
     """Return points of a side in the axes of the profile, (2, n)."""
     return turned(points - np.array(curve.offset)[:, None], -curve.angle)
 
+
+# --- the worn pair of the package ---
 
 TRACK = TrackDimensions(gauge=1435.0, gauge_depth=14.0, rail_inclination=1 / 40)
 WHEELSET = WheelsetDimensions(flange_back_distance=1360.0, nominal_radius=460.0, flange_back=-70.0)

@@ -1,6 +1,6 @@
 """The position of a wheelset: its roll and height follow from both wheels touching their rails.
 
-A wheelset at many shifts: curves of its radii and angles, and the jumps of its touching points.
+`settle` finds it at one shift, `over_shifts` at many, with the jumps of the touching points between them.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +15,8 @@ from geometries.errors import Failure, WrongInput
 from geometries.track.curves import STEEPEST, Moved, turned
 from geometries.track.layout import Layout, Side
 from geometries.track.touching import Minimum, followed_to, gap_minima, posed
+
+# --- one shift ---
 
 ROLL_STEP = 1e-3  # rad: the search of the roll goes outwards in such steps at most
 ROLL_STEPS = 200
@@ -338,6 +340,8 @@ def _unusual(name: SideName, side: Side, touch: Touch) -> tuple[str, ...]:
         )
     return tuple(f"the {name} wheel {note}" for note in notes)
 
+
+# --- many shifts ---
 
 MOVE = 0.2  # mm along rail or wheel: a touching point that moves more within JUMP_WIDTH jumps
 JUMP_WIDTH = 1e-6  # mm of shift

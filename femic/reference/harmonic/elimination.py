@@ -1,24 +1,21 @@
-"""An order in which the nodes of a section are eliminated, with little fill: nested dissection of its cells.
-
-Cells are halved again and again. A node is eliminated with the smallest part that has all of its cells: so
-parts side by side do not know of each other, and what is left of a part are the nodes on its boundary
-(A. George, SIAM J. Numer. Anal. 10, 1973, 345-363). Cells grow with the distance from the load: besides lines
-in four directions, circles round the smallest cell separate halves with few nodes in common.
-
-The fronts of a section: dense matrices that amplitudes are eliminated from, part by part of its cells.
-
-The front of a leaf has the matrices of its cells, that of a whole what the elimination of its halves leaves.
-A row of the border, forces of loads or what observers see, joins a front with the amplitudes that are
-eliminated there. So all places are known before the first wavenumber is solved.
-
-Elimination of amplitudes from the equations of a section, at several wavenumbers at once.
+"""Elimination of amplitudes from the equations of a section, at several wavenumbers at once.
 
 The bordered matrix is M = [[K, F], [G, 0]], with K(k) = K0 + k K1 + k^2 K2, forces F of loads and rows G of
 observers. All amplitudes but the retained ones are eliminated: what is left of M are the condensed equations
 of the retained amplitudes, with the effect of the loads on them and their effect on the observers. The method
 is multifrontal (I. S. Duff, J. K. Reid, ACM Trans. Math. Softw. 9, 1983, 302-325): dense matrices, the
-`fronts`, are the same for all wavenumbers. Pivots need no exchange between fronts: where the retained
+fronts, are the same for all wavenumbers. Pivots need no exchange between fronts: where the retained
 amplitudes and those of other parts are held, K is positive definite.
+
+Nested dissection gives an order with little fill. Cells are halved again and again. A node is eliminated with
+the smallest part that has all of its cells: so parts side by side do not know of each other, and what is left
+of a part are the nodes on its boundary (A. George, SIAM J. Numer. Anal. 10, 1973, 345-363). Cells grow with
+the distance from the load: besides lines in four directions, circles round the smallest cell separate halves
+with few nodes in common.
+
+The front of a leaf has the matrices of its cells, that of a whole what the elimination of its halves leaves.
+A row of the border, forces of loads or what observers see, joins a front with the amplitudes that are
+eliminated there. So all places are known before the first wavenumber is solved.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,6 +28,8 @@ from scipy.sparse import csr_matrix
 
 from femic.reference.harmonic.section_model import SectionModel
 from geometries.arrays import Array, Indices, Mask
+
+# --- nested dissection ---
 
 CELLS_OF_A_LEAF = 4  # up to which parts are not halved: more cells have larger, fewer matrices
 
@@ -105,6 +104,8 @@ def _in_a_row(nodes: Indices, places: Array) -> Indices:
     at = places[:, nodes]
     return nodes[np.argsort(at[np.argmax(np.ptp(at, axis=1))], kind="stable")] if len(nodes) else nodes
 
+
+# --- fronts ---
 
 MOST_RUNS = 12  # of consecutive places up to which blocks are added one by one
 
@@ -301,6 +302,8 @@ def _runs(places: Indices) -> list[tuple[slice, slice]]:
         if high > low
     ]
 
+
+# --- elimination ---
 
 MOST_NUMBERS = 48_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
 MOST_TOGETHER = 8  # wavenumbers: more are not faster

@@ -1,25 +1,19 @@
-"""The expected wavenumbers of a request, counted on a half-space under the same loads.
-
-The responses of the half-space are known in closed form, so the search for wavenumbers takes no mesh and a
-tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
-many (measured).
-
-The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
+"""The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
 
 The section of a body is the same everywhere along x (round its axis). A load that varies as cos(k x) causes
 u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitudes on the section
-(`section_model`). For a load along x sines and cosines are exchanged: its K is K(-k), which is K(k) with the
-sign of U changed. So one factorisation per wavenumber serves all loads. On a closed body of revolution k = m
-/ R_roll. Sections that are their own mirror image are halved, with even and odd fields. `synthesis` computes
-displacements anywhere along x from the responses. Theory: docs/theory/reference.md.
+(`femic.reference.harmonic.section_model`). For a load along x sines and cosines are exchanged: its K is
+K(-k), which is K(k) with the sign of U changed. So one factorisation per wavenumber serves all loads. On a
+closed body of revolution k = m / R_roll. Sections that are their own mirror image are halved, with even and
+odd fields. `femic.reference.harmonic.synthesis` computes displacements anywhere along x from the responses.
+Theory: docs/theory/reference.md.
 
-Solve the models of the harmonic engine one after the other, each in parallel, and store them.
-
-The expected cost of a model of the harmonic engine, before it is solved.
-
-Its section is meshed and its wavenumbers are counted on a half-space, which takes a second. Seconds and
-memory follow laws that were fitted on one machine of 2 cores (docs/how-to/matrix.md): their ratios are more
-reliable than their values.
+Models are solved one after the other, each in parallel, and stored. Their cost is known before: the section
+is meshed, and its wavenumbers are counted on a half-space under the same loads, which takes a second. The
+responses of the half-space are known in closed form, so the search for its wavenumbers takes no mesh and a
+tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
+many (measured). Seconds and memory follow laws that were fitted on one machine of 2 cores
+(docs/how-to/matrix.md): their ratios are more reliable than their values.
 """
 
 import os
@@ -55,58 +49,12 @@ from geometries.arrays import Array
 from geometries.materials import one_body
 from geometries.patches import Patch
 
-OBSERVERS = 60  # about as many observers are taken
-DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
-
-
-def expected_samples(request: HarmonicRequest) -> Samples:
-    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
-    loads, observed = request.loads, request.observed
-    chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
-    accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
-    directions = [load.direction for load in loads]
-    return sample(
-        request.axis,
-        _half_space(request, observed[chosen]),
-        SINES[:, directions].T[..., None],
-        min(load.patch.a for load in loads),
-        accuracy,
-    )
-
-
-def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
-    """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
-
-    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
-    k = 0.
-    """
-    loads, body = request.loads, request.body
-    half_space = HalfSpace(one_body(body.material, body.side))
-    distances = np.stack([s - load.patch.s for load in loads])  # (load, observer)
-    half_width = np.broadcast_to([[load.patch.b] for load in loads], distances.shape)
-    pairs = np.stack([half_width, distances], axis=-1).reshape(-1, 2) / (unit := np.min(half_width))
-    distinct_pairs, pair_numbers = np.unique(pairs.round(DISTANCE_DIGITS), axis=0, return_inverse=True)
-    direction = np.array([[load.direction] for load in loads])
-
-    def responses(wavenumbers: Sequence[float]) -> list[Array]:
-        k = np.hypot(np.array(wavenumbers), 1 / body.domain.far_radius)
-        distinct_responses = np.stack(
-            [half_space_response(half_space, b, d, k) for b, d in unit * distinct_pairs]
-        )
-        all_responses = distinct_responses[
-            pair_numbers.reshape(distances.shape)[:, None], np.arange(3)[:, None], direction[..., None]
-        ]
-        return list(np.moveaxis(all_responses, -1, 0))  # (k, load, i, observer)
-
-    return responses
-
+# --- the section ---
 
 FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
 FINER_GROWTH, FINER_BEHIND = 0.6, 24.0  # their growth over growth, and up to where (half-sides): `FitCells`
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
-
-Progress = Callable[[int], None]  # takes the number of solutions so far, 0 after the assembly
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
@@ -136,6 +84,11 @@ def _fit_cells(request: HarmonicRequest) -> FitCells | None:
 def strips(patches: Iterable[Patch]) -> Array:
     """Ends [mm] of the strips of s under patches, without repetitions, shape (n, 2)."""
     return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
+
+
+# --- responses ---
+
+Progress = Callable[[int], None]  # takes the number of solutions so far, 0 after the assembly
 
 
 def solve(
@@ -252,6 +205,9 @@ class _Run:
         self.seconds[stage] += perf_counter() - start
 
 
+# --- models of tasks ---
+
+
 def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
     """Solve models, and yield each when it is finished.
 
@@ -288,6 +244,56 @@ def _expected(request: HarmonicRequest) -> int | None:
     except NotConverged:  # for the half-space; the body may still converge
         return None
 
+
+# --- expected wavenumbers ---
+
+OBSERVERS = 60  # about as many observers are taken
+DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
+
+
+def expected_samples(request: HarmonicRequest) -> Samples:
+    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
+    loads, observed = request.loads, request.observed
+    chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
+    accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
+    directions = [load.direction for load in loads]
+    return sample(
+        request.axis,
+        _half_space(request, observed[chosen]),
+        SINES[:, directions].T[..., None],
+        min(load.patch.a for load in loads),
+        accuracy,
+    )
+
+
+def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
+    """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
+
+    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
+    k = 0.
+    """
+    loads, body = request.loads, request.body
+    half_space = HalfSpace(one_body(body.material, body.side))
+    distances = np.stack([s - load.patch.s for load in loads])  # (load, observer)
+    half_width = np.broadcast_to([[load.patch.b] for load in loads], distances.shape)
+    pairs = np.stack([half_width, distances], axis=-1).reshape(-1, 2) / (unit := np.min(half_width))
+    distinct_pairs, pair_numbers = np.unique(pairs.round(DISTANCE_DIGITS), axis=0, return_inverse=True)
+    direction = np.array([[load.direction] for load in loads])
+
+    def responses(wavenumbers: Sequence[float]) -> list[Array]:
+        k = np.hypot(np.array(wavenumbers), 1 / body.domain.far_radius)
+        distinct_responses = np.stack(
+            [half_space_response(half_space, b, d, k) for b, d in unit * distinct_pairs]
+        )
+        all_responses = distinct_responses[
+            pair_numbers.reshape(distances.shape)[:, None], np.arange(3)[:, None], direction[..., None]
+        ]
+        return list(np.moveaxis(all_responses, -1, 0))  # (k, load, i, observer)
+
+    return responses
+
+
+# --- expected cost ---
 
 FACTOR, FACTOR_GROWTH = 0.28 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
 BY_THREADS, BY_PROCESSES = 0.8, 0.95  # speed-up over the number of workers

@@ -1,6 +1,6 @@
-"""The first model of the harmonic engine, under a patch or on strips: cells, far arc, wavenumbers.
+"""The request for a model of the harmonic engine, and the cells, far arc and wavenumbers that it needs.
 
-The request for a model of the harmonic engine, and the range of wavenumbers that it needs.
+`TUNED` and `TUNED_ON_STRIPS` are the cells of the first model, under a patch and on strips.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +15,8 @@ from femic.reference.run_options import COARSER, HIGHER, TRUNCATION_ORDER, WAVES
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.patches import Grid, Load, Patch
+
+# --- the first model ---
 
 CELLS_PER_HALF_SIDE, GROWTH = 12, 0.34
 CELLS_PER_HALF_STRIP, GROWTH_ON_STRIPS = 2, 0.5  # displacements are read at the centres of strips only
@@ -64,6 +66,8 @@ def waves_for(tolerance: float, least_scale: Array | float, steps: int) -> tuple
     accuracy = WAVES_SHARE * min(tolerance, LOOSEST_WAVES) * least_scale / WAVES_GAIN["sparser"] ** steps
     return accuracy, HIGHER**steps * TUNED.tighter(tolerance) ** (1 / WAVES_ORDER)
 
+
+# --- the request ---
 
 SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed

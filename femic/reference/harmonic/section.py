@@ -1,14 +1,12 @@
-"""The size of the cells of a section.
+"""Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour and far arc.
+
+On each edge of the contact contour a field is a polynomial of fourth degree in the arc length s, because the
+nodes of the edge lie evenly in s.
 
 A displacement is disturbed at the ends of the loaded strips, at joints (where the curvature jumps), and where
 the contour turns on a small radius. Away from a disturbance it is smooth on the scale of the distance from
 it: cells in proportion to that distance, with polynomials of fourth degree on them, need few unknowns. The
 corners of an outline disturb as joints do, and cells are not longer than the section is wide (a web).
-
-Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour and far arc.
-
-On each edge of the contact contour a field is a polynomial of fourth degree in the arc length s, because the
-nodes of the edge lie evenly in s.
 """
 
 from dataclasses import dataclass, replace
@@ -35,6 +33,8 @@ from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.contours import Contour
 from geometries.outlines import SectionOutline, corner_turns, widths
+
+# --- the size of cells ---
 
 JOINT_SHARE = 0.2  # cell at a joint over the cell that the distance from the nearest strip gives there
 CELL_TURN = 0.5  # rad, largest turn of the contour within a cell
@@ -156,6 +156,8 @@ def _between(strips: Array, spacing: float) -> Array:
     n = int(np.ceil(float(np.max(np.ptp(strips, axis=1))) / spacing)) + 1
     return np.unique(np.linspace(strips[:, 0], strips[:, 1], n))
 
+
+# --- the mesh ---
 
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
 SLIVER_SHAPE = 0.25  # cells whose `shapes` value is below this are slivers

@@ -1,20 +1,17 @@
-"""What proves a solution of the equations of a section at a wavenumber.
-
-Responses of observers to loads at wavenumbers, for several supports at once.
-
-Only the amplitudes G K^-1 F at the observers are needed, not all amplitudes K^-1 F under forces F. Those that
-some supports hold and others leave free are retained: all others are eliminated once (`elimination`), and for
-each support the free retained ones from what is left, which leaves G K^-1 F. One system per support is solved
-for its amplitudes, to verify factors, what is left, and the responses.
-
-Where observers are many and loads few, observers are not carried along: the amplitudes under all loads are
-computed. A field takes as long as `ROWS_PER_FIELD` observers.
-
-The response of a section at wavenumbers: displacements of observers under unit line loads on strips.
+"""The response of a section at wavenumbers: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
 only one of them. Even and odd parts, and far arcs at several radii, differ in their supports only: one
 elimination serves them all, unless they differ at too many nodes.
+
+Only the amplitudes G K^-1 F at the observers are needed, not all amplitudes K^-1 F under forces F. Those that
+some supports hold and others leave free are retained: all others are eliminated once
+(`femic.reference.harmonic.elimination`), and for each support the free retained ones from what is left, which
+leaves G K^-1 F. One system per support is solved for its amplitudes, to verify factors, what is left, and the
+responses: its residual proves them.
+
+Where observers are many and loads few, observers are not carried along: the amplitudes under all loads are
+computed. A field takes as long as `ROWS_PER_FIELD` observers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,6 +29,8 @@ from femic.reference.symmetry import Parity, Y, parities
 from geometries.arrays import Array, Mask
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
+
+# --- residuals ---
 
 # A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
 # less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
@@ -69,6 +68,8 @@ def not_solved(k: float, unknowns: int, reason: str) -> NotConverged:
         "`growth`, or lengths and moduli of usual size"
     )
 
+
+# --- responses with several supports ---
 
 ROWS_PER_FIELD = 10  # observers that take as long as one field
 
@@ -185,6 +186,8 @@ def _seen(rows: csr_matrix, fields: Array) -> Array:
     """Products (k, m, c) of rows (m, amplitudes) with fields (k, amplitudes, c)."""
     return np.stack([rows @ field for field in fields])
 
+
+# --- loads on strips ---
 
 LOAD_POINTS = 4  # Gauss points per edge on a strip
 MOST_RETAINED = 1000  # amplitudes up to which a factorisation that serves all cases of support is faster

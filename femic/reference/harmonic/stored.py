@@ -1,14 +1,13 @@
-"""Models are solved and stored for a Young's modulus of 1 MPa, because displacements are proportional to 1/E.
+"""Stored models of the harmonic engine: for E = 1 MPa, as entries of the store, and which serve a request.
 
-Bodies that differ only in E share a model.
+Models are solved and stored for a Young's modulus of 1 MPa, because displacements are proportional to 1/E:
+bodies that differ only in E share a model. An entry of the store (`femic.cache.store`) has the responses; an
+unfinished one consists of parts, one per wavenumber.
 
-Responses as an entry of the store (`femic.cache.store`), and its parts, one per wavenumber.
-
-Stored models that serve a request: its own, or one whose strips make up the requested strips.
-
-A load on a strip is the mean of loads on the equal strips that it consists of. So a model serves grids of
-fewer strips, of wider strips whose centres it observes, of other element lengths, and grids shifted by whole
-strips. The store has an index of the models of each body.
+A request is served by its own model, or by one whose strips make up the requested strips: a load on a strip
+is the mean of loads on the equal strips that it consists of. So a model serves grids of fewer strips, of
+wider strips whose centres it observes, of other element lengths, and grids shifted by whole strips. The store
+has an index of the models of each body.
 """
 
 import json
@@ -27,6 +26,8 @@ from femic.reference.meshing import Cells
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
 from geometries.patches import DIRECTIONS, Load, Patch
+
+# --- E = 1 MPa ---
 
 UNIT = 1.0  # MPa
 DIGITS = 9  # significant digits of an accuracy: it differs by rounding between bodies with different E
@@ -53,6 +54,8 @@ def _rounded(values: Array | float) -> Array:
     scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(values)))
     return np.round(values * scale) / scale
 
+
+# --- entries of the store ---
 
 WaveSolution = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] and their residual
 
@@ -121,6 +124,8 @@ class StoredWaves:
 
 NOT_STORED = StoredWaves(Store(), "")
 
+
+# --- models that serve a request ---
 
 SAME_PLACE = 1e-6  # of the half-width of a strip: arc lengths that are closer are the same
 AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than requested

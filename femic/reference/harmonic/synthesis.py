@@ -1,10 +1,9 @@
-"""Displacements along x from the responses of a section.
+"""Displacements along x from the responses of a section: at points, and at all lags of a grid.
 
-Displacements at all lags of a grid, strip by strip.
-
-On a prismatic body the weight of a response in the displacement at a lag depends on the lag alone, on a body
-of revolution also on the radii of both rolling circles. This dependence is smooth and the radii differ
-little: weights are computed for a few radii (Chebyshev points) and interpolated between them.
+On a grid they are computed strip by strip. On a prismatic body the weight of a response in the displacement
+at a lag depends on the lag alone, on a body of revolution also on the radii of both rolling circles. This
+dependence is smooth and the radii differ little: weights are computed for a few radii (Chebyshev points) and
+interpolated between them.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -25,6 +24,8 @@ from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Grid, Load, Patch, S, mirror_signs, places
+
+# --- responses and their variations ---
 
 WAVE_REACH = 60.0  # distance times the largest k beyond which the share of the half-space is negligible
 
@@ -83,6 +84,9 @@ def part_of(
 def odd_in_k(loads: Sequence[Load]) -> Mask:
     """Return which responses to loads are odd in k, as displacements are in x, shape (load, 3, 1)."""
     return np.stack([SINES[:, load.direction] for load in loads])[..., None]
+
+
+# --- at points ---
 
 
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:
@@ -164,6 +168,8 @@ def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> 
             u[..., near[on_strip]] = tail.at(s - patch.s, on_strip)
     return u
 
+
+# --- at the lags of a grid ---
 
 INTERPOLATION_DIGITS = 10  # to which the interpolation between radii is exact
 ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag

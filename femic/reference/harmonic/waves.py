@@ -181,7 +181,7 @@ def synthesis_weights(
     return even_interpolation.T @ even, odd_interpolation.T @ odd
 
 
-# --- the half-space --------------------------------------------------------------------------------
+# --- the half-space ---
 
 
 def half_space_response(half_space: HalfSpace, b: float, s: float, k: Array) -> Array:

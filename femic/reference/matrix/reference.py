@@ -1,18 +1,14 @@
-"""Columns of an IC matrix: their scale of refinement, and the estimates of their errors on it.
-
-The IC matrix of each body at all lags and strips, with the estimate of its error.
+"""The IC matrix of each body at all lags and strips, with the estimate of its error, and C of a pair.
 
 One model serves all strips, with every strip as a load. Displacements at the lags are computed from the
 solved model when a strip is requested, so that a large matrix never has more than one loaded strip in memory.
-The discount has one matrix M per body (`discount_rules`).
+The discount has one matrix M per body (`femic.reference.discount`).
 
-C of a pair of bodies: the sum of their columns, less the approach of the pair.
-
-The subtracted approach moves the bodies like the approach of a contact: along z, without rotation, with
-components along the normals of the lower body. So the tractions of a contact do not depend on it. The
-separate M_zz of each body would not serve: C - A at the load contains the local effect of curvature, which
-makes M_zz of a convex and of a concave body large and of opposite signs. They cancel only along the same
-normals.
+C of a pair of bodies is the sum of their columns, less the approach of the pair. The subtracted approach
+moves the bodies like the approach of a contact: along z, without rotation, with components along the normals
+of the lower body. So the tractions of a contact do not depend on it. The separate M_zz of each body would not
+serve: C - A at the load contains the local effect of curvature, which makes M_zz of a convex and of a concave
+body large and of opposite signs. They cancel only along the same normals.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,6 +32,8 @@ from geometries.arrays import Array, Mask
 from geometries.bodies import Body
 from geometries.contours import Contour
 from geometries.patches import COMPONENTS, Grid, places
+
+# --- the scale of a column ---
 
 NEAR_ELEMENTS, NEAR_SHARE = 4, 5.0  # closer to the load than 4 elements the scale is 5 A_nn
 
@@ -83,6 +81,8 @@ def _infinite_where_nan(shares: Array) -> Array:
     shares[np.isnan(shares)] = np.inf
     return shares
 
+
+# --- the matrix of a body ---
 
 ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute columns faster than one
 MOST_THREADS = 4  # that compute columns
@@ -208,6 +208,9 @@ class MatrixReference:
         return lambda m: discount(m, unit, entries)
 
 
+# --- solving and refining ---
+
+
 class ColumnConsumer(Protocol):
     """Takes the columns of matrices as they are assessed, so that they are synthesised only once."""
 
@@ -298,6 +301,9 @@ def _batch(jobs: Mapping[str, MatrixJob], strip: int, columns: Mapping[str, Esti
         return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
 
     return Batch(columns, measure)
+
+
+# --- a pair of bodies ---
 
 
 def pair_column(

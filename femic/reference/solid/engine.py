@@ -1,16 +1,12 @@
-"""The request for a model of the solid engine.
-
-The expected cost of a model of the solid engine, without a mesh.
-
-The number of cells is in proportion to the integral of 1 / h^3 over the body. Seconds and memory follow laws
-that were fitted on one machine of 2 cores: their ratios are more reliable than their values.
-
-The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
+"""The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
 
 The steps are: model, load, solve, observe. The model is a quarter of the body where the section is symmetric,
-else half of it. Loads and observers elsewhere on the surface follow by parity.
+else half of it. Loads and observers elsewhere on the surface follow by parity. Models are solved in parallel
+processes, and kept.
 
-Models of the solid engine are solved in parallel processes, and kept.
+The expected cost of a model takes no mesh: the number of cells is in proportion to the integral of 1 / h^3
+over the body. Seconds and memory follow laws that were fitted on one machine of 2 cores: their ratios are
+more reliable than their values.
 """
 
 import json
@@ -52,6 +48,8 @@ from geometries.errors import Failure
 from geometries.patches import Load, Patch, X
 from geometries.quadrature import on_panels
 
+# --- the request ---
+
 
 @dataclass(frozen=True)
 class SolidRequest(Request):
@@ -65,52 +63,7 @@ def request_for(model: Specification) -> SolidRequest:
     return SolidRequest(model.body, model.loads, model.points, model.cells, model.solver)
 
 
-UNKNOWNS_PER_CELL = 4.2  # of quadratic tetrahedra, three per node
-CELLS_PER_CUBE = 5.4  # tetrahedra in a cube of side h
-PER_UNKNOWN, PER_FIELD = 6e-5, 3e-5  # seconds per unknown: mesh and assembly, each field
-MEMORY = 0.0065  # MB per unknown
-VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
-
-
-def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
-    """The expected unknowns, seconds and memory of a model."""
-    body, half_section = request.body, request.body.symmetric
-    fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
-    unknowns = round(UNKNOWNS_PER_CELL * CELLS_PER_CUBE * _cubes(request))
-    seconds = unknowns * (PER_UNKNOWN + fields * PER_FIELD)
-    memory = BASE_MEMORY + MEMORY * unknowns
-    return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
-
-
-def _cubes(request: SolidRequest) -> float:
-    """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
-    body, cells, points = request.body, request.cells, request.points
-    centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T
-    read_points = np.hstack([body.surface.position(points.x, points.s), centres.T]).T
-    read_points = np.concatenate([read_points, read_points * [-1, 1, 1]])
-    if body.symmetric:
-        read_points = np.concatenate([read_points, read_points * [1, -1, 1]])
-    generator = np.random.default_rng(0)
-    least_size, far = cells.smallest, body.domain.far_radius
-    longest = np.log([[far], [body.xi_end], [far]])  # of depth below the surface, along x, and across
-    samples = generator.uniform(np.log(least_size / 10), longest, (3, VOLUME_SAMPLES))  # log-uniform
-    depth, along, across = np.exp(samples)
-    across *= generator.choice([-1, 1], VOLUME_SAMPLES)
-    inside = np.hypot(depth, across) < far
-    y, z = body.contour.position(np.clip(across, *body.s_range)) + body.side * depth * body.contour.normal(
-        np.clip(across, *body.s_range)
-    )
-    x = np.stack([along, y, z], axis=1)
-    centre_distance = KDTree(centres).query(x)[0]
-    read_distance = KDTree(read_points).query(x)[0]
-    cell_size = np.sqrt(
-        cells.smallest**2 + (cells.line_growth * centre_distance) ** 2 + (cells.growth * read_distance) ** 2
-    )
-    log_volume = np.log(10 * far / least_size) ** 2 * np.log(10 * body.xi_end / least_size) * 2
-    volume = np.abs(depth * along * across) * log_volume / VOLUME_SAMPLES
-    total = float(np.sum(inside * volume / cell_size**3))
-    return total / 2 if body.symmetric else total
-
+# --- model, load, solve, observe ---
 
 Field = tuple[tuple[Parity, Solution], ...]  # the parts that add up to the field of a load
 
@@ -289,6 +242,9 @@ def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Arra
     return np.asarray(np.einsum("icp,cp->ip", surface.axes(xi, points.s), u))
 
 
+# --- models of tasks ---
+
+
 def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
     """Solve models, and yield each as it is finished; models that an earlier run finished come first.
 
@@ -333,3 +289,52 @@ def _solved(task: Task, store: Store) -> Solved:
         model_key(task.request, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))})
     )
     return Solved(task, raw, cached=False)
+
+
+# --- expected cost ---
+
+UNKNOWNS_PER_CELL = 4.2  # of quadratic tetrahedra, three per node
+CELLS_PER_CUBE = 5.4  # tetrahedra in a cube of side h
+PER_UNKNOWN, PER_FIELD = 6e-5, 3e-5  # seconds per unknown: mesh and assembly, each field
+MEMORY = 0.0065  # MB per unknown
+VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
+
+
+def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
+    """The expected unknowns, seconds and memory of a model."""
+    body, half_section = request.body, request.body.symmetric
+    fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
+    unknowns = round(UNKNOWNS_PER_CELL * CELLS_PER_CUBE * _cubes(request))
+    seconds = unknowns * (PER_UNKNOWN + fields * PER_FIELD)
+    memory = BASE_MEMORY + MEMORY * unknowns
+    return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
+
+
+def _cubes(request: SolidRequest) -> float:
+    """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
+    body, cells, points = request.body, request.cells, request.points
+    centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T
+    read_points = np.hstack([body.surface.position(points.x, points.s), centres.T]).T
+    read_points = np.concatenate([read_points, read_points * [-1, 1, 1]])
+    if body.symmetric:
+        read_points = np.concatenate([read_points, read_points * [1, -1, 1]])
+    generator = np.random.default_rng(0)
+    least_size, far = cells.smallest, body.domain.far_radius
+    longest = np.log([[far], [body.xi_end], [far]])  # of depth below the surface, along x, and across
+    samples = generator.uniform(np.log(least_size / 10), longest, (3, VOLUME_SAMPLES))  # log-uniform
+    depth, along, across = np.exp(samples)
+    across *= generator.choice([-1, 1], VOLUME_SAMPLES)
+    inside = np.hypot(depth, across) < far
+    y, z = body.contour.position(np.clip(across, *body.s_range)) + body.side * depth * body.contour.normal(
+        np.clip(across, *body.s_range)
+    )
+    x = np.stack([along, y, z], axis=1)
+    centre_distance = KDTree(centres).query(x)[0]
+    read_distance = KDTree(read_points).query(x)[0]
+    cell_size = np.sqrt(
+        cells.smallest**2 + (cells.line_growth * centre_distance) ** 2 + (cells.growth * read_distance) ** 2
+    )
+    log_volume = np.log(10 * far / least_size) ** 2 * np.log(10 * body.xi_end / least_size) * 2
+    volume = np.abs(depth * along * across) * log_volume / VOLUME_SAMPLES
+    total = float(np.sum(inside * volume / cell_size**3))
+    return total / 2 if body.symmetric else total

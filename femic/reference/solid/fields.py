@@ -1,9 +1,8 @@
 """Displacements and stresses at the nodes of a body, for pictures and for programs that read VTK files.
 
 The field of a load is the sum of parts with a parity. On the mirror images of the model each part follows
-from its parity.
-
-The only module that loads meshio: fields as binary VTK files (.vtu), which ParaView and PyVista open.
+from its parity. The only module that loads meshio, which writes fields as binary VTK files (.vtu); ParaView
+and PyVista open them.
 """
 
 from collections.abc import Iterator
@@ -22,6 +21,8 @@ from femic.reference.symmetry import Y, on_plane
 from geometries.arrays import Array, Indices, Mask
 from geometries.materials import Material
 from geometries.patches import Load, X
+
+# --- fields at the nodes ---
 
 P2 = ElementTetP2()
 
@@ -139,6 +140,8 @@ def von_mises(sigma: Array) -> Array:
     mean = np.einsum("nkk->n", sigma)[:, None, None] / 3
     return np.sqrt(1.5) * np.linalg.norm(sigma - mean * np.eye(3), axis=(1, 2))
 
+
+# --- VTK files ---
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
 # In cells that are inside out, vertices 1 and 2 are swapped; this is the order of their nodes:

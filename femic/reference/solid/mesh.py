@@ -1,9 +1,8 @@
-"""Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra.
+"""Second-order solid meshes whose surface nodes lie on the true contact surface, and their trace on it.
 
-Only x >= 0 is meshed, and only y >= 0 where the section is its own mirror image. The curves of Gmsh may
-deviate a little from the true contour; `femic.reference.solid.mesh` moves the nodes onto it.
-
-Second-order solid meshes whose surface nodes lie on the true contact surface, and their trace on it.
+Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra. Only x >= 0 is meshed,
+and only y >= 0 where the section is its own mirror image. The curves of Gmsh may deviate a little from the
+true contour; the nodes are moved onto it.
 
 On the contact surface (xi, s) is a chart (`geometries.surfaces`) in which every curved facet is a
 straight triangle with its mid-side nodes half way: on it fields are quadratic splines of (xi, s).
@@ -30,6 +29,8 @@ from femic.reference.meshing import (
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
+
+# --- tetrahedra by Gmsh ---
 
 BENT_RATIO = 20  # rolling over far radius, beyond which bending distorts the cells by at most 5 %
 DELAUNAY_3D = 1  # Gmsh's number of this algorithm; HXT is no faster here, and crashes on some coarse meshes
@@ -108,6 +109,9 @@ def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:
     s = body.contour.nearest(np.stack([y, z]), body.s_range)
     gap = np.linalg.norm(body.contour.position(s) - [y, z])
     return bool(inside_length and gap < 1e-3 * body.domain.far_radius)
+
+
+# --- the mesh on the true surface ---
 
 
 @dataclass(frozen=True, eq=False)
