@@ -209,7 +209,7 @@ def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
     the fit worse, at their fitted value. Raises WrongInput for unknown properties, for none, and for those
     that the components do not depend on.
     """
-    data = _Data.of(target, tuple(properties))
+    data = _Data.prepare(target, tuple(properties))
     free = list(range(len(data.keys)))
     notes: dict[int, str] = {}
     values = data.best(data.neutral, free, data.starts())
@@ -233,8 +233,8 @@ class _Response:
     apart: Array
 
     @classmethod
-    def of(cls, target: Target) -> "_Response":
-        """Return the function, from ICs with three constant pairs of nu and K."""
+    def linearise(cls, target: Target) -> "_Response":
+        """Find the function from ICs with three constant pairs of nu and K."""
         r_min, nu_max = float(np.min(target.r)), 0.5
 
         def ics(nu: float, mismatch_k: float) -> Array:
@@ -269,8 +269,8 @@ class _Data:
     neutral: Array  # (n_parameters,) values with which no property varies
 
     @classmethod
-    def of(cls, target: Target, properties: tuple[str, ...]) -> "_Data":
-        """Return the data of a fit: the points of a target whose weight is not 0."""
+    def prepare(cls, target: Target, properties: tuple[str, ...]) -> "_Data":
+        """Prepare the data of a fit: the points of a target whose weight is not 0."""
         weighted = np.flatnonzero(target.weights > 0)
         order = weighted[np.lexsort((target.s[weighted], target.x[weighted], target.r[weighted]))]
         sorted_target = replace(
@@ -294,7 +294,7 @@ class _Data:
         ]
         return cls(
             sorted_target,
-            _Response.of(sorted_target),
+            _Response.linearise(sorted_target),
             half_space,
             keys,
             np.array([parameter == "far" for _, parameter in keys]),
@@ -384,7 +384,7 @@ class _Data:
         if not free:
             return values
         low, high = self.bounds[:, free]
-        deviations = self._deviations_of(values, free)
+        deviations = self._objective(values, free)
 
         def polished(start_variables: Array, options: Mapping[str, float]) -> tuple[float, Array]:
             inside = np.clip(start_variables, low + INSIDE * (high - low), high - INSIDE * (high - low))
@@ -399,7 +399,7 @@ class _Data:
         )
         return self.changed(values, free, best_variables)
 
-    def _deviations_of(self, values: Array, free: Sequence[int]) -> Callable[[Array], Array]:
+    def _objective(self, values: Array, free: Sequence[int]) -> Callable[[Array], Array]:
         """Deviations as a function of the variables of the free parameters."""
         return lambda variables: self.deviations(self.changed(values, free, variables))
 
@@ -435,7 +435,7 @@ class _Data:
         and all other entries are 0.
         """
         start = np.clip(self.variables(values), *self.bounds)[free]
-        deviations, bounds = self._deviations_of(values, free), self.bounds[:, free]
+        deviations, bounds = self._objective(values, free), self.bounds[:, free]
         jacobian = least_squares(deviations, start, "3-point", bounds, max_nfev=1).jac
         lengths = np.linalg.norm(jacobian, axis=0)
         if not np.all(lengths > 0):

@@ -316,7 +316,7 @@ def over_hat(patch: Patch, x: Array, s: Array) -> Array:
         for observers in np.array_split(group, -(-evaluations // AT_ONCE)):
             window_x = _nodes(abs_x[observers], patch.a, rule_x, fine)
             window_s = _nodes(abs_s[observers], patch.b, rule_s, fine)
-            out[:, observers] = _averaged(patch, window_x, window_s)
+            out[:, observers] = _average(patch, window_x, window_s)
     return with_signs(out.reshape(5, *x.shape), x, s)
 
 
@@ -329,7 +329,7 @@ def over_hat_lags(patch: Patch, n_x: int, n_s: int) -> Array:
     return over_hat(patch, *np.broadcast_arrays(x[:, None], s))
 
 
-def _averaged(patch: Patch, window_x: Nodes, window_s: Nodes) -> Array:
+def _average(patch: Patch, window_x: Nodes, window_s: Nodes) -> Array:
     """Weighted sums over the product of two rules, shape (5, observers)."""
     points = np.broadcast_arrays(window_x.at[:, :, None], window_s.at[:, None, :])
     at_nodes = over_rectangle(patch, *points)

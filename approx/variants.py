@@ -118,10 +118,10 @@ def needs_effective(*variants: str) -> bool:
 
 def assembled(variants: Iterable[str], by_form: Mapping[Form, Array]) -> dict[str, Array]:
     """The ICs of variants, (3, 3, ...) each, from the ICs of their forms."""
-    return {variant: _assembled(forms_of(variant), by_form) for variant in variants}
+    return {variant: _assemble(forms_of(variant), by_form) for variant in variants}
 
 
-def _assembled(forms: Forms, by_form: Mapping[Form, Array]) -> Array:
+def _assemble(forms: Forms, by_form: Mapping[Form, Array]) -> Array:
     """ICs (3, 3, ...) whose components have these forms."""
     if len(set(forms.values())) == 1:
         return by_form[forms[0, 0]]

@@ -55,7 +55,7 @@ def milliseconds(work: Callable[[], object]) -> float:
 
 def by_threads(solver: SectionSolver, workers: int) -> float:
     """Return milliseconds per wavenumber in threads."""
-    parts = in_parts(WAVENUMBERS, solver.together, workers)
+    parts = in_parts(WAVENUMBERS, solver.batch_size, workers)
     return milliseconds(lambda: list(in_threads(solver, parts, workers)))
 
 

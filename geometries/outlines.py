@@ -54,13 +54,13 @@ class SectionOutline:
             raise WrongInput(f"outline.points: points {k} and {k + 1} are the same: leave one out")
 
     @classmethod
-    def of(cls, points: Array, clamped: tuple[int, int]) -> "SectionOutline":
+    def through(cls, points: Array, clamped: tuple[int, int]) -> "SectionOutline":
         """The outline through points (2, n) [mm]."""
         return cls(tuple((float(y), float(z)) for y, z in points.T), clamped)
 
     def at(self, points: Array) -> "SectionOutline":
         """The outline with its points (2, n) [mm] elsewhere."""
-        return self.of(points, self.clamped)
+        return self.through(points, self.clamped)
 
     @property
     def corners(self) -> Array:
@@ -271,7 +271,7 @@ class RailSection:
         right = self._right
         points = np.hstack([right, right[:, ::-1] * [[-1], [1]]])
         n = right.shape[1]
-        return SectionOutline.of(points, (n, n + 1))
+        return SectionOutline.through(points, (n, n + 1))
 
     @property
     def _right(self) -> Array:

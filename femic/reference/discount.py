@@ -75,7 +75,7 @@ class Condition:
 
 
 class Rule(Protocol):
-    """The observers and conditions that determine M (`discount_rules`)."""
+    """The observers and conditions that determine M."""
 
     def points(self, body: Body) -> Points:
         """All observers that conditions may read."""

@@ -175,7 +175,7 @@ class Limits:
 class ErrorEstimate:
     """How an engine estimates the error of its ICs, and what smaller cells cost."""
 
-    models: tuple[str, ...]  # the models of `level.MODELS` that give C and its error
+    models: tuple[str, ...]  # the models of `run_options.MODELS` that give C and its error
     safety: float  # factor on the part of the estimate that comes from the mesh
     growth_of_unknowns: float  # measured exponent of 1 / cell size
 
@@ -237,11 +237,6 @@ class Fields:
     nodal: Callable[[Any], Iterator[tuple[Load, Any]]]  # a `NodalField` per load
 
 
-def _no_options() -> Sequence[Mapping[str, str]]:
-    """Return a single choice of options: none."""
-    return ({},)
-
-
 @dataclass(frozen=True)
 class Comparison:
     """How an engine appears where engines are compared: its tolerances, loose to tight, and its marks.
@@ -250,7 +245,7 @@ class Comparison:
     """
 
     tolerances: tuple[float, ...] = (1e-1, 1e-2)
-    options: Callable[[], Sequence[Mapping[str, str]]] = _no_options
+    options: Callable[[], Sequence[Mapping[str, str]]] = lambda: ({},)
     colour: str = "tab:green"
     marker: str = "D"
 

@@ -65,7 +65,7 @@ class Shares:
 
 @dataclass(frozen=True)
 class Settings:
-    """How C is computed: the engine, the accuracy, and where M is fitted (`discount_rules`) [mm].
+    """How C is computed: the engine, the accuracy, and where M is fitted (`SourceRule`) [mm].
 
     `cells` belong to the first model; the default depends on the tolerance. No model may have more than
     `most_unknowns`. `solver` is the linear solver of the solid engine.
@@ -88,7 +88,8 @@ class Settings:
         """Return the components that are solved: the given ones and, with some engines, their transposes.
 
         In these engines loads share a factorisation, and the error of C_ji also estimates the error of C_ij
-        (`pooled`). So the estimate does not depend on which other components are requested.
+        (`femic.reference.result.pooled`). So the estimate does not depend on which other components are
+        requested.
         """
         given = tuple(components)
         transposed = [component[::-1] for component in given] if self.engine.solves_transposes else []
@@ -122,7 +123,7 @@ class Job:
     def loads(self) -> tuple[Load, ...]:
         """The loads of the components that are solved."""
         solved = self.settings.solved(self.components)
-        return tuple(Load(self.patch, direction) for direction in directions_of(solved))
+        return tuple(Load(self.patch, direction) for direction in load_directions(solved))
 
     @property
     def rule(self) -> SourceRule:
@@ -167,6 +168,6 @@ class Job:
         )
 
 
-def directions_of(components: Iterable[str]) -> tuple[int, ...]:
+def load_directions(components: Iterable[str]) -> tuple[int, ...]:
     """Return the load directions of components ("xn": displacement x due to traction n)."""
     return tuple(sorted({indices(component)[1] for component in components}))

@@ -16,7 +16,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from femic.reference.engine import Cost, Engine, RawICs, Request
+from femic.reference.engine import Cost, Engine, Request
 from femic.reference.job import Job, NotConverged, Settings, Shares
 from femic.reference.result import EstimatedICs, Reference, combine, scales, shares, total
 from femic.reference.run_options import (
@@ -87,16 +87,16 @@ def worst_assessment(assessments: Sequence[Assessment]) -> Assessment:
     first = assessments[0]
     combined = [assessment.combined for assessment in assessments if assessment.combined is not None]
     return Assessment(
-        {body: worst_of([assessment.own[body] for assessment in assessments]) for body in first.own},
-        worst_of(combined) if combined else None,
+        {body: worst_shares([assessment.own[body] for assessment in assessments]) for body in first.own},
+        worst_shares(combined) if combined else None,
         {
-            body: worst_of([assessment.in_combined[body] for assessment in assessments])
+            body: worst_shares([assessment.in_combined[body] for assessment in assessments])
             for body in first.in_combined
         },
     )
 
 
-def worst_of(shares: Sequence[Shares]) -> Shares:
+def worst_shares(shares: Sequence[Shares]) -> Shares:
     """Return the worst of several shares, with the largest of each part."""
     worst = max(shares, key=lambda row: row.total)
     parts = {part: max(getattr(row, part) for row in shares) for part in ("mesh", "truncation", "waves")}
@@ -290,12 +290,13 @@ def references(
     would need a larger model than the job allows.
     """
     assess_all = partial(assess_references, jobs, combined=combined)
-    return converged(jobs, options, read=_displacements, combine=combine, assess=assess_all)
-
-
-def _displacements(job: Job, solved: Solved) -> RawICs:
-    """Return the displacements of a solved model at the points."""
-    return job.settings.engine.models.displacements(solved.task.request, solved.model)
+    return converged(
+        jobs,
+        options,
+        read=lambda job, solved: job.settings.engine.models.displacements(solved.task.request, solved.model),
+        combine=combine,
+        assess=assess_all,
+    )
 
 
 def assess_references(

@@ -164,12 +164,12 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
         level,
         job.first_cells.scaled(cells),
         body,
-        MappingProxyType(costs_of(level_of_model, models)),
+        MappingProxyType(model_costs(level_of_model, models)),
         models[level].drawn,
     )
 
 
-def costs_of(level_of_model: Mapping[str, Level], models: Mapping[Level, Any]) -> dict[str, Cost]:
+def model_costs(level_of_model: Mapping[str, Level], models: Mapping[Level, Any]) -> dict[str, Cost]:
     """Return the costs of the models at a level by name, then the costs of models of earlier rounds."""
     costs = {name: models[level].cost for name, level in level_of_model.items()}
     earlier = [model.cost for level, model in models.items() if level not in level_of_model.values()]

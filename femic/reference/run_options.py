@@ -59,7 +59,7 @@ class Solved:
     """A solved model of a job; `cached` if an earlier run had solved it."""
 
     task: Task
-    model: Any  # input of the engine's `displacements`
+    model: Any  # input of `Models.displacements` of the engine
     cached: bool
 
 

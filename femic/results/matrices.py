@@ -39,7 +39,7 @@ from femic.reference.matrix.reference import (
     pair_column,
 )
 from femic.reference.plan import ModelPlan, plans
-from femic.reference.refinement import worst_of
+from femic.reference.refinement import worst_shares
 from femic.reference.result import EstimatedICs, total
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import models_of, parts_of, solids
@@ -251,7 +251,7 @@ class Accumulator:
         return MatrixResults(
             scene,
             self.solved,
-            {body: worst_of(strip_errors) for body, strip_errors in self.errors.items()},
+            {body: worst_shares(strip_errors) for body, strip_errors in self.errors.items()},
             {
                 body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
                 for body, ics in self.raw.items()

@@ -38,8 +38,8 @@ from femic.shifts.sides import Place, bodies_at, doubts, layout_of, problem_of, 
 from femic.shifts.specification import C, ProfileTable, RollingTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.text import read_source
-from geometries.track.layout import Layout
-from geometries.track.wheelset import Position, SideName, settle
+from geometries.track.layout import Layout, SideName
+from geometries.track.wheelset import Position, settle
 
 GIVEN, ASSUMED, OF_PROFILE = "given", "assumed", "from the profile"  # origins of a value
 NEEDED = (  # of rails that are files: what decides where a wheel stands on its rail

@@ -19,8 +19,8 @@ from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import Grid
 from geometries.track.conicity import equivalent_conicity
-from geometries.track.layout import Layout
-from geometries.track.wheelset import Position, RollRule, SideName, Touch, over_shifts, side_of
+from geometries.track.layout import Layout, SideName
+from geometries.track.wheelset import Position, RollRule, Touch, over_shifts
 
 SIDES: tuple[SideName, SideName] = ("left", "right")
 ABOUT: RollRule = "about rails"  # shifts are those at the rails: flanges of any slope are reached
@@ -115,7 +115,7 @@ def _touch_numbers(touches: tuple[Touch, ...], top: float) -> dict[str, float]:
 
 def top_of(layout: Layout, side: SideName) -> float:
     """Return the arc length [mm] of the highest point of a rail in its place."""
-    rail = side_of(layout, side).rail
+    rail = layout.side(side).rail
     t = np.linspace(*rail.limits, 20001)
     return float(t[np.argmax(rail.position(t)[1])])
 
@@ -124,7 +124,7 @@ def sections(layout: Layout) -> xr.Dataset:
     """Return points of rails in the axes of their sides, and of wheels in those of the axle, (2, n) each."""
     variables = {}
     for side in SIDES:
-        both = side_of(layout, side)
+        both = layout.side(side)
         for name, curve in (("rail", both.rail), ("wheel", both.wheel)):
             t = np.linspace(*curve.limits, int(curve.limits[1] / DRAWN) + 1)
             variables[f"{name}_{side}"] = (
@@ -236,7 +236,7 @@ class Study:
 
     def facts(self, side: SideName) -> list[object]:
         """Return all of a side on which its contacts depend."""
-        k, both = SIDES.index(side), side_of(self.layout, side)
+        k, both = SIDES.index(side), self.layout.side(side)
         rail, wheel = self.specification.rails[k], self.specification.wheels[k]
         curves = both.rail.curve, both.wheel.curve
         points = [np.round(curve.position(np.linspace(0, curve.length, 2001)), 9) for curve in curves]

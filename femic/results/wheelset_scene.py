@@ -16,7 +16,8 @@ from femic.shifts.specification import ProfileTable, RollingTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.placement import STEEPEST
 from geometries.profiles.profile import Kind
-from geometries.track.wheelset import SideName, settle
+from geometries.track.layout import SideName
+from geometries.track.wheelset import settle
 
 INDENT = 4 * " "  # of keys in comments
 ROOM = float(np.radians(10.0))  # from the contact angle to the flanks of the bodies at least

@@ -187,7 +187,7 @@ class OutlineTable(SceneTable):
         points = self._points()
         if isinstance(contour, ProfileTable):
             points = contour.placed(points)
-        return SectionOutline.of(points, self.clamped)
+        return SectionOutline.through(points, self.clamped)
 
     def _points(self) -> Array:
         """Return the points as given, (2, n) [mm]; raise WrongInput for a file without."""

@@ -40,7 +40,6 @@ from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
 from geometries.profiles.placement import STEEPEST
 from geometries.profiles.rounding import peak_slope
-from geometries.track.wheelset import side_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +318,7 @@ def _by_rounding(place: Place, on_grid: PairOnGrid, pressed: NormalContact) -> f
     """
     if not pressed.in_contact.any():
         return 0.0
-    grid, side = on_grid.grid, side_of(place.layout, place.side)
+    grid, side = on_grid.grid, place.layout.side(place.side)
     strip = int(np.argmax(np.max(pressed.p, axis=0)))
     half_width = max(float(np.count_nonzero(pressed.in_contact.any(axis=0))) * grid.ds / 2, grid.ds)
     at = float(grid.strips[strip])

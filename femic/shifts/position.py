@@ -32,7 +32,7 @@ from femic.shifts.specification import C, RollingTable
 from femic.shifts.wheel import Friction, Motion, RollingWheel
 from geometries.errors import Failure
 from geometries.patches import Grid
-from geometries.track.wheelset import SideName
+from geometries.track.layout import SideName
 
 BALANCES = 4  # steps to the load with changed ICs
 

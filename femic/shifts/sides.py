@@ -28,8 +28,8 @@ from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 from geometries.profiles.standards import named
 from geometries.surfaces import LOWER, UPPER
-from geometries.track.layout import Layout, TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.wheelset import Position, SideName, Touch, side_of
+from geometries.track.layout import Layout, SideName, TrackDimensions, WheelsetDimensions, lay_out
+from geometries.track.wheelset import Position, Touch
 
 NAMES = ("left rail", "right rail", "left wheel", "right wheel")
 
@@ -158,7 +158,7 @@ def bodies_at(
 
     Raises WrongInput where they are steeper at the touching point.
     """
-    side, touch = side_of(place.layout, place.side), place.touch
+    side, touch = place.layout.side(place.side), place.touch
     turn = side.rail.angle - place.roll
     lower = contour_at(side.rail.curve, touch.s_rail, turn=turn, steepest=steepest)
     upper = contour_at(side.wheel.curve, touch.s_wheel, steepest=steepest)

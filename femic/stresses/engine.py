@@ -116,7 +116,7 @@ class SectionUnderWaves:
 def _solved(solver: WaveSolver, k: Array, workers: int) -> tuple[Array, float]:
     """Waves (len(k), 2, places, c) at wavenumbers [1/mm], and the worst residual."""
     with one_blas_thread():
-        parts = in_parts(k.tolist(), solver.together, workers)
+        parts = in_parts(k.tolist(), solver.batch_size, workers)
         fields, residuals = zip(*in_threads(solver, parts, workers), strict=True)
     return np.concatenate(fields), float(np.max(np.concatenate(residuals)))
 

@@ -126,14 +126,16 @@ class WaveSolver:
         loaded = np.diff(csr_matrix(forces).indptr) > 0
         both = csr_matrix(np.repeat(loaded[:, None], 2, axis=1).astype(float))
         none = np.zeros(len(free), dtype=bool)
-        elimination = Elimination.of(Equations(assemble(section), free, none, both, csr_matrix(both.T)[:0]))
+        elimination = Elimination.prepare(
+            Equations(assemble(section), free, none, both, csr_matrix(both.T)[:0])
+        )
         ordered = csc_matrix(forces[elimination.amplitudes])
         return cls(section, spectra, points, interpolation(section, points), elimination, ordered)
 
     @property
-    def together(self) -> int:
+    def batch_size(self) -> int:
         """For how many wavenumbers one call takes memory, at most."""
-        return self.elimination.together
+        return self.elimination.batch_size
 
     def __call__(self, k: Sequence[float]) -> tuple[Array, Array]:
         """Fields and residuals (k,) at wavenumbers [1/mm]."""

@@ -17,8 +17,8 @@ import numpy as np
 from geometries.errors import WrongInput
 from geometries.profiles.axes import UNKNOWN, Axes, find_axes, one_surface, parse_axes, turned
 from geometries.profiles.miniprof import is_miniprof, read_miniprof
-from geometries.profiles.preparation import Entangled, first_crossing
-from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, point, row, rows_of
+from geometries.profiles.preparation import SelfIntersection, first_crossing
+from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, parse_rows, point, row
 from geometries.profiles.spline_block import block_text, is_spline_block, read_spline_block
 from geometries.profiles.text import (
     DUPLICATE,
@@ -30,9 +30,9 @@ from geometries.profiles.text import (
     is_number,
     nearest,
     note_gaps,
+    parse_source,
     read_source,
     shortened,
-    source_of,
     uncommented,
 )
 
@@ -85,7 +85,7 @@ def read_profile(
     """
     given = _checked(kind, axes, unit, surface)
     source = read_source(Path(path))
-    return _understood(source, _content(source), given)
+    return _interpret(source, _content(source), given)
 
 
 def write_profile(profile: Profile, path: str | Path) -> None:
@@ -98,8 +98,8 @@ def write_profile(profile: Profile, path: str | Path) -> None:
         ending = ".prr" if profile.kind == "rail" else ".prw"
         raise WrongInput(f"path = '{path}': the name of a {profile.kind}'s file must end in {ending}")
     text = block_text(profile)
-    source = source_of(path, text.encode())
-    again = _understood(source, read_spline_block(source), Arguments(profile.kind, Axes("field", "down")))
+    source = parse_source(path, text.encode())
+    again = _interpret(source, read_spline_block(source), Arguments(profile.kind, Axes("field", "down")))
     if not np.array_equal(again.points, profile.points):
         raise WrongInput(
             f"{path}: {profile.points.shape[1]} points, {again.points.shape[1]} when read back: "
@@ -147,12 +147,12 @@ def _check_ending(source: Source) -> None:
         )
 
 
-def _understood(source: Source, content: Content, given: Arguments) -> Profile:
+def _interpret(source: Source, content: Content, given: Arguments) -> Profile:
     """Profile in millimetres and in the axes of this program, from a file and the arguments."""
     _check_count(source, content.rows)
     kind, surface = _kind(source, content, given.kind), given.surface
     factor, notes = _unit(source, content, given.unit)
-    rows, cleaned = _cleaned(source, content.rows.scaled(factor))
+    rows, cleaned = _clean(source, content.rows.scaled(factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
     axes, seen = find_axes(source, in_mm, kind, given.axes)
     if kind == "rail" or surface is not None:
@@ -211,7 +211,7 @@ def _unit_by_size(source: Source, width: float) -> float:
     return fitting[0]
 
 
-def _cleaned(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
+def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
     """Points in mm without repeated ones and zigzags. Raises WrongInput for folds and crossings."""
     rows, repeated = drop_near(rows, DUPLICATE)
     rows, zigzags = drop_zigzags(rows)
@@ -239,7 +239,7 @@ def _check_crossing(source: Source, rows: Rows) -> None:
     """Raise WrongInput for a contour that crosses or touches itself."""
     try:
         crossing = first_crossing(rows.points)
-    except Entangled:
+    except SelfIntersection:
         raise source.refused(
             "the points lie on each other in many places; they must go along the surface, once"
         ) from None
@@ -270,4 +270,4 @@ def read_columns(source: Source) -> Content:
         if content := uncommented(text, COMMENTS):
             points.append(point(source, line, *row(source, line, content, range(2, 3))))
             lines.append(line)
-    return Content(rows_of(source, points, lines), kind_by_name(source))
+    return Content(parse_rows(source, points, lines), kind_by_name(source))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.profile import Content, Written, kind_by_name, only_numbers, point, row, rows_of
+from geometries.profiles.profile import Content, Written, kind_by_name, only_numbers, parse_rows, point, row
 from geometries.profiles.text import Source, is_number, number, shortened, split_columns, uncommented
 
 COMMENTS = '!"#%'
@@ -52,7 +52,7 @@ def read_miniprof(source: Source) -> Content:
         points.append(values)
         lines.append(line)
         remarks += [line] if remark else []
-    rows = rows_of(source, points, lines)
+    rows = parse_rows(source, points, lines)
     if header.numbers:
         where = ", ".join(map(str, header.numbers))
         notes.append(f"Numbers in the header were not read as points (lines {where}).")

@@ -205,11 +205,11 @@ class Outline:
 
     def inclination(self, s: ArrayLike) -> Array:
         """Inclination delta [rad], shape of s."""
-        return self._of_pieces(s, lambda piece, own: piece.inclination(own))
+        return self._evaluate(s, lambda piece, own: piece.inclination(own))
 
     def curvature(self, s: ArrayLike) -> Array:
         """Derivative of the inclination by the arc length [1/mm]; at joints of the next piece. Shape of s."""
-        return self._of_pieces(s, lambda piece, own: piece.curvature(own))
+        return self._evaluate(s, lambda piece, own: piece.curvature(own))
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -234,7 +234,7 @@ class Outline:
             points.append(piece.position(np.linspace(0, piece.length, count + 1)[1:]))
         return np.concatenate(points, axis=1)
 
-    def _of_pieces(self, s: ArrayLike, value: Callable[[Piece, Array], Array]) -> Array:
+    def _evaluate(self, s: ArrayLike, value: Callable[[Piece, Array], Array]) -> Array:
         """Return a value of each piece at the arc lengths s that lie on it, shape of s."""
         at = np.asarray(s, dtype=float)
         result = np.empty(at.shape)

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 STEEPEST = float(np.radians(85.0))  # [rad], of the harmonic engine
 SAMPLES_PER_MM = 50  # of arc length, among which ends and crossings are sought
-LARGE = 0.1  # half width of a patch over the radius of curvature: the patch is no longer nearly flat
 
 
 class Curve(Core, Protocol):
@@ -111,40 +110,6 @@ def arc_length_at(curve: Curve, y: float) -> float:
     return float(scipy.optimize.brentq(lambda at: _lateral(curve, at) - y, s[k], s[k + 1], xtol=1e-12))
 
 
-@dataclass(frozen=True, eq=False)
-class CurvatureCheck:
-    """The curvature of a contour beside the half width of a patch.
-
-    `largest` [1/mm] is the curvature of largest amount, negative in a groove, `least_radius` [mm] its inverse
-    amount, at arc length `place` [mm]. `ranges` are those of s [mm] where half width times curvature is more
-    than `limit`, shape (n, 2).
-    """
-
-    largest: float
-    place: float
-    half_width: float
-    limit: float
-    ranges: Array
-
-    @property
-    def least_radius(self) -> float:
-        """Least radius of curvature [mm]."""
-        return 1 / abs(self.largest) if self.largest else np.inf
-
-
-def check_curvature(contour: Contour, half_width: float, limit: float = LARGE) -> CurvatureCheck:
-    """Return where the curvature of a contour is large beside the half width [mm] of a patch."""
-    if not 0 < half_width < np.inf:
-        raise WrongInput(f"half_width = {half_width!r}: must be a positive length [mm]")
-    s = _samples(*contour.limits)
-    curvature = contour.core.curvature(s)
-    worst = int(np.argmax(np.abs(curvature)))
-    large = np.concatenate([[False], np.abs(curvature) * half_width > limit, [False]])
-    starts, ends = np.flatnonzero(~large[:-1] & large[1:]), np.flatnonzero(large[:-1] & ~large[1:]) - 1
-    ranges = np.stack([s[starts], s[ends]], axis=-1)
-    return CurvatureCheck(float(curvature[worst]), float(s[worst]), half_width, limit, ranges)
-
-
 def _check_place(curve: Curve, centre: float) -> None:
     """Raise WrongInput for a contact centre that is not between the ends of the curve."""
     if not 0 < centre < curve.length:
@@ -191,12 +156,12 @@ def spline_contour(
     Raises WrongInput.
     """
     contour = contour_at(curve, centre, turn=turn, steepest=steepest)
-    spline = curve.spline if isinstance(curve, Prepared) else spline_of(curve)
+    spline = curve.spline if isinstance(curve, Prepared) else to_spline(curve)
     core = Spline(turned(spline.curve, turn), float(spline.parameter(np.array(centre))), spline.to_knots)
     return Contour(core, contour.limits, contour.extent, contour.jumps)
 
 
-def spline_of(outline: Outline) -> Spline:
+def to_spline(outline: Outline) -> Spline:
     """Return exact pieces as polynomials of degree 5, by arc length from the start of the first.
 
     They have the points, tangents and curvatures of the pieces at knots at most `SPACING` apart; each joint

@@ -115,16 +115,8 @@ def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0
     steps = np.zeros_like(points) if profile.steps is None else profile.steps[:, new]
     delta = spline.inclination(places)
     rounding = np.hypot(*(steps * np.stack([np.sin(delta), np.cos(delta)]))) * ROUNDING
-    notes = (*profile.notes, *notes, _said(smoothing, residual))
+    notes = (*profile.notes, *notes, _describe(smoothing, residual))
     return Prepared(profile.kind, profile.name, spline, points, places, residual, rounding, smoothing, notes)
-
-
-def resample(profile: Profile, spacing: float) -> Profile:
-    """Return points of the curve through a profile's points at equal arc lengths, about `spacing` [mm] apart.
-
-    The first and the last point are kept. Raises WrongInput.
-    """
-    return sampled(prepare(profile), spacing)
 
 
 def sampled(prepared: Prepared, spacing: float) -> Profile:
@@ -181,7 +173,7 @@ def _spline(curve: "scipy.interpolate.PPoly") -> Spline:
     return Spline(curve, float(curve.x[0]), np.concatenate([[0.0], np.cumsum(pieces)]))
 
 
-def _said(smoothing: Smoothing, residual: Array) -> str:
+def _describe(smoothing: Smoothing, residual: Array) -> str:
     """Return a sentence about the smoothing."""
     if not smoothing.length:
         return f"A cubic spline through all {len(residual)} points; their errors are errors of the curve."
@@ -269,7 +261,7 @@ PAIRS_PER_SEGMENT = 8  # of boxes that overlap on one level; a contour has about
 PAIRS_LOOKED_AT = 20_000  # where there are more
 
 
-class Entangled(Exception):
+class SelfIntersection(Exception):
     """More boxes overlap than can be looked at, and no crossing was found among the first of them."""
 
 
@@ -278,14 +270,14 @@ def first_crossing(points: Array) -> tuple[int, int] | None:
 
     Segment k joins the points k and k + 1. The polyline is in a binary tree of bounding boxes; pairs
     of boxes that overlap are halved until single segments are left. For a contour without crossings this
-    takes O(n log n). Raises Entangled where too many boxes overlap.
+    takes O(n log n). Raises SelfIntersection where too many boxes overlap.
     """
     boxes = _tree(points)
     most = PAIRS_PER_SEGMENT * points.shape[1] + 1000
     complete = True
     a, b = np.array([0]), np.array([0])
     for level in boxes[1:]:
-        a, b = _halved(a, b, level)
+        a, b = _halve(a, b, level)
         if len(a) > most:
             complete = False
             a, b = a[:PAIRS_LOOKED_AT], b[:PAIRS_LOOKED_AT]
@@ -296,7 +288,7 @@ def first_crossing(points: Array) -> tuple[int, int] | None:
         k = meeting[np.lexsort([b[meeting], a[meeting]])[0]]
         return int(a[k]), int(b[k])
     if not complete:
-        raise Entangled
+        raise SelfIntersection
     return None
 
 
@@ -309,14 +301,14 @@ def _tree(points: Array) -> list[Array]:
         boxes = levels[-1]
         if boxes.shape[1] % 2:
             boxes = np.concatenate([boxes, boxes[:, -1:]], axis=1)
-            # a copy of the last box keeps the tree whole; _halved leaves it out
+            # a copy of the last box keeps the tree whole; _halve leaves it out
         low = np.minimum(boxes[:2, ::2], boxes[:2, 1::2])
         high = np.maximum(boxes[2:, ::2], boxes[2:, 1::2])
         levels.append(np.concatenate([low, high]))
     return levels[::-1]
 
 
-def _halved(a: Indices, b: Indices, boxes: Array) -> tuple[Indices, Indices]:
+def _halve(a: Indices, b: Indices, boxes: Array) -> tuple[Indices, Indices]:
     """Pairs a <= b of overlapping boxes of the next level, out of pairs of this one."""
     a, b = (
         np.concatenate([2 * a, 2 * a, 2 * a + 1, 2 * a + 1]),

@@ -84,7 +84,7 @@ def kind_by_name(source: Source) -> Kind | None:
     return "wheel" if ending in WHEEL_ENDINGS else None
 
 
-def rows_of(source: Source, points: list[Written], lines: list[int]) -> Rows:
+def parse_rows(source: Source, points: list[Written], lines: list[int]) -> Rows:
     """Rows from points as written. Raises WrongInput for none and for too many."""
     if not points:
         raise source.wrong(len(source.lines), "no points up to the end of the file; is it cut off?")

@@ -120,7 +120,7 @@ def peak_slope(curve: "Curve", s: float, half_width: float, element: float = 0.0
     changes within its length is part of it.
     """
     noise = _noise(curve, s, half_width, element)
-    return float(np.hypot(noise.peak(half_width), _lost(curve, s, half_width)))
+    return float(np.hypot(noise.peak(half_width), _smoothing_loss(curve, s, half_width)))
 
 
 def _noise(curve: "Curve", s: float, half_width: float, element: float) -> Noise:
@@ -145,7 +145,7 @@ def _near(prepared: "Prepared", s: float, half_width: float) -> slice:
     return slice(max(int(first) - 1, 0), int(behind) + 1)
 
 
-def _lost(curve: "Curve", s: float, half_width: float) -> float:
+def _smoothing_loss(curve: "Curve", s: float, half_width: float) -> float:
     """Return the slope [rad] that smoothing takes away at most where the curvature of a patch changes."""
     if isinstance(curve, Outline) or not (length := cast("Prepared", curve).smoothing.length):
         return 0.0

@@ -83,7 +83,7 @@ class Fit:
     penalty: "csr_array"  # (n_coefficients, n_coefficients)
 
     @classmethod
-    def of(cls, points: Array, t: Array, intervals: int, bent: Curvature = np.zeros_like) -> "Fit":
+    def prepare(cls, points: Array, t: Array, intervals: int, bent: Curvature = np.zeros_like) -> "Fit":
         """Prepare the fit of a curve with so many equal intervals between the first and the last t.
 
         `bent` gives the curvature [1/mm] at arc lengths, roughly.
@@ -243,7 +243,7 @@ def smooth(points: Array, rule: Rule, name: str) -> tuple["PPoly", Array, Smooth
     finest = int(np.clip(round(t[-1] / np.median(np.diff(t))), DEGREE, MOST_INTERVALS))
     intervals = finest
     for _ in range(TURNS):
-        fit = Fit.of(points, t, intervals, bent)
+        fit = Fit.prepare(points, t, intervals, bent)
         length = rule(fit)
         curve = fit.curve(length)
         feet = t + to_feet(curve, t, points)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, point, row, rows_of
+from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, parse_rows, point, row
 from geometries.profiles.text import Rows, Source, as_float, drop_near, drop_zigzags, number, shortened
 
 MARKS = ("header.begin", "header.end", "spline.begin", "spline.end", "point.begin", "point.end")
@@ -93,7 +93,7 @@ def _parse(source: Source) -> Block:
         raise source.wrong(len(source.lines), f"{expected} is missing; is the file cut off?")
     if "point" not in closed:
         raise source.wrong(len(source.lines), "point.begin is missing: the file has no points")
-    return Block(parts["header"], parts["spline"], rows_of(source, points, lines), weighted)
+    return Block(parts["header"], parts["spline"], parse_rows(source, points, lines), weighted)
 
 
 def _mark(source: Source, line: int, mark: str, open_marks: list[str], closed: set[str]) -> None:

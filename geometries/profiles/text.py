@@ -51,7 +51,7 @@ def read_source(path: Path) -> Source:
         data = _read_bytes(path)
     except OSError as error:
         raise WrongInput(f"{path}: cannot be read ({error.strerror}); give the path of a profile") from None
-    return source_of(path, data)
+    return parse_source(path, data)
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -66,7 +66,7 @@ def _read_bytes(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def source_of(path: Path, data: bytes) -> Source:
+def parse_source(path: Path, data: bytes) -> Source:
     """Lines of the bytes of a file, numbers without quotes. Raises WrongInput where they are no text."""
     data = data.rstrip(b"\x1a")  # end of file of old systems
     if binary := BINARY.search(data):

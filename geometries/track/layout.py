@@ -18,6 +18,9 @@ SAMPLE_SPACING = 0.04  # mm along a curve: narrower minima of the gap may be mis
 FLANGE_PLATEAU = 1e-3  # rad below the largest inclination of a wheel that still count as its steepest part
 
 
+SideName = Literal["left", "right"]
+
+
 @dataclass(frozen=True)
 class TrackDimensions:
     """Gauge [mm], the depth [mm] below the rail top down to which it is measured, and the rails' inclination.
@@ -96,6 +99,12 @@ class Layout:
     left: Side
     right: Side
     nominal_radius: tuple[float, float]
+
+    def side(self, name: SideName) -> Side:
+        """The side of a name; raises WrongInput for another one."""
+        if name not in {"left", "right"}:
+            raise WrongInput(f"side = {name!r}: must be 'left' or 'right'")
+        return self.left if name == "left" else self.right
 
     @property
     def notes(self) -> tuple[str, ...]:

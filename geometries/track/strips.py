@@ -10,9 +10,9 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
 from geometries.track.curves import Graph, Moved
-from geometries.track.layout import Layout, Side
+from geometries.track.layout import Layout, Side, SideName
 from geometries.track.touching import gap_minima, point_at, posed, wheel_graphs
-from geometries.track.wheelset import Position, SideName, Touch, curves_in_place, side_of, touch_of
+from geometries.track.wheelset import Position, Touch, curves_in_place, make_touch
 
 NEWTON_STEPS = 30
 LENGTH_ROUNDING = 1e-11  # mm: arc lengths of the wheel
@@ -48,7 +48,7 @@ def distances(layout: Layout, position: Position, side: SideName, s_rail: ArrayL
     rail, wheel = curves_in_place(layout, position, side)
     s = np.asarray(s_rail, dtype=float)
     points, (ty, tz) = rail.position(s), rail.tangent(s)
-    t = _nearest(side_of(layout, side), wheel, points)
+    t = _nearest(layout.side(side), wheel, points)
     for _ in range(NEWTON_STEPS):
         apart, tangents = wheel.position(t) - points, wheel.tangent(t)
         step = (apart[0] * ty + apart[1] * tz) / (tangents[0] * ty + tangents[1] * tz)
@@ -67,16 +67,16 @@ def strips(layout: Layout, position: Position, side: SideName, approach: float) 
     """
     if not 0 < approach < np.inf:
         raise WrongInput(f"approach = {approach!r}: must be a positive length [mm]")
-    both = side_of(layout, side)
+    both = layout.side(side)
     shift, roll, height = position.pose(side)
     minima = gap_minima(both, shift, roll, within=approach)
-    touches = sorted((touch_of(both, m, height) for m in minima), key=lambda touch: touch.s_rail)
-    below = Below(both, shift, roll, height - approach)
-    edges = _edges(below, np.array([touch.s_rail for touch in touches if touch.gap < approach]))
-    return tuple(_strip(below, edge, touches, approach) for edge in edges)
+    touches = sorted((make_touch(both, m, height) for m in minima), key=lambda touch: touch.s_rail)
+    gap_above = RailGap(both, shift, roll, height - approach)
+    edges = _edges(gap_above, np.array([touch.s_rail for touch in touches if touch.gap < approach]))
+    return tuple(_strip(gap_above, edge, touches, approach) for edge in edges)
 
 
-class Below:
+class RailGap:
     """The vertical gap above points of a rail, in one position of the wheelset."""
 
     def __init__(self, side: Side, shift: float, roll: float, height: float) -> None:
@@ -113,16 +113,16 @@ def _height(wheel: Moved, graph: Graph, y: Array) -> Array:
     return np.where((y >= graph.y[0]) & (y <= graph.y[-1]), wheel.position(t)[1], np.nan)
 
 
-def _edges(below: Below, touching: Array) -> list[tuple[float, float]]:
+def _edges(gap_above: RailGap, touching: Array) -> list[tuple[float, float]]:
     """Arc lengths of the rail between which the gap is negative, refined on the curves.
 
     Touching points are samples too, so that a strip narrower than the samples is not missed.
     """
     edges = []
-    for graph in below.side.rail_graphs:
+    for graph in gap_above.side.rail_graphs:
         inside = touching[(touching > graph.t[0]) & (touching < graph.t[-1])]
         t = np.union1d(graph.t, inside)
-        gaps = below.gap(t)
+        gaps = gap_above.gap(t)
         closed = np.concatenate([[False], gaps < 0, [False]])
         starts, ends = (np.flatnonzero(np.diff(closed.astype(int)) == sign) for sign in (1, -1))
         for first, after in zip(starts, ends, strict=True):
@@ -131,23 +131,23 @@ def _edges(below: Below, touching: Array) -> list[tuple[float, float]]:
                     f"approach: a strip reaches the end of a profile at arc length {t[first]:.3f} or "
                     f"{t[after - 1]:.3f} mm of the rail; take a smaller approach or more of the profiles"
                 )
-            edges.append((_zero(below, t[first - 1], t[first]), _zero(below, t[after - 1], t[after])))
+            edges.append((_zero(gap_above, t[first - 1], t[first]), _zero(gap_above, t[after - 1], t[after])))
     return edges
 
 
-def _zero(below: Below, low: float, high: float) -> float:
+def _zero(gap_above: RailGap, low: float, high: float) -> float:
     """Arc length of the rail where the gap is zero."""
-    return float(scipy.optimize.brentq(below.gap_at, low, high, xtol=LENGTH_ROUNDING))
+    return float(scipy.optimize.brentq(gap_above.gap_at, low, high, xtol=LENGTH_ROUNDING))
 
 
-def _strip(below: Below, edge: tuple[float, float], touches: list[Touch], approach: float) -> Strip:
+def _strip(gap_above: RailGap, edge: tuple[float, float], touches: list[Touch], approach: float) -> Strip:
     """A strip between its edges."""
     inside = tuple(touch for touch in touches if edge[0] < touch.s_rail < edge[1] and touch.gap < approach)
     ends = np.linspace(*edge, AREA_PANELS + 1)
     t, weights = on_panels(ends[:-1], ends[1:], AREA_POINTS)
-    overlap = -below.gap(t.ravel()).reshape(t.shape)
-    area = float(np.sum(weights * overlap * below.side.rail.tangent(t)[0]))
-    y = below.side.rail.position(np.array(edge))[0]
+    overlap = -gap_above.gap(t.ravel()).reshape(t.shape)
+    area = float(np.sum(weights * overlap * gap_above.side.rail.tangent(t)[0]))
+    y = gap_above.side.rail.position(np.array(edge))[0]
     return Strip(
         s_rail=edge,
         y=(float(y[0]), float(y[1])),

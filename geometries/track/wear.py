@@ -172,7 +172,7 @@ def wear(side: Side, law: WearLaw, worn_area: tuple[float, float], spacing: floa
     `spacing` [mm] is that of the points. The wheelset does not roll about its long axis. Raises Failure where
     an overlap reaches the end of a profile, or no shift gives the lateral force of a curve.
     """
-    before = sections_of(side, spacing)
+    before = sample_sections(side, spacing)
     rail, wheel = before
     for _ in range(law.steps):
         contacts = all_contacts(rail, wheel, law)
@@ -188,7 +188,7 @@ def wear(side: Side, law: WearLaw, worn_area: tuple[float, float], spacing: floa
     )
 
 
-def sections_of(side: Side, spacing: float) -> tuple[Section, Section]:
+def sample_sections(side: Side, spacing: float) -> tuple[Section, Section]:
     """Return rail and wheel of a side as points at most `spacing` [mm] apart."""
     if not 0 < spacing < np.inf:
         raise WrongInput(f"spacing = {spacing!r}: must be a positive length [mm]")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.track.curves import STEEPEST, Moved, turned
-from geometries.track.layout import Layout, Side
+from geometries.track.layout import Layout, Side, SideName
 from geometries.track.touching import Minimum, followed_to, gap_minima, posed
 
 # --- one shift ---
@@ -29,7 +29,6 @@ NEAR_END = 3.0  # mm of arc length: a touching point as near to the end of a pro
 DEEP = 20.0  # mm below the rail top: beyond the flanks that flanges touch
 SECOND_WITHIN = 0.1  # mm: default distance below which a second touching point is reported
 
-SideName = Literal["left", "right"]
 RollRule = Literal["about axle", "about rails"]
 
 
@@ -126,7 +125,7 @@ def settle(
     radius = sum(layout.nominal_radius) / 2
     arm = radius if roll == "about rails" else 0.0
     if isinstance(roll, str):
-        turn, left, right = _rolled(layout, shift, arm, within)
+        turn, left, right = _find_roll(layout, shift, arm, within)
     else:
         turn, (left, right) = float(roll), _minima(layout, shift, arm, float(roll), within)
     axle = float(shift - arm * np.sin(turn))
@@ -139,7 +138,7 @@ def settle(
         left=_touches(layout.left, left, within),
         right=_touches(layout.right, right, within),
     )
-    return _judged(layout, position, f"shift = {shift:g} mm")
+    return _add_notes(layout, position, f"shift = {shift:g} mm")
 
 
 def settle_wheel(
@@ -161,7 +160,7 @@ def settle_wheel(
     for name, value in (("lateral", lateral), ("roll", roll)):
         if not np.isfinite(value):
             raise WrongInput(f"{name} = {value!r}: must be a number")
-    own, sign = side_of(layout, side), 1 if side == "left" else -1
+    own, sign = layout.side(side), 1 if side == "left" else -1
     tape = np.array(own.tape)
     shift = lateral + float(tape[0] - turned(tape, roll)[0])
     minima = gap_minima(own, shift, roll, within / np.cos(STEEPEST))
@@ -176,10 +175,10 @@ def settle_wheel(
         left=touches if side == "left" else (),
         right=touches if side == "right" else (),
     )
-    return _judged(layout, position, f"lateral = {lateral:g} mm")
+    return _add_notes(layout, position, f"lateral = {lateral:g} mm")
 
 
-def _judged(layout: Layout, position: Position, given: str) -> Position:
+def _add_notes(layout: Layout, position: Position, given: str) -> Position:
     """A position with notes on what is unusual; raises Failure where a wheel has climbed its rail."""
     notes: tuple[str, ...] = ()
     sides: tuple[tuple[SideName, tuple[Touch, ...]], ...] = (
@@ -188,25 +187,18 @@ def _judged(layout: Layout, position: Position, given: str) -> Position:
     )
     for name, touches in sides:
         for touch in touches[:1]:
-            _check_flange(name, side_of(layout, name), touch, given)
-            notes += _unusual(name, side_of(layout, name), touch)
+            _check_flange(name, layout.side(name), touch, given)
+            notes += _unusual(name, layout.side(name), touch)
     return replace(position, notes=notes)
-
-
-def side_of(layout: Layout, name: SideName) -> Side:
-    """The side of a name."""
-    if name not in {"left", "right"}:
-        raise WrongInput(f"side = {name!r}: must be 'left' or 'right'")
-    return layout.left if name == "left" else layout.right
 
 
 def curves_in_place(layout: Layout, position: Position, side: SideName) -> tuple[Moved, Moved]:
     """Rail and wheel of a side as they touch, in the axes of the side."""
-    both = side_of(layout, side)
+    both = layout.side(side)
     return both.rail, posed(both, *position.pose(side))
 
 
-def _rolled(
+def _find_roll(
     layout: Layout, shift: float, arm: float, within: float
 ) -> tuple[float, list[Minimum], list[Minimum]]:
     """The roll of least size at which both wheels touch at one height of the axle, and both sides' minima.
@@ -280,11 +272,11 @@ def _minima(
 
 def _touches(side: Side, minima: list[Minimum], within: float) -> tuple[Touch, ...]:
     """The touching points of a wheel within a distance [mm]."""
-    touches = (touch_of(side, minimum, -minima[0].gap) for minimum in minima)
+    touches = (make_touch(side, minimum, -minima[0].gap) for minimum in minima)
     return tuple(touch for touch in touches if touch.distance <= within)
 
 
-def touch_of(side: Side, minimum: Minimum, height: float) -> Touch:
+def make_touch(side: Side, minimum: Minimum, height: float) -> Touch:
     """A touching point from a minimum of the gap, with the axle at a height [mm]."""
     t_rail, t_wheel = minimum.t_rail, minimum.t_wheel
     on_rail, on_wheel = side.rail.at(t_rail), side.wheel.at(t_wheel)

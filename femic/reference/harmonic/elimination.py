@@ -190,8 +190,8 @@ class Order:
     seen: csr_matrix
 
     @classmethod
-    def of(cls, equations: Equations) -> "Order":
-        """The order of a section's amplitudes."""
+    def prepare(cls, equations: Equations) -> "Order":
+        """Order a section's amplitudes."""
         model, free, last = equations.model, equations.free, equations.last
         parts = dissected(model.cells, model.section.mesh.doflocs, last)
         groups = [_amplitudes(part.eliminated, free) for part in parts]
@@ -306,7 +306,7 @@ def _runs(places: Indices) -> list[tuple[slice, slice]]:
 # --- elimination ---
 
 MOST_NUMBERS = 48_000_000  # of factors and fronts, up to which wavenumbers are eliminated together
-MOST_TOGETHER = 8  # wavenumbers: more are not faster
+LARGEST_BATCH = 8  # wavenumbers: more are not faster
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,17 +324,17 @@ class Elimination:
     seen: csr_matrix  # G^T (amplitudes, m)
 
     @classmethod
-    def of(cls, equations: Equations) -> "Elimination":
+    def prepare(cls, equations: Equations) -> "Elimination":
         """Prepare the elimination for the equations of a section."""
-        order = Order.of(equations)
+        order = Order.prepare(equations)
         return cls(order.fronts(), order.amplitudes, order.retained, order.forces, order.seen)
 
     @property
-    def together(self) -> int:
-        """For how many wavenumbers at once memory is used, at most."""
+    def batch_size(self) -> int:
+        """Number of wavenumbers that fit into memory at once, at most."""
         numbers = sum(front.eliminated * front.shape[1] for front in self.fronts)
         numbers += 2 * max(front.shape[0] * front.shape[1] for front in self.fronts)
-        return int(np.clip(MOST_NUMBERS // numbers, 1, MOST_TOGETHER))
+        return int(np.clip(MOST_NUMBERS // numbers, 1, LARGEST_BATCH))
 
     def at(self, k: Sequence[float], forces: Array | None = None) -> "Eliminated":
         """Eliminate at wavenumbers [1/mm]; raises LinAlgError where a pivot is 0.
@@ -377,9 +377,9 @@ def _add(matrix: Array, left: Array, half: Half) -> None:
         matrix[:, half.rows[:, None], half.columns] += left
 
 
-def in_parts(k: Sequence[float], together: int, workers: int) -> list[list[float]]:
-    """Wavenumbers in parts of at most `together`, about as many for each of the workers."""
-    size = min(together, -(-len(k) // workers)) or 1
+def in_parts(k: Sequence[float], batch_size: int, workers: int) -> list[list[float]]:
+    """Wavenumbers in parts of at most `batch_size`, about as many for each of the workers."""
+    size = min(batch_size, -(-len(k) // workers)) or 1
     number = workers * -(-len(k) // (workers * size))
     return [part.tolist() for part in np.array_split(k, number or 1) if len(part)]
 

@@ -107,7 +107,7 @@ def solve(
     """
     run = _Run(most_unknowns, workers, progress, cache)
     with one_blas_thread(), run.processes:
-        section, samples = _sampled(request, run)
+        section, samples = _sample(request, run)
         coarser = _with_coarser_cells(request, run, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
@@ -117,21 +117,23 @@ def solve(
     return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
 
 
-def _sampled(request: HarmonicRequest, run: "_Run") -> tuple[SectionMesh, Samples]:
+def _sample(request: HarmonicRequest, run: "_Run") -> tuple[SectionMesh, Samples]:
     """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
     section = run.section(request)
-    solver = run.solver(SectionWork(section, request.loads, request.observed, request.shares, request.felt))
+    solver = run.solver(
+        SectionWork(section, request.loads, request.observed, request.shares, request.cutoff_wavenumber)
+    )
     run.progress(0)
 
     def both_arcs(wavenumbers: Sequence[float]) -> list[Array]:
-        return [_of_both_arcs(responses) for responses in run.solutions(solver, wavenumbers)]
+        return [_for_both_arcs(responses) for responses in run.solutions(solver, wavenumbers)]
 
     with run.timed("solution"):
         a = min(load.patch.a for load in request.loads)
         return section, sample(request.axis, both_arcs, odd_in_k(request.loads), a, request.accuracy)
 
 
-def _of_both_arcs(responses: Array) -> Array:
+def _for_both_arcs(responses: Array) -> Array:
     """Responses (2, load, 3, len(s)) with both far arcs, from those with one or two of them.
 
     One solution serves both where the far arc has no effect, and where an outline leaves it none.
@@ -214,17 +216,17 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
     A model that an interrupted run has begun continues after its last finished wavenumber.
     """
     for task in tasks:
-        yield _solved(task, options)
+        yield _solve_task(task, options)
 
 
-def _solved(task: Task, options: RunOptions) -> Solved:
+def _solve_task(task: Task, options: RunOptions) -> Solved:
     """Return the model of a task from the store, or solve it and put it there."""
     stored = stored_model(task.request, options.store)
     if stored is not None:
         return Solved(task, stored, cached=True)
     request = with_unit_modulus(task.request)
     options.watch.on_step(Step(task, "mesh and assembly"))
-    expected = _expected(request)
+    expected = _expected_solutions(request)
     responses = solve(
         request,
         task.most_unknowns,
@@ -236,7 +238,7 @@ def _solved(task: Task, options: RunOptions) -> Solved:
     return Solved(task, requested_part(responses, task.request), cached=False)
 
 
-def _expected(request: HarmonicRequest) -> int | None:
+def _expected_solutions(request: HarmonicRequest) -> int | None:
     """Return the expected number of solutions, None if a half-space needs too many wavenumbers."""
     try:
         samples = expected_samples(request)

@@ -83,12 +83,13 @@ class HarmonicRequest(Request):
     """The input of one model; of the points, only s matters here.
 
     `cells` gives the smallest cell and its growth away from the ends of the loaded strips. With `even_strips`
-    all cells on the strips have the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
-    times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), limits the error of the
-    interpolation between wavenumbers. `highest` is the largest wavenumber times the least half-side of loads.
+    all cells on the strips have the smallest size; near `fit_patches`, where M is fitted, they are smaller
+    (`femic.reference.harmonic.engine.FINER`). `accuracy` [mm/N], a number or an array (load, 1, observer),
+    limits the error of the interpolation between wavenumbers. `highest` is the largest wavenumber times the
+    least half-side of loads.
 
-    Spare loads and arc lengths are included for later requests only (`nesting`). With `given_domain` the far
-    arc is part of the body, so that a model with a farther one does not serve.
+    Spare loads and arc lengths are included for later requests only (`femic.reference.harmonic.stored`). With
+    `given_domain` the far arc is part of the body, so that a model with a farther one does not serve.
     """
 
     accuracy: Array | float
@@ -100,19 +101,19 @@ class HarmonicRequest(Request):
     given_domain: bool = False
 
     @property
-    def own_loads(self) -> tuple[Load, ...]:
+    def requested_loads(self) -> tuple[Load, ...]:
         """The loads without the spare ones."""
         return tuple(load for load in self.loads if load not in self.spare_loads)
 
     @property
-    def own_s(self) -> Array:
+    def requested_s(self) -> Array:
         """The arc lengths of `observed` without the spare ones [mm], shape (n,)."""
         return np.setdiff1d(self.observed, self.spare_s)
 
     @property
     def k_max(self) -> float:
         """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger."""
-        patches = [load.patch for load in self.own_loads]
+        patches = [load.patch for load in self.requested_loads]
         relative_curvature = max(
             _curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches
         )
@@ -138,7 +139,7 @@ class HarmonicRequest(Request):
         return (1.0, 1 / NEARER) if self.body.outline is None else (1.0,)
 
     @property
-    def felt(self) -> float:
+    def cutoff_wavenumber(self) -> float:
         """Wavenumber [1/mm] from which on the nearer far arc has no effect on the responses."""
         return FAR_REACH * NEARER / self.body.domain.far_radius
 

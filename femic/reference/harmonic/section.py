@@ -89,13 +89,13 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
     for joint in contour.joints:
         gap = max(float(np.min(np.abs(ends - joint))), cells.smallest / growth)
         disturbances.append((np.array([joint]), max(JOINT_SHARE * growth * gap, cells.smallest)))
-    disturbances += _turns(contour, ends, growth)
+    disturbances += _turn_sizes(contour, ends, growth)
     widest = float(np.max(np.ptp(strips, axis=1)))
     if size.wave < growth * widest / 2:
         disturbances.append((_between(strips, size.wave), size.wave))
     places = [(contour.position(s), h0) for s, h0 in disturbances]
     if body.outline is not None:
-        places += _of_outline(contour, body.outline, ends, size.cells)
+        places += _outline_sizes(contour, body.outline, ends, size.cells)
     fields = [distance(gmsh, np.stack([0 * y, y, z])) for (y, z), _ in places]
     formulas = [
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)" for field, (_, h0) in zip(fields, places, strict=True)
@@ -116,7 +116,7 @@ def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: f
     return f"max({slowly},{growth:.17g}*(F{field}-{fit_cells.behind:.17g}))"
 
 
-def _of_outline(
+def _outline_sizes(
     contour: Contour, outline: SectionOutline, ends: Array, cells: Cells
 ) -> list[tuple[Array, float]]:
     """Return points (2, n) [mm] where the section is narrow, and its corners, for the cells they need.
@@ -135,7 +135,7 @@ def _of_outline(
     return [(points[:, refined & (octave == power)], float(2**power)) for power in np.unique(octave[refined])]
 
 
-def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
+def _turn_sizes(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
     """Return arc lengths [mm] where the contour's radius needs smaller cells than the distance of the strips.
 
     They are grouped by the size of the cells [mm], a power of two.
@@ -288,7 +288,7 @@ def _curved(
         far_arc, *_ = body.on_supports(*mesh.p[:, : mesh.nvertices])
         on_arc = boundary_facets_on(mesh, far_arc)
         _bend(mesh, on_arc, _along_far_arc(mesh.p[:, mesh.facets[:, on_arc]], body.side), moved)
-    nodes = _nodes_of(mesh, edges)
+    nodes = _edge_nodes(mesh, edges)
     nodes = np.where(starts < ends, nodes, nodes[::-1])
     order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
     knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
@@ -304,7 +304,7 @@ def _along_far_arc(ends: Array, side: int) -> Array:
     return np.stack([radius * np.sin(angle), side * radius * np.cos(angle)])
 
 
-def _nodes_of(mesh: MeshTri4, edges: Indices) -> Indices:
+def _edge_nodes(mesh: MeshTri4, edges: Indices) -> Indices:
     """The nodes of edges in their order along each of them, (node, edge)."""
     return np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
 
@@ -315,7 +315,7 @@ def _bend(mesh: MeshTri4, edges: Indices, places: Array, moved: Array) -> None:
     The inner nodes of their cells are moved with them, less the further away. `moved` (2, n_nodes) holds the
     coordinates of all nodes and is changed.
     """
-    nodes = _nodes_of(mesh, edges)
+    nodes = _edge_nodes(mesh, edges)
     bulge = places - mesh.doflocs[:, nodes]
     moved[:, nodes[1:-1]] += bulge[:, 1:-1]
     cells = mesh.f2t[0, edges]

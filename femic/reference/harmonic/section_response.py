@@ -84,12 +84,12 @@ class Condensation:
     by_fields: bool  # responses are read from the amplitudes under all loads
 
     @classmethod
-    def of(cls, equations: Equations, supports: int) -> "Condensation":
+    def prepare(cls, equations: Equations, supports: int) -> "Condensation":
         """Prepare the responses of a section with a number of `supports`."""
         forces, observers = equations.forces, equations.observers
         by_fields = ROWS_PER_FIELD * supports * forces.shape[1] < observers.shape[0]
         carried = observers[:0] if by_fields else observers
-        elimination = Elimination.of(replace(equations, observers=carried))
+        elimination = Elimination.prepare(replace(equations, observers=carried))
         seen = csr_matrix(observers[:, elimination.amplitudes])
         return cls(elimination, elimination.forces, seen, by_fields)
 
@@ -218,16 +218,16 @@ class SectionSolver:
             observers(section, places),
         )
         observer_signs = {y: np.where((s < 0)[:, None], _mirror(y), 1.0) for y in ys}
-        self._parts = {y: _Part.of(loads, y, columns, observer_signs[y]) for y in ys}
+        self._parts = {y: _Part.select(loads, y, columns, observer_signs[y]) for y in ys}
         self._n_loads, self._place_of_observer = len(loads), place_of_observer
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
     @property
-    def together(self) -> int:
-        """For how many wavenumbers one call takes memory, at most."""
-        return min(shared.condensation.elimination.together for shared in self._shared)
+    def batch_size(self) -> int:
+        """Number of wavenumbers for which one call takes memory, at most."""
+        return min(shared.condensation.elimination.batch_size for shared in self._shared)
 
     def __call__(self, k: Sequence[float], shares: Sequence[float] = (1.0,)) -> tuple[Array, Array]:
         """Amplitudes [mm^2/N] at wavenumbers [1/mm], and the worst residuals (k,); raises NotConverged."""
@@ -262,7 +262,7 @@ class _SharedFactorisation:
     free: Mapping[Case, Mask]
 
     @classmethod
-    def of(
+    def prepare(
         cls,
         model: SectionModel,
         held: Mapping[Case, Mask],
@@ -272,7 +272,7 @@ class _SharedFactorisation:
     ) -> "_SharedFactorisation":
         """Prepare cases by what they hold, (n_nodes, 3); they differ at the `last` nodes (n_nodes,) alone."""
         free = ~np.all(list(held.values()), axis=0)
-        condensation = Condensation.of(Equations(model, free, last, forces, seen), len(held))
+        condensation = Condensation.prepare(Equations(model, free, last, forces, seen), len(held))
         amplitudes = condensation.elimination.amplitudes
         retained = amplitudes[len(amplitudes) - condensation.retained :]
         return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
@@ -284,9 +284,11 @@ def _shared_factorisations(
     """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
     model, differing = assemble(section), _differing(held)
     if 3 * np.sum(differing) <= MOST_RETAINED:
-        return [_SharedFactorisation.of(model, held, differing, forces, seen)]
+        return [_SharedFactorisation.prepare(model, held, differing, forces, seen)]
     none = np.zeros_like(differing)
-    return [_SharedFactorisation.of(model, {case: mask}, none, forces, seen) for case, mask in held.items()]
+    return [
+        _SharedFactorisation.prepare(model, {case: mask}, none, forces, seen) for case, mask in held.items()
+    ]
 
 
 def _differing(held: Mapping[Case, Mask]) -> Mask:
@@ -342,8 +344,10 @@ class _Part:
     observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
 
     @classmethod
-    def of(cls, loads: Sequence[Load], y: int, columns: Sequence[Column], observer_signs: Array) -> "_Part":
-        """The part of a parity in y, or all of the loads (0)."""
+    def select(
+        cls, loads: Sequence[Load], y: int, columns: Sequence[Column], observer_signs: Array
+    ) -> "_Part":
+        """Select the part of a parity in y, or all of the loads (0)."""
         with_part = set(_with_part(loads, y))
         load_numbers = [number for number, load in enumerate(loads) if load in with_part]
         column_number = {column: number for number, column in enumerate(columns)}

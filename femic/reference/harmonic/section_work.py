@@ -47,7 +47,7 @@ class SectionWork:
     """A section with loads, and observers at arc lengths s [mm].
 
     Its solutions have responses (share, load, 3, len(s)), with the far arc at some `shares` of its radius;
-    from the wavenumber `felt` [1/mm] on with the far arc at the first of them only. `kind` begins their names
+    from `cutoff_wavenumber` [1/mm] on with the far arc at the first of them only. `kind` begins their names
     in a cache.
     """
 
@@ -55,7 +55,7 @@ class SectionWork:
     loads: tuple[Load, ...]
     s: Array
     shares: tuple[float, ...] = (1.0,)
-    felt: float = 0.0
+    cutoff_wavenumber: float = 0.0
     kind: str = ""
 
     @property
@@ -66,7 +66,7 @@ class SectionWork:
     def in_threads(self, workers: int, cache: StoredWaves) -> Solver:
         """Prepare the equations, and return what solves wavenumbers in threads, which share them."""
         shared = _PreparedSection(self, cache)
-        at_once = shared.equations.together
+        at_once = shared.equations.batch_size
         return lambda k: in_threads(shared, self._groups(k, at_once, workers), workers)
 
     def in_processes(self, processes: Processes, workers: int, cache: StoredWaves) -> Solver:
@@ -75,8 +75,11 @@ class SectionWork:
         return lambda k: processes(each, self._groups(k, AT_ONCE, workers))
 
     def _groups(self, k: Sequence[float], at_once: int, workers: int) -> list[list[float]]:
-        """Groups of at most `at_once` growing wavenumbers [1/mm], all of them below `felt` or none."""
-        sides = [one for one in k if one < self.felt], [one for one in k if one >= self.felt]
+        """Groups of at most `at_once` growing wavenumbers [1/mm], all on one side of `cutoff_wavenumber`."""
+        sides = (
+            [one for one in k if one < self.cutoff_wavenumber],
+            [one for one in k if one >= self.cutoff_wavenumber],
+        )
         return [group for side in sides for group in in_parts(side, at_once, workers)]
 
 
@@ -97,10 +100,10 @@ class _PreparedSection:
         names = {one: f"{self.work.kind}k{float(one)!r}" for one in k}
         stored = {one: self.cache.get(name) for one, name in names.items()}
         missing = [one for one, solution in stored.items() if solution is None]
-        shares = self.work.shares if min(k) < self.work.felt else self.work.shares[:1]
+        shares = self.work.shares if min(k) < self.work.cutoff_wavenumber else self.work.shares[:1]
         solved: dict[float, WaveSolution] = {}
         with one_blas_thread():
-            for batch in in_parts(missing, self.equations.together, workers=1) if missing else ():
+            for batch in in_parts(missing, self.equations.batch_size, workers=1) if missing else ():
                 responses, residuals = self.equations(batch, shares)
                 new = dict(zip(batch, zip(responses, residuals.tolist(), strict=True), strict=True))
                 for one, solution in new.items():

@@ -20,11 +20,12 @@ import xarray as xr
 from femic.cache.store import Store
 from femic.reference.engine import cost_from
 from femic.reference.harmonic.request import SCALE_LOWEST, HarmonicRequest
-from femic.reference.harmonic.synthesis import Responses, part_of
+from femic.reference.harmonic.synthesis import Responses, select_part
 from femic.reference.harmonic.wavenumbers import Axis, Samples
 from femic.reference.meshing import Cells
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
+from geometries.materials import Material
 from geometries.patches import DIRECTIONS, Load, Patch
 
 # --- E = 1 MPa ---
@@ -40,12 +41,12 @@ def with_unit_modulus(request: HarmonicRequest) -> HarmonicRequest:
     return replace(request, body=unit, accuracy=_rounded(request.accuracy * (body.material.E / UNIT)))
 
 
-def with_modulus_of(body: Body, solved: Responses) -> Responses:
-    """Return the responses of a body with its own E from responses for E = 1 MPa."""
-    factor = UNIT / body.material.E
+def with_material(solved: Responses, material: Material) -> Responses:
+    """Return the responses of the body with its own E from responses for E = 1 MPa."""
+    factor = UNIT / material.E
     samples = replace(solved.samples, responses=factor * solved.samples.responses)
-    own = replace(solved.body, material=body.material)
-    return replace(solved, body=own, samples=samples, coarser=factor * solved.coarser)
+    body = replace(solved.body, material=material)
+    return replace(solved, body=body, samples=samples, coarser=factor * solved.coarser)
 
 
 def _rounded(values: Array | float) -> Array:
@@ -63,12 +64,12 @@ WaveSolution = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] 
 def to_entry(responses: Responses) -> xr.Dataset:
     """Return the entry of responses; with the nearer far arc only the responses that differ."""
     samples = responses.samples
-    felt = np.any(samples.responses[:, 0] != samples.responses[:, 1], axis=(1, 2, 3))
+    differs = np.any(samples.responses[:, 0] != samples.responses[:, 1], axis=(1, 2, 3))
     dims = ("load", "i", "point")
     return xr.Dataset(
         {
             "response": (("k", *dims), samples.responses[:, 0], {"units": "mm2/N"}),
-            "response_nearer": (("k_felt", *dims), samples.responses[felt, 1], {"units": "mm2/N"}),
+            "response_nearer": (("k_felt", *dims), samples.responses[differs, 1], {"units": "mm2/N"}),
             "response_coarser": (("k_sparser", *dims), responses.coarser, {"units": "mm2/N"}),
             "last": ("k", samples.last),
             "vertices": (("yz", "vertex"), responses.drawn[0], {"units": "mm"}),
@@ -76,7 +77,7 @@ def to_entry(responses: Responses) -> xr.Dataset:
         },
         coords={
             "k": ("k", samples.k, {"units": "1/mm"}),
-            "k_felt": ("k_felt", samples.k[felt], {"units": "1/mm"}),
+            "k_felt": ("k_felt", samples.k[differs], {"units": "1/mm"}),
             "k_sparser": ("k_sparser", samples.sparser.k, {"units": "1/mm"}),
             "s": ("point", responses.s, {"units": "mm"}),
             "load_s": ("load", [load.patch.s for load in responses.loads], {"units": "mm"}),
@@ -143,7 +144,7 @@ def stored_model(request: HarmonicRequest, store: Store) -> Responses | None:
     for key, outline in _candidates(unit_request, store):
         entry = store.get(key)
         if entry is not None:
-            body = outline.body_of(unit_request)
+            body = outline.in_domain(unit_request.body)
             return requested_part(from_entry(entry, body, outline.loads, outline.axis(body)), request)
     return None
 
@@ -153,20 +154,22 @@ def store_model(responses: Responses, request: HarmonicRequest, store: Store) ->
     key = model_key(request, store)
     store.put(key, to_entry(responses))
     if request.even_strips:
-        store.put_part(_index_key(request, store), key, asdict(Outline.of(request)))
+        store.put_part(_index_key(request, store), key, asdict(Outline.describe(request)))
 
 
 def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
     """Return the requested responses, with the E of the request, of a model that serves it."""
-    members = [_members(solved.loads, load) for load in request.own_loads]
-    s = request.own_s
+    members = [_members(solved.loads, load) for load in request.requested_loads]
+    s = request.requested_s
     places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
-    return with_modulus_of(request.body, part_of(solved, request.own_loads, members, s, places))
+    return with_material(
+        select_part(solved, request.requested_loads, members, s, places), request.body.material
+    )
 
 
 def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
     """Yield keys and outlines of models that may serve a request, its own model first."""
-    yield model_key(request, store), Outline.of(request)
+    yield model_key(request, store), Outline.describe(request)
     if not request.even_strips:
         return
     index = _index_key(request, store)
@@ -195,8 +198,8 @@ class Outline:
     s: Array  # (m,)
 
     @classmethod
-    def of(cls, request: HarmonicRequest) -> "Outline":
-        """The outline of the model of a request."""
+    def describe(cls, request: HarmonicRequest) -> "Outline":
+        """Describe the model of a request."""
         cells = request.cells
         return cls(
             np.array(request.body.domain.far_radius),
@@ -216,9 +219,8 @@ class Outline:
             for strip, direction in zip(self.strips.tolist(), self.directions, strict=True)
         )
 
-    def body_of(self, request: HarmonicRequest) -> Body:
-        """Return the body of a request in the domain of the model."""
-        body = request.body
+    def in_domain(self, body: Body) -> Body:
+        """Return a body in the domain of the model."""
         return replace(body, domain=replace(body.domain, far_radius=float(self.far_radius)))
 
     def axis(self, body: Body) -> Axis:
@@ -227,7 +229,7 @@ class Outline:
 
     def serves(self, request: HarmonicRequest) -> bool:
         """Whether the model has all that a request needs, at least as accurate."""
-        patches = [load.patch for load in request.own_loads]
+        patches = [load.patch for load in request.requested_loads]
         apart = SAME_PLACE * min(patch.b for patch in patches)
         requested, cells = request.cells, Cells(*self.cells.tolist())
         return bool(
@@ -237,7 +239,7 @@ class Outline:
             and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
             and cells.smallest <= ROUNDING * requested.smallest
             and cells.growth <= ROUNDING * requested.growth
-            and np.all(np.min(np.abs(self.s[:, None] - request.own_s), axis=0) < apart)
+            and np.all(np.min(np.abs(self.s[:, None] - request.requested_s), axis=0) < apart)
             and self._has(request)
         )
 
@@ -254,7 +256,7 @@ class Outline:
         Only there are the cells as small as M needs them.
         """
         loads = self.loads
-        members = {load: len(_members(loads, load)) for load in request.own_loads}
+        members = {load: len(_members(loads, load)) for load in request.requested_loads}
         return all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
 
 

@@ -64,7 +64,7 @@ class Responses:
         yield "lower", at_arc, k_max / HIGHER
 
 
-def part_of(
+def select_part(
     solved: Responses, loads: Sequence[Load], members: Sequence[Indices], s: Array, places: Indices
 ) -> Responses:
     """Return the responses at some arc lengths s [mm] to loads that are means of solved loads.
@@ -92,7 +92,7 @@ def odd_in_k(loads: Sequence[Load]) -> Mask:
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:
     """Displacements [mm/N] at points on the surface under some of the solved loads, before the discount.
 
-    `perturbed` of the result has the displacements from the variations of the responses.
+    The result has the displacements from the variations of the responses as `RawICs.perturbed`.
     """
     loads_of_patch: dict[Patch, list[int]] = {}
     for j, load in enumerate(loads):
@@ -101,7 +101,7 @@ def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> R
     u = {name: np.empty((len(loads), 3, len(points.x))) for name, _, _ in variations}
     with one_blas_thread():
         for numbers in loads_of_patch.values():
-            under_patch = _UnderPatch.of(
+            under_patch = _UnderPatch.prepare(
                 solved, [loads[j] for j in numbers], points, {k_max for _, _, k_max in variations}
             )
             for name, samples, k_max in variations:
@@ -123,7 +123,7 @@ class _UnderPatch:
     tails: dict[float, Array]  # the half-space's share [mm/N], (3, 3, n_points), by the largest wavenumber
 
     @classmethod
-    def of(
+    def prepare(
         cls, solved: Responses, loads: list[Load], points: Points, largest: Iterable[float]
     ) -> "_UnderPatch":
         """Prepare what variations with these largest wavenumbers [1/mm] have in common."""
@@ -162,7 +162,7 @@ def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> 
     u = np.zeros((3, 3, len(points.x)))
     near = np.flatnonzero(np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max)
     if len(near):
-        tail = Tail.of(half_space, patch, k_max, points.x[near])
+        tail = Tail.prepare(half_space, patch, k_max, points.x[near])
         for s in np.unique(points.s[near]):
             on_strip = np.flatnonzero(points.s[near] == s)
             u[..., near[on_strip]] = tail.at(s - patch.s, on_strip)
@@ -183,7 +183,7 @@ class Heights:
     points: Array
 
     @classmethod
-    def of(cls, heights: Array) -> "Heights":
+    def covering(cls, heights: Array) -> "Heights":
         """Enough points for some heights z / R_roll; one point if they are all alike."""
         half_range = float(np.ptp(heights)) / 2
         digits = INTERPOLATION_DIGITS * np.log(10)
@@ -196,7 +196,7 @@ class Heights:
         return 1 / (1 - self.points)
 
     @classmethod
-    def of_loads(cls, heights: Array, phase: float) -> "Heights":
+    def covering_loads(cls, heights: Array, phase: float) -> "Heights":
         """Enough points for the heights z / R_roll of loads: `phase` is k_max a.
 
         At the radius of a load weights depend on its half-length alone, by sin(k a) / (k a): their n-th
@@ -274,7 +274,7 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
     """
     body, k_of_model = solved.body, COLUMNS_NEED * solved.samples.axis.k_max
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
-    loads_at, nodes = Heights.of_loads(heights, k_of_model * grid.dx / 2), Heights.of(heights)
+    loads_at, nodes = Heights.covering_loads(heights, k_of_model * grid.dx / 2), Heights.covering(heights)
     weights = _Weights(body, grid, loads_at, nodes)
     observers = np.searchsorted(solved.s, grid.strips)
     loads = {load: number for number, load in enumerate(solved.loads)}
@@ -284,7 +284,7 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
     by_variation = {}
     for name, samples, k_of_m in solved.variations():
         k_max = COLUMNS_NEED * k_of_m
-        even, odd = weights.of(samples, k_max)
+        even, odd = weights.look_up(samples, k_max)
         largest = k_max * loads_at.stretch
         m = _reach(grid, float(np.min(largest)))
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
@@ -305,14 +305,14 @@ class _Weights:
     shares: dict[float, list[tuple[Array, Array]]] = field(default_factory=dict)  # by largest wavenumber
     known: dict[tuple[float, bytes], tuple[Array, Array]] = field(default_factory=dict)
 
-    def of(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
+    def look_up(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
         """Weights [1/mm] of responses even and odd in x, (load radius, k, mean radius, lag) each."""
         key = k_max, samples.k.tobytes()
         if key not in self.known:
-            self.known[key] = self._computed(samples, k_max)
+            self.known[key] = self._compute(samples, k_max)
         return self.known[key]
 
-    def _computed(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
+    def _compute(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
         wavenumbers = spectrum(k_max, self.body.rolling_radius)
         if k_max not in self.shares:
             half_lengths = (self.grid.dx / 2 * self.loads_at.stretch).tolist()
@@ -335,7 +335,7 @@ def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
 
     The last axis counts the strips apart, from -m to m.
     """
-    tail = Tail.of(half_space, grid.element, k_max, grid.lags)
+    tail = Tail.prepare(half_space, grid.element, k_max, grid.lags)
     ahead = np.stack([tail.at(grid.ds * n) for n in range(m + 1)], axis=-1)
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

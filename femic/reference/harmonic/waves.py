@@ -220,8 +220,8 @@ class Tail:
     weights: tuple[Array, Array]  # of responses even and odd in x, (len(k), n) each [1/mm]
 
     @classmethod
-    def of(cls, half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> "Tail":
-        """The share beyond a largest wavenumber [1/mm]."""
+    def prepare(cls, half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> "Tail":
+        """Prepare the share beyond a largest wavenumber [1/mm]."""
         wavenumbers = integral(k_max)
         distances, number = np.unique(np.abs(x), return_inverse=True)
         even, odd = wavenumbers.shares(patch.a, distances)

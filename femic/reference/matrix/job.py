@@ -12,7 +12,7 @@ from approx.pair import Solid
 from femic.reference.discount import ApproachRule, Condition, NoRule, Rule
 from femic.reference.engine import Matrices, MatrixSpecification, Points
 from femic.reference.engines import kinds_that
-from femic.reference.job import FLOOR, Settings, directions_of
+from femic.reference.job import FLOOR, Settings, load_directions
 from femic.reference.meshing import Cells
 from femic.reference.run_options import Level, factors
 from geometries.arrays import Array
@@ -27,12 +27,13 @@ Discount = Literal["approach", "source", "none"]  # the rules of `femic.referenc
 
 @dataclass(frozen=True)
 class MatrixJob:
-    """The IC matrix of one body, refined on the scale of `columns`.
+    """The IC matrix of one body.
 
-    Only loads in the directions that `components` need are solved, and the loads that M needs for them. C is
-    the response after the first of the `discounts`; the same model also gives C after the others. With
-    "source" the far arc approximates a body without end, unless it is given, and is moved away until it does
-    not matter. With "approach" and "none" the supports are part of the body, and so of C.
+    It is refined on the scale of `femic.reference.matrix.reference.column_scale`. Only loads in the
+    directions that `components` need are solved, and the loads that M needs for them. C is the response after
+    the first of the `discounts`; the same model also gives C after the others. With "source" the far arc
+    approximates a body without end, unless it is given, and is moved away until it does not matter. With
+    "approach" and "none" the supports are part of the body, and so of C.
     """
 
     body: Body
@@ -70,7 +71,9 @@ class MatrixJob:
     def strip_loads(self) -> tuple[Load, ...]:
         """Unit loads on every strip in the directions of the components that are solved."""
         patches = [self.grid.patch(strip) for strip in range(self.grid.n_s)]
-        return tuple(Load(patch, direction) for patch in patches for direction in directions_of(self.solved))
+        return tuple(
+            Load(patch, direction) for patch in patches for direction in load_directions(self.solved)
+        )
 
     @cached_property
     def rules(self) -> Mapping[Discount, Rule]:
@@ -99,7 +102,7 @@ class MatrixJob:
     @property
     def fit_loads(self) -> tuple[Load, ...]:
         """The loads of these conditions."""
-        return _loads_of(self.fits)
+        return _collect_loads(self.fits)
 
     def fit_points(self, discount: Discount) -> Points:
         """The points at which the conditions of a discount read displacements."""
@@ -114,7 +117,7 @@ class MatrixJob:
     @property
     def merged_fit_loads(self) -> tuple[Load, ...]:
         """The loads that determine M where strips and their lengths are `MERGED` times as large."""
-        return _loads_of(self._fits(MERGED))
+        return _collect_loads(self._fits(MERGED))
 
     @property
     def given_domain(self) -> bool:
@@ -188,7 +191,7 @@ class MatrixJob:
         return scales[:, None]
 
 
-def _loads_of(fits: Mapping[Discount, Sequence[Condition]]) -> tuple[Load, ...]:
+def _collect_loads(fits: Mapping[Discount, Sequence[Condition]]) -> tuple[Load, ...]:
     """The loads of conditions, each once."""
     return tuple(
         dict.fromkeys(load for fit in fits.values() for condition in fit for load in condition.loads)

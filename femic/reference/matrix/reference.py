@@ -26,7 +26,7 @@ from femic.reference.job import FLOOR, Shares
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.meshing import Cells
 from femic.reference.refinement import Assessment, Batch, Measure, assessed, converged, worst_assessment
-from femic.reference.result import EstimatedICs, costs_of, errors, total
+from femic.reference.result import EstimatedICs, errors, model_costs, total
 from femic.reference.run_options import DEFAULT, Level, RunOptions, factors
 from geometries.arrays import Array, Mask
 from geometries.bodies import Body
@@ -123,9 +123,9 @@ class MatrixReference:
     @cached_property
     def _compliances(self) -> dict[Discount, dict[str, Array]]:
         """M (4, 4) by discount: of the model (""), and of its variations."""
-        return {name: self._fitted(name) for name in self.job.discounts}
+        return {name: self._fit_compliances(name) for name in self.job.discounts}
 
-    def _fitted(self, name: Discount) -> dict[str, Array]:
+    def _fit_compliances(self, name: Discount) -> dict[str, Array]:
         job = self.job
         if not job.fits[name]:
             return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
@@ -147,9 +147,9 @@ class MatrixReference:
         """Return the raw column of a strip; all columns of a small matrix are remembered."""
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
         is_small = 9 * n_x * n_s**2 <= REMEMBERED_ENTRIES
-        return lru_cache(maxsize=n_s if is_small else REMEMBERED_COLUMNS)(self._synthesised)
+        return lru_cache(maxsize=n_s if is_small else REMEMBERED_COLUMNS)(self._synthesise)
 
-    def _synthesised(self, strip: int) -> RawColumn:
+    def _synthesise(self, strip: int) -> RawColumn:
         ic = self._syntheses[""].column(strip)
         return RawColumn(
             ic,
@@ -249,7 +249,7 @@ def matrices(
 def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
     """Return the IC matrix of a body at a level from its models."""
     level_of_model = level.models(job.settings.engine.estimate.models_of(job.body))
-    solved, costs = models[level], costs_of(level_of_model, models)
+    solved, costs = models[level], model_costs(level_of_model, models)
     cells = job.first_cells.scaled(factors(level)[0])
     return MatrixReference(job, level, cells, solved.body, costs, solved)
 
@@ -271,7 +271,7 @@ def assess_matrices(
     assessments: list[Assessment] = []
     taking = [consumer] if consumer is not None else []  # empty after a column that is not accurate enough
 
-    def of_strip(strip: int) -> tuple[Assessment, list[Any]]:
+    def assess_strip(strip: int) -> tuple[Assessment, list[Any]]:
         columns = {body: reference.column(strip) for body, reference in references.items()}
         made = [one.made(strip, columns) for one in taking]
         return assessed(_batch(jobs, strip, columns), combined=combined), made
@@ -279,9 +279,9 @@ def assess_matrices(
     with one_blas_thread():
         for one in taking:
             one.begin(references)
-        first = of_strip(0)  # what all columns need is computed here, before several threads ask for it
+        first = assess_strip(0)  # what all columns need is computed here, before several threads ask for it
         large = job.grid.n_x * job.grid.n_s >= ELEMENTS_FOR_THREADS
-        others = in_threads(of_strip, range(1, job.grid.n_s), min(workers, MOST_THREADS) if large else 1)
+        others = in_threads(assess_strip, range(1, job.grid.n_s), min(workers, MOST_THREADS) if large else 1)
         for assessment, made in chain([first], others):
             assessments.append(assessment)
             if not assessment.meets(tolerances):

@@ -257,9 +257,9 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
             unsolved.append(task)
         else:
             yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), cached=True)
-    begun_tasks, workers = _begun(unsolved, options.watch.on_step), options.workers
+    begun_tasks, workers = _report_begun(unsolved, options.watch.on_step), options.workers
     try:
-        yield from in_processes(partial(_solved, store=store), begun_tasks, workers)
+        yield from in_processes(partial(_solve_task, store=store), begun_tasks, workers)
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
@@ -269,7 +269,7 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
         ) from error
 
 
-def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
+def _report_begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
     """Yield tasks as processes take them, and report that each has begun."""
     for task in tasks:
         on_step(Step(task, "solid engine at work"))
@@ -281,7 +281,7 @@ def model_key(request: SolidRequest, store: Store) -> str:
     return store.key("solid", request)
 
 
-def _solved(task: Task, store: Store) -> Solved:
+def _solve_task(task: Task, store: Store) -> Solved:
     """Solve the model of a task and keep its displacements."""
     raw = raw_ics(task.request, task.most_unknowns)
     u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})

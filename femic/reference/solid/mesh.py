@@ -185,7 +185,7 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool, near: Near | N
     """
     on_surface = np.unique(linear.contact_triangles)
     chart = np.full((2, linear.points.shape[1]), np.nan)
-    chart[:, on_surface] = _chart_of(body, linear.points[:, on_surface])
+    chart[:, on_surface] = _to_chart(body, linear.points[:, on_surface])
     points = linear.points.copy()
     points[:, on_surface] = body.surface.position(*chart[:, on_surface])
     mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
@@ -203,7 +203,7 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool, near: Near | N
     return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
 
 
-def _chart_of(body: Body, points: Array) -> Array:
+def _to_chart(body: Body, points: Array) -> Array:
     """Chart coordinates (xi, s) of points near the contact surface, exact on the model's ends."""
     xi, y, z = body.surface.to_chart(points)
     for end in (0.0, body.xi_end):

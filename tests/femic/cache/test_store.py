@@ -18,7 +18,7 @@ from femic.cache.digests import code_digest
 from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic import engine
-from femic.reference.harmonic.elimination import MOST_TOGETHER
+from femic.reference.harmonic.elimination import LARGEST_BATCH
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.refinement import solve_models
 from femic.reference.run_options import RunOptions
@@ -270,4 +270,4 @@ def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
     )
     samples = result.model.samples
     once = len(samples.k) + len(samples.sparser.k)  # with the request's cells and with coarser ones
-    assert once <= len(solved) <= once + 2 * MOST_TOGETHER * times  # at most what two threads had begun
+    assert once <= len(solved) <= once + 2 * LARGEST_BATCH * times  # at most what two threads had begun

@@ -15,10 +15,10 @@ from femic.reference.result import (
     EstimatedICs,
     Orders,
     combine,
-    costs_of,
     discounted,
     estimated,
     estimated_errors,
+    model_costs,
     orders_at,
     pooled,
     scales,
@@ -378,6 +378,6 @@ def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
     models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
     result = {
         name: cost.unknowns
-        for name, cost in costs_of(Level(cells=2).models(("fine", "coarse")), models).items()
+        for name, cost in model_costs(Level(cells=2).models(("fine", "coarse")), models).items()
     }
     assert result == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

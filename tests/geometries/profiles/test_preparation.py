@@ -5,8 +5,8 @@ from profile_samples import sample
 
 from geometries import contours
 from geometries.errors import Failure, WrongInput
-from geometries.profiles.placement import arc_length_at, check_curvature, contour_at
-from geometries.profiles.preparation import figure_of, prepare, resample, sampled
+from geometries.profiles.placement import arc_length_at, contour_at
+from geometries.profiles.preparation import figure_of, prepare, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import Fit, by_cross_validation, rms, smooth, with_rms
 from geometries.profiles.standards import standard, standard_profile
@@ -107,7 +107,7 @@ def test_resampling_keeps_the_shape_with_an_error_of_fourth_order():
     profile, _, _ = on_ellipse(0.3)
     curve, errors = prepare(profile), []
     for spacing in SPACINGS:
-        again = resample(profile, spacing)
+        again = sampled(curve, spacing)
         steps = np.hypot(*np.diff(again.points, axis=1))
         assert np.all(steps <= spacing)
         assert np.ptp(steps) < 0.02 * spacing**2  # chords of equal arcs, radii from 3 to 26 mm
@@ -147,7 +147,7 @@ def test_curve_minimises_the_sum_of_squares_that_it_is_said_to_minimise():
     """By a dense least-squares problem whose rows are points and third differences."""
     profile = on_arc(13.0, (-0.3, 0.5), 0.4, noise=0.01)
     t = 13.0 * np.linspace(0, 0.8, profile.points.shape[1])
-    fit, length = Fit.of(profile.points, t, 15), 1.3
+    fit, length = Fit.prepare(profile.points, t, 15), 1.3
     weight = length**6 / (t[-1] / len(t))
     h = t[-1] / 15
     rows = [fit.values.toarray(), np.sqrt(weight / h**5) * np.diff(np.eye(20), 3, axis=0)]
@@ -165,7 +165,7 @@ def test_freedom_is_the_trace_of_the_map_from_points_to_the_curve(length):
     unit = np.eye(45)
     trace = 0.0
     for k in range(45):
-        fit = Fit.of(np.stack([unit[k], unit[k]]), t, 30)
+        fit = Fit.prepare(np.stack([unit[k], unit[k]]), t, 30)
         trace += fit.curve(length)(t[k])[0]
     assert fit.freedom(length) == pytest.approx(trace, rel=1e-9)
 
@@ -218,7 +218,7 @@ def test_cross_validation_finds_nearly_the_best_smoothing_and_the_noise():
         [np.sin(delta), np.cos(delta)]
     )
     t = s - s[0]
-    fit = Fit.of(points, t, 320)
+    fit = Fit.prepare(points, t, 320)
 
     def error(length):
         off = fit.curve(length)(t).T - exact.position(s)
@@ -234,7 +234,7 @@ def test_cross_validation_finds_nearly_the_best_smoothing_and_the_noise():
 
 def test_a_tolerance_that_no_smooth_curve_reaches_is_refused_with_the_nearest():
     profile = on_arc(13.0, (-1.0, 1.0), 0.2, noise=0.05)
-    fit = Fit.of(profile.points, 13.0 * np.linspace(0, 2, profile.points.shape[1]), 10)
+    fit = Fit.prepare(profile.points, 13.0 * np.linspace(0, 2, profile.points.shape[1]), 10)
     with pytest.raises(
         Failure, match=r"tolerance = 1e-05 mm: the nearest smooth curve has an rms distance of 0\.0"
     ):
@@ -365,19 +365,6 @@ def test_places_and_centres_that_are_not_unique_or_not_there_are_refused():
         curve.position(30.0)
 
 
-def test_curvature_is_large_where_the_patch_is_wide_beside_the_radius():
-    outline = standard("60E1").outline
-    contour = contour_at(outline, outline.length / 2, steepest=np.radians(80))
-    check = check_curvature(contour, half_width=1.5)
-    assert check.least_radius == pytest.approx(13, rel=1e-12)
-    corner = outline.joints[5] - outline.length / 2
-    expected = [[contour.limits[0], -corner], [corner, contour.limits[1]]]
-    np.testing.assert_allclose(check.ranges, expected, rtol=0, atol=0.03)  # samples 0.02 mm apart
-    assert len(check_curvature(contour, half_width=1.2).ranges) == 0  # 1.2 / 13 < 0.1
-    groove = contour_at(standard("S1002").outline, 13.0)
-    assert check_curvature(groove, 1.0).largest < 0
-
-
 @pytest.mark.parametrize(
     ("name", "y"),
     [pytest.param("site_b_hr.prr", 0.0, marks=pytest.mark.slow), ("worn_high_mileage.prw", 60.0)],
@@ -432,8 +419,7 @@ def test_points_of_a_prepared_curve_are_a_profile_with_all_notes():
         (lambda: prepare(rail([[0.0, np.nan] * 8, [0.0] * 16])), "must be finite"),
         (lambda: prepare(on_arc(9, (0, 1), 0.1), -1.0), r"tolerance = -1\.0"),
         (lambda: prepare(on_arc(9, (0, 1), 0.1), "gcv"), "tolerance = 'gcv'.*cross-validation"),
-        (lambda: resample(on_arc(9, (0, 1), 0.1), np.nan), "spacing = nan"),
-        (lambda: check_curvature(contours.arc(5, 1, 1), 0.0), r"half_width = 0\.0"),
+        (lambda: sampled(prepare(on_arc(9, (0, 1), 0.1)), np.nan), "spacing = nan"),
     ],
 )
 def test_input_without_a_curve_is_refused_with_the_value(make, message):

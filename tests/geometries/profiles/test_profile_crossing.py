@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from profile_texts import rail
 
-from geometries.profiles.preparation import Entangled, first_crossing
+from geometries.profiles.preparation import SelfIntersection, first_crossing
 
 
 def brute_force(points):
@@ -85,6 +85,6 @@ def test_what_cannot_be_looked_at_is_not_taken_for_a_contour_without_crossings()
     points[:, 0::4], points[:, 1::4] = start[:, ::2], end[:, ::2]
     points[:, 2::4], points[:, 3::4] = end[:, 1::2], start[:, 1::2]
     begin = time.process_time()
-    with pytest.raises(Entangled):
+    with pytest.raises(SelfIntersection):
         first_crossing(points)
     assert time.process_time() - begin < 10

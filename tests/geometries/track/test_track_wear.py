@@ -22,7 +22,7 @@ from geometries.track.wear import (
     WearLaw,
     all_contacts,
     contacts_at,
-    sections_of,
+    sample_sections,
     shifts_in_curves,
     unworn,
     wear,
@@ -60,7 +60,7 @@ def largest_difference(one, other):
 def test_arcs_overlap_by_the_area_of_two_circular_segments(shift):
     """Depth over the chord 2c of the overlap: d(u) = (c^2 - u^2) / 2 (1/R_r - 1/R_w), area 2/3 c^3 (...)."""
     overlap = 0.05
-    rail, wheel = sections_of(arcs(), 0.05)
+    rail, wheel = sample_sections(arcs(), 0.05)
     contacts = contacts_at(rail, wheel, np.array([shift]), overlap)
     curvature = 1 / R_R - 1 / R_W
     half = (1.5 * overlap / curvature) ** (1 / 3)
@@ -75,7 +75,7 @@ def test_arcs_overlap_by_the_area_of_two_circular_segments(shift):
 
 def test_a_lateral_force_shifts_arcs_until_their_normal_has_its_direction():
     """The centres are R_w - R_r apart along the normal: shift = (R_w - R_r) sin delta."""
-    rail, wheel = sections_of(arcs(), 0.05)
+    rail, wheel = sample_sections(arcs(), 0.05)
     shares = np.array([0.02, 0.1])
     shifts = shifts_in_curves(rail, wheel, shares, 0.02)
     np.testing.assert_allclose(shifts, (R_W - R_R) * np.sin(np.arctan(shares)), rtol=5e-3)
@@ -87,7 +87,7 @@ def test_one_step_of_one_contact_wears_off_its_overlap():
     """The worn layer is the overlap, scaled to the worn area; rail downwards and wheel upwards."""
     side, area = arcs(), (0.02, 0.01)
     pair = wear(side, STRAIGHT, area, 0.05)
-    rail, wheel = sections_of(side, 0.05)
+    rail, wheel = sample_sections(side, 0.05)
     half = (1.5 * STRAIGHT.overlap / (1 / R_R - 1 / R_W)) ** (1 / 3)
     for section, depth, worn, moved, sign, offset in (
         (rail, pair.rail_depth, area[0], pair.rail, -1, side.rail.offset),
@@ -105,7 +105,7 @@ def test_worn_areas_are_the_given_ones():
     law = replace(CHEAP, steps=1)
     side, area = unworn().left, (0.3, 0.2)
     pair = wear(side, law, area)
-    lengths = [chord_lengths(section.points) for section in sections_of(side, 0.2)]
+    lengths = [chord_lengths(section.points) for section in sample_sections(side, 0.2)]
     for depth, s, worn in zip((pair.rail_depth, pair.wheel_depth), lengths, area, strict=True):
         assert scipy.integrate.trapezoid(depth, s) == pytest.approx(worn, rel=0.01)
 
@@ -167,7 +167,9 @@ def test_flange_root_and_gauge_corner_conform():
     for rail, wheel in names:
         curves = NAMED[rail].outline, NAMED[wheel].outline
         left = lay_out((curves[0],) * 2, (curves[1],) * 2, TRACK, WHEELSET).left
-        contacts.append(all_contacts(*sections_of(left, 0.2), WearLaw(lateral=(0.45, 0.55), curve_samples=1)))
+        contacts.append(
+            all_contacts(*sample_sections(left, 0.2), WearLaw(lateral=(0.45, 0.55), curve_samples=1))
+        )
     unworn_contact, worn_contact = contacts
     assert worn_contact.turns[-1] > 1.5 * unworn_contact.turns[-1]
     widths = [np.ptp(each.rail.graph.y[each.on_rail[-1] > 0]) for each in contacts]
@@ -199,6 +201,6 @@ def test_wrong_laws_are_refused(changed):
 
 
 def test_contacts_at_the_end_of_a_profile_are_refused():
-    rail, wheel = sections_of(arcs(), 0.2)
+    rail, wheel = sample_sections(arcs(), 0.2)
     with pytest.raises(Failure, match="end of a profile"):
         contacts_at(rail, wheel, np.array([25.0]), 0.4)

@@ -53,7 +53,7 @@ def dense(equations, k):
 def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most_runs):
     monkeypatch.setattr(dissection, "CELLS_OF_A_LEAF", leaf)
     monkeypatch.setattr(fronts, "MOST_RUNS", most_runs)
-    elimination = Elimination.of(equations)
+    elimination = Elimination.prepare(equations)
     gone, retained = numbers_of(elimination)
     assert len(retained) == np.sum(equations.free[equations.last]) > 10
     assert sorted([*gone, *retained]) == np.flatnonzero(equations.free).tolist()
@@ -68,7 +68,7 @@ def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most
 
 
 def test_fields_solve_the_equations_with_what_is_retained(equations):
-    elimination = Elimination.of(equations)
+    elimination = Elimination.prepare(equations)
     eliminated, generator = elimination.at(K), np.random.default_rng(2)
     gone, retained = numbers_of(elimination)
     moved = generator.normal(size=(len(K), len(retained), 2))
@@ -86,7 +86,7 @@ def test_fields_solve_the_equations_with_what_is_retained(equations):
 
 
 def test_forces_may_differ_from_wavenumber_to_wavenumber(equations):
-    elimination = Elimination.of(equations)
+    elimination = Elimination.prepare(equations)
     factors = np.array([2.0, -1.0, 0.0])
     m = elimination.retained
     at, scaled = (
@@ -123,7 +123,7 @@ def test_factors_grow_hardly_faster_than_the_unknowns():
         section = build_section(replace(SMALL, body=BODY, cells=Cells(0.1, growth, growth)))
         free, none = ~section.supported, csr_matrix((section.supported.size, 0))
         last = np.zeros(len(free), dtype=bool)
-        elimination = Elimination.of(Equations(assemble(section), free, last, none, none.T.tocsr()))
+        elimination = Elimination.prepare(Equations(assemble(section), free, last, none, none.T.tocsr()))
         numbers = sum(front.eliminated * front.shape[1] for front in elimination.fronts)
         sizes.append((np.count_nonzero(free), numbers))
     (few, of_few), (many, of_many) = sizes

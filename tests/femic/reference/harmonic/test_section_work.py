@@ -29,7 +29,7 @@ def _in_processes(monkeypatch):
 @pytest.fixture(scope="module")
 def work():
     section = build_section(REQUEST)
-    return SectionWork(section, REQUEST.loads, REQUEST.observed, REQUEST.shares, REQUEST.felt)
+    return SectionWork(section, REQUEST.loads, REQUEST.observed, REQUEST.shares, REQUEST.cutoff_wavenumber)
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +77,11 @@ def test_peak_memory_is_known_where_the_system_does_not_say_it(state, tmp_path, 
 
 
 def test_shares_are_those_that_are_felt(work):
-    """From `felt` on one far arc serves both."""
+    """From `cutoff_wavenumber` on one far arc serves both."""
     found = in_threads(work, Store())
-    assert [len(responses) for responses, _ in found] == [2 if k < REQUEST.felt else 1 for k in K]
+    assert [len(responses) for responses, _ in found] == [
+        2 if k < REQUEST.cutoff_wavenumber else 1 for k in K
+    ]
     assert 0 < sum(len(responses) == 2 for responses, _ in found) < len(K)
 
 

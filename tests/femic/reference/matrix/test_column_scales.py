@@ -9,7 +9,7 @@ from femic.reference.harmonic.request import far_radius_of_grid
 from femic.reference.job import Settings, Shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares
-from femic.reference.refinement import worst_of
+from femic.reference.refinement import worst_shares
 from femic.reference.result import EstimatedICs
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
@@ -109,7 +109,7 @@ def test_nan_is_an_infinite_error():
 def test_the_worst_of_several_has_the_worst_of_each_part():
     first, second = Shares(0.1, 0.9, 0.2, 1.0, "nn", "one"), Shares(0.3, 0.4, 0.5, 1.2, "sn", "other")
     for order in ([first, second], [second, first]):
-        assert worst_of(order) == Shares(0.3, 0.9, 0.5, 1.2, "sn", "other")
+        assert worst_shares(order) == Shares(0.3, 0.9, 0.5, 1.2, "sn", "other")
 
 
 class Column:

@@ -98,7 +98,7 @@ def test_components_that_are_not_requested_are_nan(both):
 
 def test_only_loads_are_solved_that_nn_and_m_need():
     """Besides the strips under n: a lateral load, and normal ones at the contact centre and at the arm."""
-    loads = replace(of_all("wheel"), components=NN).request(Level()).own_loads
+    loads = replace(of_all("wheel"), components=NN).request(Level()).requested_loads
     strips = {GRID.patch(strip) for strip in range(GRID.n_s)}
     assert {load.direction for load in loads if load.patch in strips} == {N}
     further = {(load.patch.s, load.direction) for load in loads if load.patch not in strips}

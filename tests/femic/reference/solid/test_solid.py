@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.reference.engine import Points
-from femic.reference.job import directions_of
+from femic.reference.job import load_directions
 from femic.reference.solid import engine
 from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import build_mesh, observe, patch_load, raw_ics, solve
@@ -177,7 +177,7 @@ def test_solvers_agree():
 
 
 def test_only_the_requested_load_is_solved():
-    result = raw_ics(request_for(SYMMETRIC, directions=directions_of(["nn", "xn"])))
+    result = raw_ics(request_for(SYMMETRIC, directions=load_directions(["nn", "xn"])))
     assert len(result.cost.iterations) == 1
     assert result.u.shape == (1, 3, 6)
     assert np.all(np.isfinite(result.u))
