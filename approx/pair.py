@@ -112,8 +112,8 @@ class Pair:
 
     def has_effective(self, body: str) -> bool:
         """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""
-        of_bodies = {"upper": bool(self.upper.effective), "lower": bool(self.lower.effective)}
-        return of_bodies[body] if body in of_bodies else bool(self.effective) or all(of_bodies.values())
+        by_body = {"upper": bool(self.upper.effective), "lower": bool(self.lower.effective)}
+        return by_body[body] if body in by_body else bool(self.effective) or all(by_body.values())
 
 
 # --- on a grid ---

@@ -29,7 +29,7 @@ from typing import Any
 
 from mutants import ROOT, Mutant, mutated, sample
 
-from femic.cache.digests import digest_of, versions
+from femic.cache.digests import folders_digest, versions
 
 CODE = ("geometries", "approx", "femic", "compare", "tests")
 COPIED = (*CODE, "examples", "docs", "tools", "pyproject.toml", "README.md")
@@ -79,7 +79,7 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
 
     Workers try mutants side by side, each in a copy of the tree.
     """
-    key = digest_of(CODE, versions())
+    key = folders_digest(CODE, versions())
     trials = stored_trials(key)
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
         todo = [mutant for mutant in chosen if mutant not in trials]

@@ -37,7 +37,7 @@ def versions() -> dict[str, str]:
 @cache
 def code_digest() -> str:
     """Return a short digest of the code of models and its libraries."""
-    return digest_of(MODEL_FOLDERS, versions())
+    return folders_digest(MODEL_FOLDERS, versions())
 
 
 @cache
@@ -46,10 +46,10 @@ def results_digest(*folders: str) -> str:
 
     Results with another digest are out of date.
     """
-    return digest_of((*RESULT_FOLDERS, *folders), versions(), *map(version, LIBRARIES_OF_RESULTS))
+    return folders_digest((*RESULT_FOLDERS, *folders), versions(), *map(version, LIBRARIES_OF_RESULTS))
 
 
-def digest_of(folders: Iterable[str], *facts: object) -> str:
+def folders_digest(folders: Iterable[str], *facts: object) -> str:
     """Return a short digest of facts and of the Python files in folders of `ROOT`, or of a pattern."""
     digest = hashlib.sha256(repr(facts).encode())
     for folder in folders:

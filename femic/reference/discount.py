@@ -173,9 +173,9 @@ def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[A
     return turned, _outer(turned_moment, load.radial) + _outer(observer.radial, load_moment_seen)
 
 
-def _outer(of_observer: Array, of_load: Array) -> Array:
+def _outer(observer: Array, load: Array) -> Array:
     """Products (3, 3, n) of values (3, n) at observers and at loads."""
-    return of_observer[:, None] * of_load[None]
+    return observer[:, None] * load[None]
 
 
 @dataclass(frozen=True)

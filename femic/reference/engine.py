@@ -179,7 +179,7 @@ class ErrorEstimate:
     safety: float  # factor on the part of the estimate that comes from the mesh
     growth_of_unknowns: float  # measured exponent of 1 / cell size
 
-    def models_of(self, body: Body) -> tuple[str, ...]:
+    def model_names(self, body: Body) -> tuple[str, ...]:
         """Return the models for a body: one in a smaller domain only where a domain truncates it."""
         return tuple(name for name in self.models if name != "small" or body.truncated)
 

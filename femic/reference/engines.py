@@ -13,7 +13,7 @@ from femic.reference.engine import (
     Models,
     TunedCells,
 )
-from femic.reference.harmonic import request as tuned
+from femic.reference.harmonic import request as harmonic
 from femic.reference.meshing import Cells
 from femic.reference.result import SAFETY
 from femic.reference.solid.pardiso import available as direct_available
@@ -28,9 +28,9 @@ HARMONIC = Engine(
     name="harmonic",
     description="harmonic: quartic triangles of the section",
     limits=Limits(nu=0.4999, aspect=100.0, rolling_radius=20.0, inclination=85.0, distance=1e4),
-    tuned=tuned.TUNED,
-    far_radius=tuned.far_radius,
-    least_side=tuned.least_side,
+    tuned=harmonic.TUNED,
+    far_radius=harmonic.far_radius,
+    least_side=harmonic.least_side,
     infinite_length=True,
     solves_transposes=True,
     outlines=True,
@@ -44,8 +44,8 @@ HARMONIC = Engine(
         expected_cost=Late("femic.reference.harmonic.engine:expected_cost"),
     ),
     matrices=Matrices(
-        tuned.TUNED_ON_STRIPS,
-        tuned.far_radius_of_grid,
+        harmonic.TUNED_ON_STRIPS,
+        harmonic.far_radius_of_grid,
         request=Late("femic.reference.harmonic.request:request_on_strips"),
         columns=Late("femic.reference.harmonic.synthesis:syntheses"),
         displacements=displacements,

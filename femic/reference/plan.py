@@ -24,12 +24,12 @@ class ModelPlan:
 
 
 def plans(
-    jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
+    jobs: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
 ) -> Iterator[ModelPlan]:
     """Yield the plans of the models of the first round; `prefix` comes before their names."""
-    for name, job in jobs_of_bodies.items():
+    for name, job in jobs.items():
         engine = job.settings.engine
-        for model, level in Level().models(engine.estimate.models_of(job.body)).items():
+        for model, level in Level().models(engine.estimate.model_names(job.body)).items():
             request = job.request(level)
             body, expected = request.body, engine.models.expected_cost(request, workers)
             length_along_x = "infinite" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"

@@ -53,9 +53,9 @@ class Assessment:
 
     def meets(self, tolerances: Mapping[str, float]) -> bool:
         """Whether the bodies meet their tolerances, and their sum that of the first body."""
-        of_sum = next(iter(tolerances.values()))
+        sum_tolerance = next(iter(tolerances.values()))
         return all(errors.total <= tolerances[body] for body, errors in self.own.items()) and (
-            self.combined is None or self.combined.total <= of_sum
+            self.combined is None or self.combined.total <= sum_tolerance
         )
 
 
@@ -163,7 +163,7 @@ def converged(
             (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
             for model in MODELS
             for name, job in jobs.items()
-            if (level := levels[name].models(job.settings.engine.estimate.models_of(job.body)).get(model))
+            if (level := levels[name].models(job.settings.engine.estimate.model_names(job.body)).get(model))
             and level not in models[name]
         ]
         options.watch.on_round([task for _, task in unsolved])

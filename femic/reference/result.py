@@ -144,7 +144,7 @@ class Reference:
 def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     engine = job.settings.engine
-    level_of_model = level.models(engine.estimate.models_of(job.body))
+    level_of_model = level.models(engine.estimate.model_names(job.body))
     ic, raw, compliance = discounted(job, models[level].u)
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
     others = {name: discounted(job, models[at].u)[0] for name, at in level_of_model.items() if name != "fine"}

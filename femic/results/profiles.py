@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, figure_of, sampled
+from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, profile_figure, sampled
 from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.standards import Standard, Worn, named, standard_profile
 
@@ -55,7 +55,7 @@ def _of_worn(name: str, worn: Worn) -> Understood:
 
 def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
     """Return a profile by the curve that was made of its points."""
-    figure, is_smoothed = figure_of(prepared, SPACING), prepared.smoothing.length > 0
+    figure, is_smoothed = profile_figure(prepared, SPACING), prepared.smoothing.length > 0
     as_points = partial(_smoothed_points if is_smoothed else _given_points, prepared)
     return Understood(prepared.kind, source, file, figure, False, is_smoothed, as_points)
 

@@ -23,7 +23,7 @@ from geometries.bodies import Body, common_extent
 from geometries.materials import Material
 from geometries.patches import Grid, Patch
 from geometries.profiles.placement import STEEPEST, Curve, contour_at
-from geometries.profiles.preparation import figure_of, noise
+from geometries.profiles.preparation import noise, profile_figure
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 from geometries.profiles.standards import named
@@ -55,7 +55,7 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
     choice = SectionChoice(table.section, table.section_at)
     how = Reading(kind, table.axes, table.unit, table.surface, table.tolerance, choice)
     prepared = prepared_file(Path(table.profile), how)
-    return Section(prepared.name, prepared, prepared.notes, noise(figure_of(prepared)))
+    return Section(prepared.name, prepared, prepared.notes, noise(profile_figure(prepared)))
 
 
 def sections_of(specification: ShiftsFile) -> Sections:

@@ -190,7 +190,7 @@ def _describe(smoothing: Smoothing, residual: Array) -> str:
 
 @dataclass(frozen=True, eq=False)
 class ProfileFigure:
-    """All that a figure needs to show how a profile was understood; see `figure_of`."""
+    """All that a figure needs to show how a profile was understood; see `profile_figure`."""
 
     name: str
     points: Array  # (y, z) [mm] as given, (2, n)
@@ -205,7 +205,7 @@ class ProfileFigure:
     notes: tuple[str, ...]  # sentences
 
 
-def figure_of(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
+def profile_figure(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
     """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
 
     The curve is given at steps of at most `spacing` [mm].

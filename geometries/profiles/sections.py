@@ -213,8 +213,7 @@ def _listed(path: Path) -> _Listed:
     named = [_named(lines, placing) for _ in range(count)]
     _check_growing(source, named)
     kinked, accelerated = (
-        _places(lines, what, number_of, features)
-        for what, number_of in (("kinks", kinks), ("accelerations", accelerations))
+        _places(lines, what, n, features) for what, n in (("kinks", kinks), ("accelerations", accelerations))
     )
     places = [_features(lines, placing, features, section.position) for section in named]
     _check_end(lines)

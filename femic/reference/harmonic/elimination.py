@@ -224,10 +224,10 @@ class Order:
         whole = len(self.parts)
         return [*fronts, self._front(whole, retained, border, None, {whole - 1: fronts[-1]})]
 
-    def _joined(self, border: csr_matrix, number: int, of_halves: Sequence[Indices]) -> Indices:
+    def _joined(self, border: csr_matrix, number: int, halves: Sequence[Indices]) -> Indices:
         """The columns of a border that a part has: those of its halves and of what it eliminates."""
         low, high = border.indptr[self.starts[number : number + 2]]
-        return np.unique(np.concatenate([border.indices[low:high], *of_halves])).astype(np.int64)
+        return np.unique(np.concatenate([border.indices[low:high], *halves])).astype(np.int64)
 
     def _front(
         self,
@@ -264,9 +264,9 @@ class Order:
     def _stiffness(self, cells: Indices, amplitudes: Indices) -> Array:
         """The sums (3, n, n) of the matrices of some cells, without amplitudes that are held."""
         model, n = self.equations.model, len(amplitudes)
-        of_cells = (3 * model.cells[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
-        is_free = self.equations.free.ravel()[of_cells]
-        place = np.where(is_free, np.searchsorted(amplitudes, self.number[of_cells]), n)
+        cell_amplitudes = (3 * model.cells[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
+        is_free = self.equations.free.ravel()[cell_amplitudes]
+        place = np.where(is_free, np.searchsorted(amplitudes, self.number[cell_amplitudes]), n)
         entry = (place[:, :, None] * (n + 1) + place[:, None, :]).ravel()
         sums = [np.bincount(entry, part[cells].ravel(), (n + 1) ** 2) for part in model.cell_matrices]
         return np.array(sums, dtype=float).reshape(3, n + 1, n + 1)[:, :n, :n]
@@ -286,10 +286,10 @@ def _entries(border: csr_matrix, rows: tuple[int, int], n: int, columns: Indices
     return row, n + np.searchsorted(columns, border.indices[low:high]), slice(low, high)
 
 
-def _placed(amplitudes: Indices, border: Indices, of_half: Indices, border_of_half: Indices) -> Indices:
+def _placed(amplitudes: Indices, border: Indices, half: Indices, half_border: Indices) -> Indices:
     """The places of the amplitudes and the border of a half among those of the whole."""
-    behind = len(amplitudes) + np.searchsorted(border, border_of_half)
-    return np.append(np.searchsorted(amplitudes, of_half), behind)
+    behind = len(amplitudes) + np.searchsorted(border, half_border)
+    return np.append(np.searchsorted(amplitudes, half), behind)
 
 
 def _runs(places: Indices) -> list[tuple[slice, slice]]:

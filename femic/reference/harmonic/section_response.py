@@ -125,7 +125,7 @@ class Condensed:
         combined = np.eye(len(weights)) if prepared.by_fields else weights[:, None]
         fields = np.split(
             self.eliminated.fields(
-                np.concatenate([of_support @ combined for of_support in moved], axis=2),
+                np.concatenate([retained @ combined for retained in moved], axis=2),
                 np.tile(combined, len(moved)),
             ),
             len(moved),
@@ -135,8 +135,8 @@ class Condensed:
             found = [_seen(prepared.observers, field) for field in fields]
             fields, seen = [field @ weights[:, None] for field in fields], None
         else:
-            found = [self._seen_when(of_support) for of_support in moved]
-            seen = [of_support @ weights[:, None] for of_support in found]
+            found = [self._seen_when(retained) for retained in moved]
+            seen = [response @ weights[:, None] for response in found]
         residuals = self._residuals(supports, np.concatenate(fields, axis=2), seen, weights)
         for k, residual in zip(self.eliminated.k, residuals, strict=True):
             require_small(float(residual), float(k), len(prepared.elimination.amplitudes))
@@ -155,8 +155,8 @@ class Condensed:
 
     def _seen_when(self, moved: Array) -> Array:
         """What observers see (k, m, n) where retained amplitudes are `moved` by the loads."""
-        of_observers, n = self.eliminated.left[:, moved.shape[1] :], moved.shape[1]
-        return np.asarray(of_observers[:, :, :n] @ moved - of_observers[:, :, n:])
+        observer_rows, n = self.eliminated.left[:, moved.shape[1] :], moved.shape[1]
+        return np.asarray(observer_rows[:, :, :n] @ moved - observer_rows[:, :, n:])
 
     def _residuals(
         self, supports: Sequence[Mask], fields: Array, seen: Sequence[Array] | None, weights: Array
@@ -173,12 +173,12 @@ class Condensed:
         residuals = np.max(np.linalg.norm(unbalanced, axis=1), axis=1)
         if seen is None:
             return np.asarray(residuals)
-        of_fields, at_loads = (_seen(rows, fields) for rows in (prepared.observers, prepared.forces.T))
+        from_fields, at_loads = (_seen(rows, fields) for rows in (prepared.observers, prepared.forces.T))
         by_condensation = np.concatenate(seen, axis=2)
         size = np.max(
-            [np.linalg.norm(values, axis=1) for values in (by_condensation, of_fields, at_loads)], axis=0
+            [np.linalg.norm(values, axis=1) for values in (by_condensation, from_fields, at_loads)], axis=0
         )
-        apart = np.linalg.norm(by_condensation - of_fields, axis=1) / size
+        apart = np.linalg.norm(by_condensation - from_fields, axis=1) / size
         return np.asarray(np.maximum(residuals, np.max(apart, axis=1)))
 
 
@@ -238,9 +238,9 @@ class SectionSolver:
             if not cases:
                 continue
             free = [shared.free[case] for case in cases]
-            of_cases, residuals = shared.condensation.at(k).responses(free)
+            case_responses, residuals = shared.condensation.at(k).responses(free)
             worst = np.maximum(worst, residuals)
-            for (y, share), responses in zip(cases, of_cases, strict=True):
+            for (y, share), responses in zip(cases, case_responses, strict=True):
                 part = self._parts[y]
                 at_places = responses.reshape(len(k), -1, 3, responses.shape[2])
                 observed = part.observer_signs[..., None] * at_places[:, self._place_of_observer]

@@ -154,7 +154,7 @@ def store_model(responses: Responses, request: HarmonicRequest, store: Store) ->
     key = model_key(request, store)
     store.put(key, to_entry(responses))
     if request.even_strips:
-        store.put_part(_index_key(request, store), key, asdict(Outline.describe(request)))
+        store.put_part(_index_key(request, store), key, asdict(ModelOutline.describe(request)))
 
 
 def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
@@ -167,14 +167,14 @@ def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
     )
 
 
-def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
+def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "ModelOutline"]]:
     """Yield keys and outlines of models that may serve a request, its own model first."""
-    yield model_key(request, store), Outline.describe(request)
+    yield model_key(request, store), ModelOutline.describe(request)
     if not request.even_strips:
         return
     index = _index_key(request, store)
     stored = {key: store.part(index, key) for key in store.part_names(index)}
-    outlines = {key: Outline(**arrays) for key, arrays in stored.items() if arrays is not None}
+    outlines = {key: ModelOutline(**arrays) for key, arrays in stored.items() if arrays is not None}
     for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
         if outlines[key].serves(request):
             yield key, outlines[key]
@@ -186,7 +186,7 @@ def _index_key(request: HarmonicRequest, store: Store) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class ModelOutline:
     """The loads, observers, wavenumbers and cells of a stored model; lengths in mm."""
 
     far_radius: Array  # ()
@@ -198,7 +198,7 @@ class Outline:
     s: Array  # (m,)
 
     @classmethod
-    def describe(cls, request: HarmonicRequest) -> "Outline":
+    def describe(cls, request: HarmonicRequest) -> "ModelOutline":
         """Describe the model of a request."""
         cells = request.cells
         return cls(

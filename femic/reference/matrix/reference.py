@@ -248,7 +248,7 @@ def matrices(
 
 def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
     """Return the IC matrix of a body at a level from its models."""
-    level_of_model = level.models(job.settings.engine.estimate.models_of(job.body))
+    level_of_model = level.models(job.settings.engine.estimate.model_names(job.body))
     solved, costs = models[level], model_costs(level_of_model, models)
     cells = job.first_cells.scaled(factors(level)[0])
     return MatrixReference(job, level, cells, solved.body, costs, solved)
@@ -286,8 +286,8 @@ def assess_matrices(
             assessments.append(assessment)
             if not assessment.meets(tolerances):
                 taking.clear()
-            for one, of_one in zip(taking, made, strict=False):
-                one.add(of_one)
+            for one, part in zip(taking, made, strict=False):
+                one.add(part)
     if consumer is not None and not taking:
         consumer.discard()
     return worst_assessment(assessments)

@@ -132,12 +132,12 @@ def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolv
 
 def _with_unit_rows(matrix: bsr_matrix, free: Mask) -> bsr_matrix:
     """The matrix with held rows and columns cleared and its mean diagonal entry on their diagonal."""
-    of_node = free.reshape(-1, 3)
-    nodes = np.arange(len(of_node))
+    node_free = free.reshape(-1, 3)
+    nodes = np.arange(len(node_free))
     row = np.repeat(nodes, np.diff(matrix.indptr))
-    kept = matrix.data * (of_node[row][:, :, None] & of_node[matrix.indices][:, None, :])
+    kept = matrix.data * (node_free[row][:, :, None] & node_free[matrix.indices][:, None, :])
     scale = float(np.mean(matrix.diagonal()))
-    units = scale * ~of_node[:, :, None] * np.eye(3)
+    units = scale * ~node_free[:, :, None] * np.eye(3)
     diagonal = bsr_matrix((units, nodes, np.arange(len(nodes) + 1)), shape=matrix.shape)
     return bsr_matrix((kept, matrix.indices, matrix.indptr), shape=matrix.shape) + diagonal
 

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from femic.cache import digests
-from femic.cache.digests import STUDY_FOLDERS, code_digest, digest_of, results_digest
+from femic.cache.digests import STUDY_FOLDERS, code_digest, folders_digest, results_digest
 from femic.cache.store import Store
 
 CODE = '''"""A module."""
@@ -28,7 +28,7 @@ def of(tmp_path, monkeypatch):
         shutil.rmtree(tmp_path / "package", ignore_errors=True)
         (tmp_path / "package").mkdir()
         (tmp_path / "package" / name).write_text(text, encoding="utf-8")
-        return digest_of(["package"], *facts)
+        return folders_digest(["package"], *facts)
 
     return digest
 
@@ -80,7 +80,7 @@ def test_a_further_file_counts(of, tmp_path):
     alone = of(CODE)
     (tmp_path / "package" / "inner").mkdir()
     (tmp_path / "package" / "inner" / "two.py").write_text("", encoding="utf-8")
-    assert digest_of(["package"]) != alone
+    assert folders_digest(["package"]) != alone
 
 
 @pytest.fixture

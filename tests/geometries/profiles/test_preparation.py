@@ -6,7 +6,7 @@ from profile_samples import sample
 from geometries import contours
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.placement import arc_length_at, contour_at
-from geometries.profiles.preparation import figure_of, prepare, sampled
+from geometries.profiles.preparation import prepare, profile_figure, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import Fit, by_cross_validation, rms, smooth, with_rms
 from geometries.profiles.standards import standard, standard_profile
@@ -389,7 +389,7 @@ def test_measured_profiles_become_contours_near_their_points(name, y):
 
 def test_figure_has_all_of_the_profile_and_its_parts_agree():
     curve = prepare(on_arc(13.0, (-1.0, 1.1), 0.2, noise=5 * UM), 5 * UM)
-    figure = figure_of(curve, spacing=0.25)
+    figure = profile_figure(curve, spacing=0.25)
     assert np.max(np.diff(figure.s)) <= 0.25
     delta = curve.inclination(figure.places)
     rebuilt = curve.position(figure.places) + figure.residual * np.stack([np.sin(delta), np.cos(delta)])

@@ -7,7 +7,7 @@ from profile_texts import MM, block_text, columns_text, miniprof_text, old_minip
 from geometries.errors import WrongInput
 from geometries.profiles.axes import Axes, axes_by_shape
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.preparation import figure_of, noise, prepare
+from geometries.profiles.preparation import noise, prepare, profile_figure
 from geometries.profiles.profile import Profile
 from geometries.profiles.text import Rows, drop_zigzags
 
@@ -341,7 +341,7 @@ def test_points_that_nearly_repeat_each_other_are_one(tmp_path):
     np.testing.assert_array_equal(profile.points[:, [0, -1]], near[:, [0, -1]])
     (note,) = (note for note in profile.notes if "nearer than" in note)
     assert note.startswith("4 points")
-    assert not noise(figure_of(prepare(profile)))
+    assert not noise(profile_figure(prepare(profile)))
 
 
 def test_gaps_are_noted(tmp_path):

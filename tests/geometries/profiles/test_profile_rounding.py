@@ -6,7 +6,7 @@ import scipy
 from profile_texts import block_text, columns_text
 
 from geometries.profiles.files import read_profile
-from geometries.profiles.preparation import Prepared, figure_of, noise, prepare
+from geometries.profiles.preparation import Prepared, noise, prepare, profile_figure
 from geometries.profiles.profile import Profile
 from geometries.profiles.rounding import ROUNDING, curvature_noise, peak_slope, steps_as_written
 from geometries.profiles.smoothing import rms, smooth
@@ -290,7 +290,7 @@ def cone(folder, decimals, tolerance=0.0):
 @pytest.mark.parametrize(("decimals", "said"), [(2, True), (3, True), (5, False)])
 def test_rounding_is_said_with_the_tolerance_to_take(tmp_path, decimals, said):
     raw = cone(tmp_path, decimals)
-    text = noise(figure_of(raw))
+    text = noise(profile_figure(raw))
     if not said:
         assert text == ""
         return
@@ -299,7 +299,7 @@ def test_rounding_is_said_with_the_tolerance_to_take(tmp_path, decimals, said):
     tolerance = float(text.split("tolerance of ")[1].split(" mm")[0])
     assert tolerance == pytest.approx(step * ROUNDING, rel=0.1)  # one digit is given
     smoothed = cone(tmp_path, decimals, tolerance)
-    assert noise(figure_of(smoothed)) == ""
+    assert noise(profile_figure(smoothed)) == ""
     tread = np.linspace(90, 150, 601)  # straight
     assert rms(raw.curvature(tread)) > 3 * rms(smoothed.curvature(tread))
 
@@ -338,6 +338,6 @@ def test_a_corner_that_keeps_a_curve_from_being_smoothed_asks_for_a_larger_toler
         path = tmp_path / "s.txt"
         path.write_text(columns_text(each, row="{:.2f} {:.2f}"))
         profile = read_profile(path, "rail", axes="field up")
-        said.append(noise(figure_of(prepare(profile, 0.003))))
+        said.append(noise(profile_figure(prepare(profile, 0.003))))
     assert said[0] == ""
     assert said[1].endswith("Take a tolerance of 0.009 mm.")
