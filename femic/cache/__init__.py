@@ -1,1 +1,1 @@
-"""Processes, threads, the store of finished models, and the provenance of stored models."""
+"""Parallel work, files of results, the store of finished models, and digests of the code behind them."""

@@ -79,7 +79,10 @@ def contour_at(curve: Curve, centre: float, *, turn: float = 0.0, steepest: floa
     turned: its axis is parallel to y. The contour ends where it is steeper than `steepest` [rad] or the curve
     ends, and is continued by its tangents. Raises WrongInput.
     """
-    _check_place(curve, centre)
+    if not 0 < centre < curve.length:
+        raise WrongInput(
+            f"centre = {centre:g} mm: must lie between 0 and the profile's length, {curve.length:g}"
+        )
     placed = Placed(curve, centre, turn)
     here = float(placed.inclination(np.array(0.0)))
     if not abs(here) < steepest:
@@ -107,15 +110,11 @@ def arc_length_at(curve: Curve, y: float) -> float:
             "give the arc length of the contact centre"
         )
     k = int(crossings[0])
-    return float(scipy.optimize.brentq(lambda at: _lateral(curve, at) - y, s[k], s[k + 1], xtol=1e-12))
 
+    def excess(at: float) -> float:
+        return float(curve.position(np.array(at))[0]) - y
 
-def _check_place(curve: Curve, centre: float) -> None:
-    """Raise WrongInput for a contact centre that is not between the ends of the curve."""
-    if not 0 < centre < curve.length:
-        raise WrongInput(
-            f"centre = {centre:g} mm: must lie between 0 and the profile's length, {curve.length:g}"
-        )
+    return float(scipy.optimize.brentq(excess, s[k], s[k + 1], xtol=1e-12))
 
 
 def _end(placed: Placed, side: int, steepest: float) -> float:
@@ -136,11 +135,6 @@ def _end(placed: Placed, side: int, steepest: float) -> float:
 def _samples(start: float, end: float) -> Array:
     """Return arc lengths from one to the other [mm], both included, (n,)."""
     return np.linspace(start, end, int(np.ceil(SAMPLES_PER_MM * abs(end - start))) + 2)
-
-
-def _lateral(curve: Curve, s: float) -> float:
-    """Return the lateral position [mm] at arc length s [mm]."""
-    return float(curve.position(np.array(s))[0])
 
 
 # --- contours as splines ---

@@ -126,19 +126,15 @@ def _sample(request: HarmonicRequest, run: "_Run") -> tuple[SectionMesh, Samples
     run.progress(0)
 
     def both_arcs(wavenumbers: Sequence[float]) -> list[Array]:
-        return [_for_both_arcs(responses) for responses in run.solutions(solver, wavenumbers)]
+        # one solution serves both where the far arc has no effect, and where an outline leaves it none
+        return [
+            responses if len(responses) > 1 else np.repeat(responses, 2, axis=0)
+            for responses in run.solutions(solver, wavenumbers)
+        ]
 
     with run.timed("solution"):
         a = min(load.patch.a for load in request.loads)
         return section, sample(request.axis, both_arcs, odd_in_k(request.loads), a, request.accuracy)
-
-
-def _for_both_arcs(responses: Array) -> Array:
-    """Responses (2, load, 3, len(s)) with both far arcs, from those with one or two of them.
-
-    One solution serves both where the far arc has no effect, and where an outline leaves it none.
-    """
-    return responses if len(responses) > 1 else np.repeat(responses, 2, axis=0)
 
 
 def _with_coarser_cells(request: HarmonicRequest, run: "_Run", wavenumbers: Array) -> Array:
