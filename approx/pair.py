@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from approx.effective import EffectiveProperties
 from approx.forms import FORMS, Form, Ingredients
 from approx.halfspace import HalfSpace, observers
-from approx.variants import assembled, needed
+from approx.variants import assemble, needed_forms
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Grid, Patch
@@ -48,7 +48,7 @@ class Solid:
 
     def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
         """ICs of several variants, each as of `approximate`; what they have in common is computed once."""
-        return assembled(variants, self.by_form(needed(variants), patch, points))
+        return assemble(variants, self.by_form(needed_forms(variants), patch, points))
 
     def by_form(self, forms: Iterable[Form], patch: Patch, points: Points) -> dict[Form, Array]:
         """ICs of several forms per unit pressure [mm/MPa], shape (3, 3, ...) each."""
@@ -92,7 +92,7 @@ class Pair:
 
     def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
         """ICs of several variants, each as of `approximate`; what they have in common is computed once."""
-        return assembled(variants, self.by_form(needed(variants), patch, points))
+        return assemble(variants, self.by_form(needed_forms(variants), patch, points))
 
     def by_form(self, forms: Iterable[Form], patch: Patch, points: Points) -> dict[Form, Array]:
         """ICs of several forms per unit pressure [mm/MPa], shape (3, 3, ...) each."""

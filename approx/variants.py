@@ -106,17 +106,17 @@ def exchanged_symbol(variant: str) -> str:
     return f"{symbol} ({listed})" if listed else symbol
 
 
-def needed(variants: Iterable[str]) -> list[Form]:
+def needed_forms(variants: Iterable[str]) -> list[Form]:
     """The forms that variants consist of."""
     return list(dict.fromkeys(form for variant in variants for form in forms_of(variant).values()))
 
 
 def needs_effective(*variants: str) -> bool:
     """Whether one of the variants cannot be computed without effective properties."""
-    return any(form.effective and form.fallback is None for form in needed(variants))
+    return any(form.effective and form.fallback is None for form in needed_forms(variants))
 
 
-def assembled(variants: Iterable[str], by_form: Mapping[Form, Array]) -> dict[str, Array]:
+def assemble(variants: Iterable[str], by_form: Mapping[Form, Array]) -> dict[str, Array]:
     """The ICs of variants, (3, 3, ...) each, from the ICs of their forms."""
     return {variant: _assemble(forms_of(variant), by_form) for variant in variants}
 
@@ -147,6 +147,6 @@ def approximate(
     with exchanges (`forms_of`). Raises WrongInput for an unknown one, for points that are not finite, and for
     B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4; docs/theory/ics.md.
     """
-    forms = needed([variant])
+    forms = needed_forms([variant])
     by_form = Ingredients(half_space, surface, patch, *observers(*points)).by_form(forms)
-    return assembled([variant], by_form)[variant]
+    return assemble([variant], by_form)[variant]

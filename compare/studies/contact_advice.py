@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
-from approx.variants import needed
+from approx.variants import needed_forms
 from compare.report.looks import symbol_of
 from compare.studies.contact_frontier import (
     BEYOND_BUDGET,
@@ -199,7 +199,7 @@ def expected_advice(
     bounds = {
         name: max(expectation.high(name, number) for number in question.wants)
         for name in approximations(scene)
-        if not (fitted and any(form.effective for form in needed([name])))
+        if not (fitted and any(form.effective for form in needed_forms([name])))
     }
     enough = [name for name, bound in bounds.items() if bound <= question.tolerance]
     if not enough:

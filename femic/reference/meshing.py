@@ -206,7 +206,9 @@ def set_cell_size(gmsh: ModuleType, sizes: Sequence[str]) -> None:
 SIMPLEX = {2: (2, "triangles"), 3: (4, "tetrahedra")}  # Gmsh's number of a type of cells, by dimension
 
 
-def collected(gmsh: ModuleType, dimension: int, boundary: Iterable[int]) -> tuple[Array, Indices, Indices]:
+def collect_cells(
+    gmsh: ModuleType, dimension: int, boundary: Iterable[int]
+) -> tuple[Array, Indices, Indices]:
     """Points (3, n) [mm], cells (dimension + 1, m), and faces (dimension, k) of some boundary entities.
 
     `boundary` holds the tags of these entities. Points that no cell uses are left out. Raises Failure where

@@ -71,7 +71,7 @@ class Batch:
     measure: Callable[[Sequence[str], Array], Measure]
 
 
-def assessed(batch: Batch, *, combined: bool) -> Assessment:
+def assess_batch(batch: Batch, *, combined: bool) -> Assessment:
     """Return the errors of a batch: of each body and, with `combined`, of the sum of all bodies."""
     own = {body: batch.measure([body], ics.ic)(body, ics) for body, ics in batch.ics.items()}
     if not combined:
@@ -140,7 +140,7 @@ AnyJob = TypeVar("AnyJob", bound=RefinableJob)
 Result = TypeVar("Result", bound=RefinableResult)
 
 
-def converged(
+def solve_to_tolerance(
     jobs: Mapping[str, AnyJob],
     options: RunOptions,
     *,
@@ -171,7 +171,7 @@ def converged(
             models[solved.task.job][solved.task.level] = read(jobs[solved.task.job], solved)
             options.watch.on_model(solved)
         results = {name: combine(job, levels[name], models[name]) for name, job in jobs.items()}
-        refinements = refine(jobs, results, assess(results))
+        refinements = next_levels(jobs, results, assess(results))
         if not refinements:
             return results
         options.watch.on_stage(f"  {' and '.join(refinements)} body: not yet within the tolerance: refining")
@@ -190,7 +190,7 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], options: RunOptions) -
         )
 
 
-def refine(
+def next_levels(
     jobs: Mapping[str, RefinableJob], results: Mapping[str, RefinableResult], assessed: Assessment
 ) -> dict[str, Level]:
     """Return the next levels of the bodies that are not accurate enough.
@@ -201,12 +201,12 @@ def refine(
         name for name, job in jobs.items() if not assessed.own[name].total <= job.settings.tolerance
     ]
     if inaccurate or assessed.combined is None:
-        return {name: refined(name, jobs[name], results[name], assessed.own[name]) for name in inaccurate}
+        return {name: next_level(name, jobs[name], results[name], assessed.own[name]) for name in inaccurate}
     tolerance = next(iter(jobs.values())).settings.tolerance
     if assessed.combined.total <= tolerance:
         return {}
     name = max(results, key=lambda name: assessed.in_combined[name].total)
-    return {name: refined(name, jobs[name], results[name], assessed.in_combined[name], 1 / len(jobs))}
+    return {name: next_level(name, jobs[name], results[name], assessed.in_combined[name], 1 / len(jobs))}
 
 
 def require_inside(name: str, smallest: Request) -> None:
@@ -229,7 +229,7 @@ def require_inside(name: str, smallest: Request) -> None:
             )
 
 
-def refined(
+def next_level(
     name: str, job: RefinableJob, result: RefinableResult, estimated: Shares, share: float = 1.0
 ) -> Level:
     """Return the next level of a body: finer cells, a larger domain, more waves, as its error requires.
@@ -290,7 +290,7 @@ def references(
     would need a larger model than the job allows.
     """
     assess_all = partial(assess_references, jobs, combined=combined)
-    return converged(
+    return solve_to_tolerance(
         jobs,
         options,
         read=lambda job, solved: job.settings.engine.models.displacements(solved.task.request, solved.model),
@@ -309,4 +309,4 @@ def assess_references(
         return lambda body, c: shares(jobs[body], c, scale)
 
     ics = {body: reference.c for body, reference in references.items()}
-    return assessed(Batch(ics, measure), combined=combined)
+    return assess_batch(Batch(ics, measure), combined=combined)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import column, matrix
-from approx.variants import VARIANTS, needed, needs_effective
+from approx.variants import VARIANTS, needed_forms, needs_effective
 from femic.cache import files as folders
 from femic.cache.files import write_text
 from femic.contact.loading import Loading
@@ -182,7 +182,7 @@ def require_exportable(scene: Scene, specification: ExportSpecification) -> None
 def without_fit(scene: Scene, ics: str) -> str:
     """Return a sentence where components of ICs have effective properties and a scene has none of both."""
     has = scene.pair.has_effective("combined")
-    if has or ics not in VARIANTS or not any(form.effective for form in needed([ics])):
+    if has or ics not in VARIANTS or not any(form.effective for form in needed_forms([ics])):
         return ""
     return f"{ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits them"
 

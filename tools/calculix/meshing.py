@@ -10,7 +10,7 @@ from types import ModuleType
 
 import numpy as np
 
-from femic.reference.meshing import add_section, collected, distance, gmsh_session, set_cell_size
+from femic.reference.meshing import add_section, collect_cells, distance, gmsh_session, set_cell_size
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
@@ -90,7 +90,7 @@ def mesh(body: Body, fineness: Fineness, patch: Rectangle) -> Mesh:
         _set_sizes(gmsh, body, fineness)
         gmsh.model.mesh.generate(3)
         faces = [tag for _, tag in gmsh.model.getEntities(2) if _on_contour(gmsh, tag, body)]
-        points, cells, triangles = collected(gmsh, 3, faces)
+        points, cells, triangles = collect_cells(gmsh, 3, faces)
     return second_order(body, points.T, cells.T, triangles.T)
 
 

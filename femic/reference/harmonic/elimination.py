@@ -47,7 +47,7 @@ class Part:
     kept: Indices
 
 
-def dissected(cells: Indices, places: Array, last: Mask) -> list[Part]:
+def dissect(cells: Indices, places: Array, last: Mask) -> list[Part]:
     """Parts of cells (n, 15), their nodes at places (2, n_nodes) [mm]; both halves come before their whole.
 
     The last part is the whole. Nodes that are marked in `last` (n_nodes,) are kept by all parts.
@@ -193,7 +193,7 @@ class Order:
     def prepare(cls, equations: Equations) -> "Order":
         """Order a section's amplitudes."""
         model, free, last = equations.model, equations.free, equations.last
-        parts = dissected(model.cells, model.section.mesh.doflocs, last)
+        parts = dissect(model.cells, model.section.mesh.doflocs, last)
         groups = [_amplitudes(part.eliminated, free) for part in parts]
         amplitudes = np.concatenate([*groups, _amplitudes(np.flatnonzero(last), free)])
         number = np.full(free.size, -1)

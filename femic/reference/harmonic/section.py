@@ -21,7 +21,7 @@ from skfem import ElementTriP4, MeshTri, MeshTri2
 from femic.reference.meshing import (
     Cells,
     add_section,
-    collected,
+    collect_cells,
     distance,
     edge_numbers,
     gmsh_session,
@@ -244,7 +244,7 @@ def _generated(gmsh: ModuleType, curves: list[int], algorithm: int) -> tuple[Arr
     gmsh.option.setNumber("Mesh.Algorithm", algorithm)
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(2)
-    points, triangles, on_contour = collected(gmsh, 2, curves)
+    points, triangles, on_contour = collect_cells(gmsh, 2, curves)
     return np.ascontiguousarray(points[1:]), triangles, on_contour
 
 

@@ -25,7 +25,14 @@ from femic.reference.engine import ColumnSynthesis, Cost, GridModel, Points
 from femic.reference.job import FLOOR, Shares
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.meshing import Cells
-from femic.reference.refinement import Assessment, Batch, Measure, assessed, converged, worst_assessment
+from femic.reference.refinement import (
+    Assessment,
+    Batch,
+    Measure,
+    assess_batch,
+    solve_to_tolerance,
+    worst_assessment,
+)
 from femic.reference.result import EstimatedICs, errors, model_costs, total
 from femic.reference.run_options import DEFAULT, Level, RunOptions, factors
 from geometries.arrays import Array, Mask
@@ -241,7 +248,7 @@ def matrices(
     `femic.reference.refinement.references`.
     """
     assess = partial(assess_matrices, jobs, combined=combined, consumer=consumer, workers=options.workers)
-    return converged(
+    return solve_to_tolerance(
         jobs, options, read=lambda _, solved: solved.model, combine=_matrix_reference, assess=assess
     )
 
@@ -274,7 +281,7 @@ def assess_matrices(
     def assess_strip(strip: int) -> tuple[Assessment, list[Any]]:
         columns = {body: reference.column(strip) for body, reference in references.items()}
         made = [one.made(strip, columns) for one in taking]
-        return assessed(_batch(jobs, strip, columns), combined=combined), made
+        return assess_batch(_batch(jobs, strip, columns), combined=combined), made
 
     with one_blas_thread():
         for one in taking:

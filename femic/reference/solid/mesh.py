@@ -19,7 +19,7 @@ from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 from femic.reference.meshing import (
     Cells,
     add_section,
-    collected,
+    collect_cells,
     distance,
     edge_numbers,
     gmsh_session,
@@ -97,7 +97,7 @@ def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> 
 def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
     """The tetrahedra of Gmsh's model; raises Failure where it has other cells."""
     faces = [tag for _, tag in gmsh.model.getEntities(2) if _on_contact_surface(gmsh, tag, body)]
-    return Tetrahedra(*collected(gmsh, 3, faces))
+    return Tetrahedra(*collect_cells(gmsh, 3, faces))
 
 
 def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:

@@ -261,7 +261,7 @@ def test_file_of_a_round_that_was_not_accurate_enough_is_written_anew(made, monk
 
     monkeypatch.setattr(MatrixFile, "begin", begun)
     monkeypatch.setattr(Assessment, "meets", lambda *_: len(rounds) > 1)
-    monkeypatch.setattr("femic.reference.refinement.refine", refined)
+    monkeypatch.setattr("femic.reference.refinement.next_levels", refined)
     scene, file = load_scene(str(path)), tmp_path / "matrix.nc"
     results = compute_matrix(
         scene, file, RunOptions(2, Store(shutil.copytree(out / "store", tmp_path / "store")))

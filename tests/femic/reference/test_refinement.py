@@ -8,7 +8,7 @@ import pytest
 from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.job import NotConverged
-from femic.reference.refinement import assess_references, references, refine, refined
+from femic.reference.refinement import assess_references, next_level, next_levels, references
 from femic.reference.result import EstimatedICs, combine, scales, shares, total, worst
 from femic.reference.run_options import MODELS, Level, RunOptions, Watch, factors
 from femic.reference.solid import engine as solid
@@ -37,8 +37,8 @@ def met(job, reference):
     return own_shares(job, reference).total <= job.settings.tolerance
 
 
-def next_level(job, reference):
-    return refined("lower", job, reference, own_shares(job, reference))
+def level_after(job, reference):
+    return next_level("lower", job, reference, own_shares(job, reference))
 
 
 STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step, the domain 2^2 = 4
@@ -54,7 +54,7 @@ def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, toleran
     job = changed(JOB, tolerance=tolerance)
     reference = with_errors(models, mesh, truncation)
     assert not met(job, reference)
-    assert next_level(job, reference) == level
+    assert level_after(job, reference) == level
 
 
 def test_estimates_within_the_tolerance_are_enough(models):
@@ -71,7 +71,7 @@ def test_too_large_model_is_refused_with_numbers_and_remedies(models):
     job = changed(JOB, tolerance=0.01)
     reference = with_errors(models, 0.05, 0.2)
     with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
-        next_level(changed(job, most_unknowns=10_000), reference)
+        level_after(changed(job, most_unknowns=10_000), reference)
 
 
 @pytest.mark.parametrize("engine", [CLOSED, pytest.param(SOLID, marks=pytest.mark.slow)])
@@ -94,18 +94,18 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
 def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large(models):
     """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
     reference = with_errors(models, 0.004, 0.004, 0.004)
-    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(1)
+    assert level_after(changed(JOB, tolerance=0.01), reference) == Level(1)
 
 
 def test_a_part_without_error_is_not_refined(models):
     reference = with_errors(models, 0.02, 0.0)
-    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(2, 0)
+    assert level_after(changed(JOB, tolerance=0.01), reference) == Level(2, 0)
 
 
 def test_wavenumbers_are_refined_on_their_own(models):
     job = changed(JOB, tolerance=0.01, engine=HARMONIC)
     reference = with_errors(models, 0.001, 0.001, waves=0.03)
-    assert next_level(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
+    assert level_after(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
 
 
 def test_a_harmonic_job_solves_one_model_a_solid_one_three():
@@ -139,7 +139,7 @@ def test_refinement_that_does_not_help_ends(models):
     job = changed(JOB, tolerance=0.01)
     reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
     with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
-        next_level(job, reference)
+        level_after(job, reference)
 
 
 def test_sum_of_both_bodies_is_assessed_too(models):
@@ -149,12 +149,12 @@ def test_sum_of_both_bodies_is_assessed_too(models):
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
     jobs, result = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
-    assert refine(jobs, result, assess_references(jobs, result, combined=False)) == {}
-    assert set(refine(jobs, result, assess_references(jobs, result, combined=True))) == {"upper"}
+    assert next_levels(jobs, result, assess_references(jobs, result, combined=False)) == {}
+    assert set(next_levels(jobs, result, assess_references(jobs, result, combined=True))) == {"upper"}
     found_sum = total([good.c, worse.c])
     np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
     assert (
-        refine(
+        next_levels(
             jobs, result | {"upper": poor}, assess_references(jobs, result | {"upper": poor}, combined=True)
         )
         == {}
@@ -195,4 +195,4 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     c = total([reference.c for reference in result.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
     assert share == pytest.approx(0.7 * job.settings.tolerance)
-    assert refine(jobs, result, assess_references(jobs, result, combined=True)) == {}
+    assert next_levels(jobs, result, assess_references(jobs, result, combined=True)) == {}

@@ -8,7 +8,7 @@ import pytest
 from femic.reference.engine import Cost
 from femic.reference.engines import ENGINES, HARMONIC
 from femic.reference.job import NotConverged, Settings, Shares
-from femic.reference.refinement import Assessment, _steps, refine, refined
+from femic.reference.refinement import Assessment, _steps, next_level, next_levels
 from femic.reference.run_options import Level
 
 START = Level()
@@ -60,19 +60,20 @@ def test_each_part_refines_what_causes_it_by_its_own_gain(part, gain, name):
     for steps in (1, 2):
         error = 0.005 * gain**steps
         for factor, expected in ((0.99, steps), (1.01, steps + 1)):
-            level = refined("lower", FakeJob(), FakeResult(), parts(**{part: factor * error}))
+            level = next_level("lower", FakeJob(), FakeResult(), parts(**{part: factor * error}))
             assert level == replace(Level(), **{name: expected})
 
 
 def test_refinement_goes_on_from_where_it_is():
     result = FakeResult(Level(1, -1, 2))
-    assert refined("lower", FakeJob(), result, parts(mesh=0.01)) == Level(2, -1, 2)
+    assert next_level("lower", FakeJob(), result, parts(mesh=0.01)) == Level(2, -1, 2)
 
 
 def test_of_the_sum_a_body_may_take_its_share():
-    assert refined("lower", FakeJob(), FakeResult(), parts(truncation=0.019), 0.5) == Level(0, 2)
-    assert refined("lower", FakeJob(), FakeResult(), parts(truncation=0.019)) == Level(0, 1)
-    assert refined("lower", FakeJob(), FakeResult(), parts(truncation=0.004, mesh=0.004), 0.5) == Level(1, 1)
+    assert next_level("lower", FakeJob(), FakeResult(), parts(truncation=0.019), 0.5) == Level(0, 2)
+    assert next_level("lower", FakeJob(), FakeResult(), parts(truncation=0.019)) == Level(0, 1)
+    both = parts(truncation=0.004, mesh=0.004)
+    assert next_level("lower", FakeJob(), FakeResult(), both, 0.5) == Level(1, 1)
 
 
 @pytest.mark.parametrize(("engine", "growth"), [("solid", 2.7), ("harmonic", 2.0)])
@@ -81,18 +82,18 @@ def test_a_model_that_would_be_too_large_is_refused_with_its_size(engine, growth
     expected = round(1000 * 1.5 ** (2 * growth))
     estimated = parts(mesh=0.03)
     allowed = Settings(ENGINES[engine], most_unknowns=expected)
-    assert refined("lower", FakeJob(allowed), FakeResult(), estimated) == Level(2)
+    assert next_level("lower", FakeJob(allowed), FakeResult(), estimated) == Level(2)
     with pytest.raises(NotConverged, match=f"about {expected:,} unknowns"):
-        refined("lower", FakeJob(replace(allowed, most_unknowns=expected - 1)), FakeResult(), estimated)
+        next_level("lower", FakeJob(replace(allowed, most_unknowns=expected - 1)), FakeResult(), estimated)
 
 
 @pytest.mark.parametrize(("part", "name"), [("mesh", "cells"), ("truncation", "domain"), ("waves", "waves")])
 def test_four_steps_from_the_start_are_the_furthest(part, name):
     estimated = parts(**{part: 0.006})
     near, far = (FakeResult(replace(Level(), **{name: done})) for done in (3, 4))
-    assert getattr(refined("lower", FakeJob(), near, estimated), name) == 4
+    assert getattr(next_level("lower", FakeJob(), near, estimated), name) == 4
     with pytest.raises(NotConverged):
-        refined("lower", FakeJob(), far, estimated)
+        next_level("lower", FakeJob(), far, estimated)
 
 
 def test_the_refusal_says_what_was_reached():
@@ -104,7 +105,7 @@ def test_the_refusal_says_what_was_reached():
         r"the wavenumbers\); the tolerance 1\.00% .* more than 16 times the first"
     )
     with pytest.raises(NotConverged, match=says):
-        refined("lower", FakeJob(Settings(HARMONIC, most_unknowns=10)), result, estimated)
+        next_level("lower", FakeJob(Settings(HARMONIC, most_unknowns=10)), result, estimated)
 
 
 JOBS = {"lower": FakeJob(), "upper": FakeJob()}
@@ -113,24 +114,24 @@ RESULTS = {"lower": FakeResult(), "upper": FakeResult()}
 
 def test_body_within_its_tolerance_is_not_refined():
     just = replace(GOOD, total=0.01)
-    assert refine(JOBS, RESULTS, Assessment({"lower": just, "upper": GOOD})) == {}
+    assert next_levels(JOBS, RESULTS, Assessment({"lower": just, "upper": GOOD})) == {}
     bad = parts(truncation=0.0101)
-    assert refine(JOBS, RESULTS, Assessment({"lower": just, "upper": bad})) == {"upper": Level(0, 1)}
+    assert next_levels(JOBS, RESULTS, Assessment({"lower": just, "upper": bad})) == {"upper": Level(0, 1)}
 
 
 def test_what_is_no_number_does_not_meet_it():
     nothing = replace(parts(truncation=0.02), total=np.nan)
-    assert set(refine(JOBS, RESULTS, Assessment({"lower": nothing, "upper": GOOD}))) == {"lower"}
+    assert set(next_levels(JOBS, RESULTS, Assessment({"lower": nothing, "upper": GOOD}))) == {"lower"}
 
 
 def test_sum_is_assessed_after_each_body_and_refines_the_worse_one():
     bad, worse = parts(truncation=0.006), parts(truncation=0.007)
     own = {"lower": GOOD, "upper": GOOD}
     together = Assessment(own, parts(truncation=0.013), {"lower": worse, "upper": bad})
-    assert refine(JOBS, RESULTS, together) == {"lower": Level(0, 1)}
-    assert refine(JOBS, RESULTS, replace(together, combined=replace(GOOD, total=0.01))) == {}
+    assert next_levels(JOBS, RESULTS, together) == {"lower": Level(0, 1)}
+    assert next_levels(JOBS, RESULTS, replace(together, combined=replace(GOOD, total=0.01))) == {}
     short = replace(together, own={"lower": GOOD, "upper": parts(mesh=0.02)})
-    assert refine(JOBS, RESULTS, short) == {"upper": Level(2)}
+    assert next_levels(JOBS, RESULTS, short) == {"upper": Level(2)}
 
 
 def test_each_body_may_take_half_of_the_tolerance_of_the_sum():
@@ -138,4 +139,4 @@ def test_each_body_may_take_half_of_the_tolerance_of_the_sum():
     together = Assessment(
         {"lower": GOOD, "upper": GOOD}, parts(truncation=0.02), {"lower": mine, "upper": GOOD}
     )
-    assert refine(JOBS, RESULTS, together) == {"lower": Level(0, 2)}
+    assert next_levels(JOBS, RESULTS, together) == {"lower": Level(0, 2)}

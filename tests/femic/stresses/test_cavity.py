@@ -12,7 +12,7 @@ import pytest
 
 from femic.contact.exact.pin import PinInHole
 from femic.reference.harmonic.section import SectionMesh, _curved
-from femic.reference.meshing import collected, gmsh_session
+from femic.reference.meshing import collect_cells, gmsh_session
 from femic.stresses.engine import SectionUnderWaves
 from femic.stresses.half_space import half_space_field
 from femic.stresses.points import SurfaceTractions, section_points
@@ -74,7 +74,7 @@ def triangles(gmsh):
         gmsh.model.mesh.setTransfiniteCurve(curve, STRIPS // 2 + 1)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     gmsh.model.mesh.generate(2)
-    points, cells, on_contour = collected(gmsh, 2, arcs[0])
+    points, cells, on_contour = collect_cells(gmsh, 2, arcs[0])
     return np.ascontiguousarray(points[1:]), cells, on_contour
 
 

@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix, random_array
 
 from femic.reference.harmonic import elimination as dissection
 from femic.reference.harmonic import elimination as fronts
-from femic.reference.harmonic.elimination import Elimination, Equations, dissected, in_parts
+from femic.reference.harmonic.elimination import Elimination, Equations, dissect, in_parts
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.section_model import assemble
 from femic.reference.meshing import Cells
@@ -102,7 +102,7 @@ def test_each_node_is_eliminated_once_with_all_of_its_cells(model, monkeypatch, 
     monkeypatch.setattr(dissection, "CELLS_OF_A_LEAF", leaf)
     n = model.section.mesh.doflocs.shape[1]
     last = np.arange(n) % 50 == 7
-    parts = dissected(model.cells, model.section.mesh.doflocs, last)
+    parts = dissect(model.cells, model.section.mesh.doflocs, last)
     gone = np.concatenate([part.eliminated for part in parts])
     assert sorted(gone) == np.flatnonzero(~last).tolist()
     of_parts = []

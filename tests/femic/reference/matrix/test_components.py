@@ -9,7 +9,7 @@ from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.stored import stored_model
 from femic.reference.matrix.reference import assess_matrices, column_scale, matrices
-from femic.reference.refinement import refine
+from femic.reference.refinement import next_levels
 from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Domain
 from geometries.contours import arc
@@ -168,7 +168,7 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
     tolerance = np.sqrt(shares[NN].total * shares[COMPONENTS].total)
     assert shares[NN].total < tolerance < shares[COMPONENTS].total
     asked = {"body": changed(replace(job, components=NN), tolerance=tolerance)}
-    assert not refine(asked, {"body": coarse}, assess_matrices(asked, {"body": coarse}, combined=False))
+    assert not next_levels(asked, {"body": coarse}, assess_matrices(asked, {"body": coarse}, combined=False))
 
 
 # --- store and plan ------------------------------------------------------------------------------------
