@@ -1,6 +1,6 @@
-"""Figures of labelled results, which notebooks show to be explored, and `savefig` writes.
+"""What `femic` hands out of `compare`: figures of labelled results, and scenes with their page.
 
-Scenes of pairs that Python describes, and of files.
+Notebooks show figures to be explored, and `savefig` writes them.
 """
 
 from io import BytesIO
@@ -25,6 +25,8 @@ from femic.interface.profiles import Profile
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
+
+# --- figures --------------------------------------------------------------------------------------------
 
 
 @with_checked_arguments
@@ -72,6 +74,9 @@ def _for_notebooks(chart: Chart) -> Figure:
     figure._repr_png_ = png  # type: ignore[attr-defined]  # notebooks ask objects for these methods
     figure._repr_html_ = lambda: in_a_frame(chart)  # type: ignore[method-assign]
     return figure
+
+
+# --- scenes ---------------------------------------------------------------------------------------------
 
 
 @with_checked_arguments

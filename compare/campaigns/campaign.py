@@ -1,9 +1,7 @@
-"""The order of points, and the points whose scenes are checked before a run.
-
-A campaign: a scene, the axes along which its keys vary, and the points at which scenes are computed.
+"""A campaign: a scene, the axes along which its keys vary, and the points at which scenes are computed.
 
 Points are all combinations of the axes' values (a grid), or random ones, or the rows of a table. Their order
-covers the ranges coarsely first.
+covers the ranges coarsely first. The scenes of some points are checked before a run.
 """
 
 import re
@@ -28,6 +26,9 @@ from femic.scenes.values import Value, value_of
 from geometries.arrays import Indices
 
 Point = tuple[Value, ...]  # one value of each axis
+
+
+# --- the order of points --------------------------------------------------------------------------------
 
 
 def stages(count: int) -> Indices:
@@ -75,6 +76,9 @@ def informative(points: Sequence[Point], count: int) -> Iterator[Point]:
         texts = {str(value): k for k, value in enumerate(column) if not is_number(value)}
         yield from (points[k] for k in texts.values())
     yield from points[:: -(-len(points) // count)]
+
+
+# --- the campaign ---------------------------------------------------------------------------------------
 
 
 SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # between axes in the name of a point; lists have commas, too

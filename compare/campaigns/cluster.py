@@ -1,9 +1,8 @@
-"""The address of a Dask scheduler: its form, and whether a scheduler answers there.
-
-Dask clusters for campaigns: the cores of this machine, or any cluster with a scheduler.
+"""Dask clusters for campaigns: the cores of this machine, or any cluster with a scheduler.
 
 Workers have one thread each, and one BLAS thread. Workers on this machine end with the program, however it
-ends, and their connections are closed to other users.
+ends, and their connections are closed to other users. The address of a scheduler is checked first: its form,
+and whether a scheduler answers there.
 """
 
 import asyncio
@@ -28,6 +27,9 @@ from distributed.system import MEMORY_LIMIT
 from femic.reference.engine import BASE_MEMORY
 from femic.reference.run_options import cores
 from geometries.errors import Failure, WrongInput
+
+# --- the address of a scheduler -------------------------------------------------------------------------
+
 
 SCHEMES = ("tcp", "tls", "ws", "wss")  # protocols of Dask between machines
 HOST = re.compile(r"[\w.:%-]+")
@@ -97,6 +99,9 @@ def no_answer(address: str, timeout: float, error: Exception) -> Failure:
         "through, has Dask's configuration certificates for tls? Without --scheduler the cores of "
         "this machine are used"
     )
+
+
+# --- clusters -------------------------------------------------------------------------------------------
 
 
 CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers

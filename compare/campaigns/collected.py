@@ -1,8 +1,7 @@
-"""Outcomes of scenes in the store, as parts under a key of their own.
+"""The dataset of a campaign: results of all its scenes, over the swept keys.
 
-They are not entries of their own, because NetCDF takes fifty times as long for a few small arrays.
-
-The dataset of a campaign: results of all its scenes, over the swept keys.
+Outcomes of scenes are parts in the store, under a key of their own. They are not entries of their own,
+because NetCDF takes fifty times as long for a few small arrays.
 
 Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARGEST_FILE` bytes):
 
@@ -58,6 +57,9 @@ from compare.campaigns.integrity import (
 from femic.cache.files import write_dataset
 from femic.cache.store import Store
 
+# --- outcomes of scenes ---------------------------------------------------------------------------------
+
+
 FOLDER = "sweep"  # the key of all outcomes
 OUTCOME_LAYOUT = "layout"
 
@@ -103,6 +105,9 @@ def get(store: Store, key: str) -> SceneOutcome | None:
         {dim: (dim, arrays[dim], attrs) for dim, attrs in layout["labels"].items()},
     )
     return SceneOutcome(dataset, layout["failure"], layout["seconds"])
+
+
+# --- the dataset ----------------------------------------------------------------------------------------
 
 
 SAMPLED = 10  # scenes of an earlier dataset whose digests are compared

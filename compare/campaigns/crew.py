@@ -1,6 +1,6 @@
-"""Workers that Dask has paused because memory is short: they take no tasks until there is room again.
+"""The workers of a cluster and their tasks.
 
-The workers of a cluster and their tasks.
+Workers that Dask has paused because memory is short take no tasks until there is room again.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,6 +14,9 @@ from distributed import CancelledError, Client, Future, KilledWorker
 
 from compare.campaigns.tasks import TaskReport, Unusable
 from geometries.errors import Failure
+
+# --- pauses ---------------------------------------------------------------------------------------------
+
 
 REPORTED_AFTER = 10.0  # seconds of a pause
 GIVE_UP_AFTER = 25.0  # seconds in which all workers are paused, and none has a task at work
@@ -78,6 +81,9 @@ def _counted(paused: list[Mapping[str, Any]], workers: Workers) -> str:
     memory, limit = largest.get("metrics", {}).get("memory", 0), largest.get("memory_limit") or 0
     used = f" ({memory / 2**20:.0f} of {limit / 2**20:.0f} MB)" if limit else ""
     return f"{len(paused)} of {len(workers)} workers are paused by Dask for their memory{used}"
+
+
+# --- tasks ----------------------------------------------------------------------------------------------
 
 
 SCENES_PER_WORKER = 4  # submitted at a time, so that no worker waits for this process

@@ -1,6 +1,6 @@
-"""Arrays over the scenes of a campaign: a zarr group in memory, or in a folder and written chunk by chunk.
+"""The frame of a campaign's dataset: dims, coordinates and attributes, and arrays over the scenes.
 
-The frame of a campaign's dataset: dims and coordinates of the swept axes, attributes.
+An array is a zarr group in memory, or in a folder and written chunk by chunk.
 """
 
 import json
@@ -21,6 +21,9 @@ from compare.campaigns.integrity import SCENE_VARIABLES
 from compare.campaigns.keys import is_number
 from femic.cache.digests import versions
 from femic.scenes.errors import BadScene
+
+# --- arrays over the scenes -----------------------------------------------------------------------------
+
 
 LARGEST_BUFFER = 32e6  # bytes of finished scenes that wait to be written
 DIGEST = "digest"  # the variable of digests
@@ -138,6 +141,9 @@ def _chunk(shape: Shape, size: int) -> Shape:
         along.append(min(count, room))
         room = max(1, room // count)
     return tuple(reversed(along))
+
+
+# --- dims, coordinates, attributes ----------------------------------------------------------------------
 
 
 SAMPLE = "sample"

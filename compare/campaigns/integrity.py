@@ -1,6 +1,4 @@
-"""Open the dataset of a campaign.
-
-Integrity of a campaign's dataset: checksums reveal damage.
+"""The file of a campaign's dataset, and its integrity: checksums reveal damage.
 
 The checksum of a scene is the sum of 64-bit numbers of its variables, message, seconds and digest. Missing
 variables (all NaN) have the number 0, so that it does not matter which variables other scenes have.
@@ -22,6 +20,9 @@ import zarr
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
+# --- the file -------------------------------------------------------------------------------------------
+
+
 FILE, ZARR = "sweep.nc", "sweep.zarr"
 
 
@@ -40,6 +41,9 @@ def open_sweep(path: Path) -> xr.Dataset:
     if file.suffix == ".zarr":
         return xr.open_zarr(file, consolidated=False, chunks=None)
     return xr.load_dataset(file, engine="h5netcdf")
+
+
+# --- checksums ------------------------------------------------------------------------------------------
 
 
 CHECKSUM = "checksum"  # the variable of checksums

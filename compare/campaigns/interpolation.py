@@ -1,4 +1,4 @@
-"""Interpolation between the nodes of a grid with several axes, and its error at nodes that are left out.
+"""Interpolation between the scenes of a campaign on a grid, and its error at scenes that are left out.
 
 Along each axis a polynomial goes through the nearest four nodes (cubic), so that a place needs few nodes of
 a large map. The error is measured where it can be: each inner one of these nodes is left out, and predicted
@@ -6,8 +6,6 @@ from the others of its line. There the nodes are twice as far apart, so that a s
 about seven times worse than half way between nodes. A function with a kink is not: with one half way between
 two nodes the polynomial errs by 3/8 there, and by 1/6 at each of the two when it is left out (slopes -1 and
 1, nodes at distance 1). So the largest error of all these nodes counts `KINK` times.
-
-The dataset of a campaign on a grid of numbers, as the nodes of an interpolation.
 """
 
 import json
@@ -45,6 +43,9 @@ SPACINGS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
     {"linear": np.asarray, "logarithmic": np.log, "inverse": lambda values: -1 / values}
 )
 FEWEST = 3  # nodes of an axis: fewer tell nothing about the error
+
+
+# --- nodes along an axis --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +130,9 @@ def interpolate(values: Array, stencils: list[Stencil]) -> Array:
     for stencil in stencils:
         values = np.tensordot(stencil.weights, values, axes=(0, 0))
     return np.asarray(values)
+
+
+# --- scenes as nodes ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

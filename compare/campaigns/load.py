@@ -1,25 +1,24 @@
-"""Tables of points in CSV: a header line with the names of the axes, and a row of values for each point.
+"""Campaigns from TOML files, and from tables of points that these name.
 
-Cells are separated by commas, semicolons or tabs; the text is UTF-8 or UTF-16. Decimal commas are read where
+    scene = "geometry1"                     # built-in name, or a file beside this one
+    keep = ["errors"]
+
+    [set]                                   # keys that all scenes of the campaign share
+    engine = { tolerance = 0.02 }
+
+    [sweep.flank]                           # an axis
+    keys = ["lower.contour.flank_inclination_deg", "upper.contour.flank_inclination_deg"]
+    from = 0
+    to = 60
+    count = 7
+
+    [sweep.ratio]
+    keys = { "upper.contour.radius" = 10 }  # value times 10
+    values = [1.05, 1.2, 1.5]
+
+Tables of points are CSV: a header line with the names of the axes, and a row of values for each point. Cells
+are separated by commas, semicolons or tabs; the text is UTF-8 or UTF-16. Decimal commas are read where
 semicolons separate the cells. Ambiguous cells are refused with their line.
-
-Load campaigns from TOML files.
-
-scene = "geometry1"                     # built-in name, or a file beside this one
-keep = ["errors"]
-
-[set]                                   # keys that all scenes of the campaign share
-engine = { tolerance = 0.02 }
-
-[sweep.flank]                           # an axis
-keys = ["lower.contour.flank_inclination_deg", "upper.contour.flank_inclination_deg"]
-from = 0
-to = 60
-count = 7
-
-[sweep.ratio]
-keys = { "upper.contour.radius" = 10 }  # value times 10
-values = [1.05, 1.2, 1.5]
 """
 
 import csv
@@ -47,6 +46,9 @@ from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute
 from femic.scenes.load import merged, message, name_of, read_scene, read_toml, scene_path
 from femic.scenes.values import SHOWN, Value, value_of
+
+# --- tables of points -----------------------------------------------------------------------------------
+
 
 SEPARATORS = ",;\t"
 LONGEST = csv.field_size_limit()  # characters of a cell
@@ -161,6 +163,9 @@ def _value(cell: str, *, decimal_commas: bool) -> Value:
             )
         return value_of(cell.replace(",", "."))
     return value_of(cell)
+
+
+# --- campaigns ------------------------------------------------------------------------------------------
 
 
 MOST_SCENES = 10_000_000

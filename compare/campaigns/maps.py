@@ -1,14 +1,12 @@
-"""A map of C: C_nn on a grid at any values of the swept keys of a campaign that kept "matrix".
+"""C at any values of the swept keys of a campaign: maps of C_nn on a grid, and fits of B-hat-prime.
 
-C less B-hat is interpolated between the nodes, as a share of the mean B-hat of an element on itself: it is
-smaller and smoother than C, and does not depend on the size of the moduli. B-hat itself is exact. At a node
-the map is C to rounding. Its error: the estimate of C at the nodes around, and the largest error at left-out
-nodes around the place, along each axis.
+A map of C is of a campaign that kept "matrix". C less B-hat is interpolated between the nodes, as a share of
+the mean B-hat of an element on itself: it is smaller and smoother than C, and does not depend on the size of
+the moduli. B-hat itself is exact. At a node the map is C to rounding. Its error: the estimate of C at the
+nodes around, and the largest error at left-out nodes around the place, along each axis.
 
-Fits of B-hat-prime between the scenes of a campaign that kept "calibration".
-
-C at the points of the calibration is interpolated, and then fitted: parameters that the data hardly determine
-jump from scene to scene, C does not.
+Fits are of a campaign that kept "calibration". C at the points of the calibration is interpolated, and then
+fitted: parameters that the data hardly determine jump from scene to scene, C does not.
 """
 
 import json
@@ -37,6 +35,9 @@ from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.patches import Grid, N
+
+# --- maps of C ------------------------------------------------------------------------------------------
+
 
 SAME = 1e-9  # relative difference of numbers that are the same
 VARIABLES = ("c", "c_estimate", "bhat")
@@ -187,6 +188,9 @@ def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
         "reference_length": settings.approach_side,
         "contact.shift": scene.contact.shift,
     }
+
+
+# --- fits of B-hat-prime --------------------------------------------------------------------------------
 
 
 BY = ("map", "own", "Bhat")  # fit of C from other nodes, own fit, no fit

@@ -1,6 +1,7 @@
-"""Checks of a campaign before its run: kinds of results, names of axes, scenes at single points.
+"""Before a campaign runs: whether it can be computed, and its models, seconds and memory.
 
-The plan of a campaign: models, seconds and memory, estimated from some of its scenes.
+Kinds of results, names of axes, and scenes at single points are checked. The cost is estimated from some of
+its scenes.
 """
 
 from collections.abc import Iterator
@@ -19,6 +20,9 @@ from femic.reference.engine import BASE_MEMORY
 from femic.reference.plan import ModelPlan, plans
 from femic.scenes.errors import BadScene, require_none
 from geometries.errors import Failure, WrongInput
+
+# --- checks ---------------------------------------------------------------------------------------------
+
 
 REQUIRES_FOR = 10.0  # s in which scenes are checked for the results to keep: some take half a second
 MOST_REASONS = 5  # different reasons of impossible scenes that are listed before the run
@@ -63,6 +67,9 @@ def _reason(campaign: Campaign, point: Point, end: float) -> str:
     except WrongInput as error:
         return str(error).removeprefix(f"{campaign.point_name(point)}: ")
     return ""
+
+
+# --- the cost -------------------------------------------------------------------------------------------
 
 
 SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart

@@ -1,17 +1,11 @@
-"""Registrations of a session, such as forms of ICs of its own: workers must have the same ones.
-
-A worker that does not know a form would fail all scenes that use it; one that knows another form of that name
-would give other results.
-
-Scenes as tasks: their tables, the keys of their results, and their stored results.
+"""Tasks of a campaign: scenes, their models and results, which workers compute.
 
 Scenes are identified by their tables and by the contents of the files that they name: campaigns that share a
-store share scenes, too.
+store share scenes, too. A task gets the table of a scene and the location of the store; it leaves its result
+in the store and returns a receipt. So tasks can be repeated at will, and compute missing results only.
 
-Tasks that workers execute: models of bodies, and results of scenes with them.
-
-A task gets the table of a scene and the location of the store; it leaves its result in the store and returns
-a receipt. So tasks can be repeated at will, and compute missing results only.
+Workers must have the registrations of the session, such as forms of ICs of its own: one that does not know a
+form would fail all scenes that use it; one that knows another form of that name would give other results.
 """
 
 import json
@@ -51,6 +45,9 @@ from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.errors import Failure, WrongInput
 
+# --- registrations --------------------------------------------------------------------------------------
+
+
 ADDRESS = re.compile(r" at 0x\w+")  # of a function, in its repr
 MAIN_OF_WORKER = "__mp_main__"  # the name of the script that is run, in processes that it starts
 
@@ -76,6 +73,9 @@ def differing(expected: Mapping[str, str]) -> list[str]:
     """Return the registrations that this process lacks, has in addition, or has with another definition."""
     own = registrations()
     return [name for name in {**expected, **own} if own.get(name) != expected.get(name)]
+
+
+# --- scenes as tasks ------------------------------------------------------------------------------------
 
 
 NAME = "scene"  # of every scene in messages: scenes that campaigns share have no other
@@ -173,6 +173,9 @@ def _digest(files: tuple[tuple[Path, int], ...]) -> str:
     for file, _ in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+# --- what workers do ------------------------------------------------------------------------------------
 
 
 PROBE = "probe"  # key of an outcome that shows whether workers share the store

@@ -1,6 +1,6 @@
-"""Charts of calibrations: fitted properties and what they leave of C; C without curvature, and translated.
+"""`femic calibrate` writes the fits, the scenes with them, figures and one report.
 
-`femic calibrate` writes the fits, the scenes with them, figures and one report.
+The charts show fitted properties and what they leave of C; C without curvature, and translated.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,6 +34,9 @@ from femic.results.ics_dataset import errors
 from femic.results.ics_dataset import to_dataset as ics_of
 from geometries.arrays import Array
 from geometries.patches import N, OffsetLine, S, indices
+
+# --- charts ---------------------------------------------------------------------------------------------
+
 
 PROPERTIES = {"mismatch_k": "K [-]", "G": "G [MPa]", "nu": "ν [-]"}
 COMPARED = ("Bhat", "Bhat_prime")  # without and with the fit
@@ -181,6 +184,9 @@ def _beside(calibrated: Calibrated, name: str, line: OffsetLine) -> Panel:
         for one in looks
     ]
     return Panel(f"combined, {line.name}", f"{line.along} [mm]", f"{component} [µm/kN]", curves)
+
+
+# --- files and the page ---------------------------------------------------------------------------------
 
 
 METHOD = (

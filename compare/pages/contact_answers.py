@@ -1,7 +1,4 @@
-"""Answers of contacts in sentences and in a table, and the table of all numbers of a case.
-
-Maps and sentences of where A and B-hat differ under the pressures of the scenes' contacts.
-"""
+"""Answers of contacts in sentences and in tables; where A and B-hat differ under given pressures."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
@@ -17,6 +14,9 @@ from femic.contact.pairs.quantities import Quantity
 from femic.contact.pairs.supports import REFERENCE, Sensitivity, sensitivities
 from femic.results.contact import ContactResults, case_names
 from femic.scenes.scene import Scene
+
+# --- numbers --------------------------------------------------------------------------------------------
+
 
 KILONEWTON = 1e3
 NO_BREAK = "\u00a0"
@@ -144,6 +144,9 @@ def number_cell(solution: xr.Dataset, reference: xr.Dataset, key: str) -> Cell:
         return Cell(text, below="0%" if abs(share) < VANISHING / 2 else f"{number_text(share, '+.2%')}")
     vanishing = abs(difference) < VANISHING * float(solution[f"estimate_{key}"])
     return Cell(text, below="" if vanishing else f"{number_text(difference, '+.3g')}")
+
+
+# --- maps of differences under given pressures ----------------------------------------------------------
 
 
 def is_mapped(scene: Scene) -> bool:

@@ -1,6 +1,6 @@
-"""The chart of the frontier of a contact: errors of ways over their seconds, by number and by case.
+"""File, chart and report of the frontier of a contact, and the evidence of advice.
 
-File, chart and report of the frontier of a contact, and the evidence of advice.
+The chart has errors of ways over their seconds, by number and by case.
 """
 
 import json
@@ -22,6 +22,9 @@ from compare.studies.contact_advice import ContactAdvice
 from compare.studies.contact_ways import APPROXIMATION, worst
 from compare.studies.frontier import cheapest, front
 from geometries.arrays import Array
+
+# --- the chart ------------------------------------------------------------------------------------------
+
 
 ALL = "all"  # the step of the slider and the panel that show the worst of all
 FLOOR_LABEL = "estimate of the reference"
@@ -122,6 +125,9 @@ def _note(errors: xr.Dataset) -> str:
     where = f"{errors.number.item()} at {errors.case.item()}"
     time = time_text(errors.seconds.item())
     return f"{label_of(errors)}: {error_text(errors)} % ({where}) in {time}"
+
+
+# --- file and report ------------------------------------------------------------------------------------
 
 
 TOLERANCES = (0.1, 0.05, 0.02, 0.01)

@@ -1,8 +1,6 @@
-"""Deviations of contacts with ICs from finite elements, and estimates of the latter.
+"""The page of contact with ICs beside contact with finite elements.
 
-Charts, sentences, tables and page of contact with ICs beside contact with finite elements.
-
-Finite elements on the page of a contact: a section, and a column in the table of each case.
+On the page of a contact finite elements have a section, and a column in the table of each case.
 """
 
 from collections.abc import Iterator
@@ -35,6 +33,8 @@ from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import ContactResults, case_names, ics_of, pressures, to_dataset
 from femic.results.finite_elements import FE, NUMBERS, OF_PATCH, OF_PLACE, stored_fe_contact
 
+# --- deviations from finite elements --------------------------------------------------------------------
+
 
 def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Return ratios of a number with ICs to the same by finite elements, minus 1, by case and ICs."""
@@ -65,6 +65,9 @@ def _with_ics(dataset: xr.Dataset, name: str) -> xr.DataArray:
 
 def _with_fe(dataset: xr.Dataset, name: str) -> xr.DataArray:
     return dataset[name].drop_attrs().sel(ics=FE, drop=True)
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 SHARES = (0.01, 0.02, 0.05)  # deviations: sentences give the angles from which they are exceeded
@@ -253,6 +256,9 @@ def cost(dataset: xr.Dataset) -> str:
 def _all(values: xr.DataArray, dim: str) -> np.ndarray:
     """Return sums along a dimension by case, NaN where nothing was solved."""
     return np.asarray(values.sum(dim, min_count=1).values)
+
+
+# --- on the page of a contact ---------------------------------------------------------------------------
 
 
 def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | None:

@@ -1,9 +1,4 @@
-"""Numbers of contacts with friction as the pages show them: units, abscissas, curves by ICs, differences.
-
-Maps of the contact area by ICs at one friction: pressures, where it sticks, and the work of friction.
-
-The pages of motions with friction: what they have in common, and what each motion adds.
-"""
+"""The pages of motions with friction: what they have in common, and what each motion adds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +20,9 @@ from femic.contact.pairs.quantities import ALL, OF_CURVE
 from femic.results.contact import ics_of, reference_name, reference_of
 from femic.results.friction import scaled_force
 from femic.results.friction_dataset import PREFIX
+
+# --- numbers as pages show them -------------------------------------------------------------------------
+
 
 KILO = 1e4  # N: from this load on, forces are shown in kN
 PERCENT = "sliding_share", "zero_creepage", "equal_creepage"
@@ -199,6 +197,9 @@ def load_text(dataset: xr.Dataset) -> str:
     return f"{load_of(dataset) * load.factor:g} {load.unit}"
 
 
+# --- maps of the contact area ---------------------------------------------------------------------------
+
+
 KINDS = "sticks", "slides"
 
 
@@ -247,6 +248,9 @@ def covered(pressed: xr.DataArray) -> dict[str, slice]:
         at = np.flatnonzero(pressed.any(["ics", other]))
         ranges[name] = slice(max(0, at[0] - 1), at[-1] + 2)
     return ranges
+
+
+# --- the page of a motion -------------------------------------------------------------------------------
 
 
 EXACT = 1e-5  # share of a number below which its estimate is none

@@ -1,6 +1,6 @@
-"""The chart of `femic frontier`: errors of all ways to ICs against their seconds, by component and body.
+"""File, figures and report of `femic frontier`, and the evidence table of `femic advise`.
 
-File, figures and report of `femic frontier`, and the evidence table of `femic advise`.
+The chart has errors of all ways to ICs against their seconds, by component and body.
 """
 
 import json
@@ -23,6 +23,9 @@ from compare.report.static import MARKERS
 from compare.report.tables import Cell, Column, Row, Table, numbers, with_estimate
 from compare.studies.frontier import APPROXIMATION, Advice, error_bounds, front, resolved_errors, styles
 from geometries.arrays import Array
+
+# --- the chart ------------------------------------------------------------------------------------------
+
 
 ALL = "all"  # the step of the slider that shows the worst of all components
 LEAST_DRAWN = 1e-6  # error: smaller ones vanish by symmetry and are drawn here
@@ -136,6 +139,9 @@ def _look(colour: str, marker: str) -> Look:
     """Return the look of an engine's points, whose colour and marker are named as in Matplotlib."""
     names = {code: name for name, code in MARKERS.items()}
     return Look(INK if colour == "black" else to_hex(colour), "", names.get(marker, "circle"))
+
+
+# --- file and report ------------------------------------------------------------------------------------
 
 
 COST = (

@@ -1,8 +1,7 @@
-"""The result of a comparison in three sentences.
+"""`femic run` computes a scene and writes its results, figures and page into a folder.
 
-The page of a scene: its ICs against C; errors, accuracy of C, cost and settings on request.
-
-`femic run` computes a scene and writes its results, figures and report into a folder.
+The page has its ICs against C: the result in three sentences; errors, accuracy of C, cost and settings on
+request.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,6 +32,9 @@ from femic.scenes import receipts
 from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
 from geometries.bodies import Body
+
+# --- the result in three sentences ----------------------------------------------------------------------
+
 
 COUNTS = 0.01  # share of max |C_nn|; smaller errors do not count
 
@@ -152,6 +154,9 @@ def closest(results: Results, errors: xr.Dataset) -> Iterator[str]:
             values = {variant: at.error.sel(variant=variant).item() for variant in variants}
             names = " = ".join(map(symbol_of, _least(values, known=at.error.sel(variant="C").item())))
             yield f"{component}: {names} ({percent(min(values.values()))})"
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 ACCURACY = (
@@ -409,6 +414,9 @@ def _entries(discount: np.ndarray) -> list[str]:
         for b in range(a, 4)
         if discount[a, b] != 0
     ]
+
+
+# --- the run --------------------------------------------------------------------------------------------
 
 
 COMMAND = "run"

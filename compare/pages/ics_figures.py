@@ -1,8 +1,7 @@
-"""Curves of ICs along lines, drawn from the dataset of `femic.results.ics_dataset.to_dataset`.
+"""The charts and pictures of the page of `femic run`; a new one is one more entry of `FIGURES`.
 
-Figures of a scene: its sections, the developed surface, and the meshes of its bodies.
-
-The charts and pictures of the report of `femic run`; a new one is one more entry of `FIGURES`.
+They are curves of ICs along lines, drawn from the dataset of `femic.results.ics_dataset.to_dataset`; sections
+of the scene, its developed surface, and the meshes of its bodies; and errors over seconds.
 """
 
 import logging
@@ -29,6 +28,9 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.patches import OffsetLine
+
+# --- curves along lines ---------------------------------------------------------------------------------
+
 
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is rounding
 ESTIMATES = {"C": "estimate", "C_solid": "estimate_solid"}  # variables with the errors of both engines
@@ -194,6 +196,9 @@ def shown_half(scene: Scene, line: OffsetLine) -> Mask:
     return line.running >= (0 if symmetric else -np.inf)
 
 
+# --- sections and meshes --------------------------------------------------------------------------------
+
+
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
@@ -330,6 +335,9 @@ def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -
         half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
         figure.suptitle(f"section of the {body} body{half}")
         return figure
+
+
+# --- all figures ----------------------------------------------------------------------------------------
 
 
 SCENE, CURVES, COST = "The scene", "Influence coefficients along the lines", "Cost"  # sections with figures

@@ -1,9 +1,4 @@
-"""Curves of several scenes along the lines that they have in common, dimensionless, and as CSV files.
-
-The chart of an overlay: components of several scenes, one by one.
-
-The self-contained HTML report of an overlay, its figures and its CSV files.
-"""
+"""ICs of several scenes along the lines that they have in common, dimensionless: page and CSV files."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,6 +30,9 @@ from femic.cache.files import replacing
 from femic.ic_errors.error_measure import ROUNDING
 from femic.results.ics_dataset import curves_file
 from geometries.errors import WrongInput
+
+# --- curves ---------------------------------------------------------------------------------------------
+
 
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
@@ -85,6 +83,9 @@ def write_curves(overlay: Overlay, folder: Path) -> None:
                 ]
                 for row in np.column_stack(values):
                     table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])
+
+
+# --- the chart ------------------------------------------------------------------------------------------
 
 
 Looks = Mapping[str, Mapping[str, Look]]  # by variant and scene
@@ -158,6 +159,9 @@ def _panels(
         ]
         across = next(iter(parts.values())).across
         yield Panel(f"{body}, {line}", across, f"{component} · E · L  [-]", curves, least=INVISIBLE)
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 SUMMARISED = ("A", "Bhat")  # variants in the summary

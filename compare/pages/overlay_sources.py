@@ -1,9 +1,4 @@
-"""The scenes of an overlay: the folders of their results, their common content, and their state.
-
-Results of several scenes, with their common content and errors.
-
-The settings in which the scenes of an overlay differ.
-"""
+"""The scenes of an overlay: the folders of their results, their common content, and settings that differ."""
 
 import json
 import tomllib
@@ -23,6 +18,9 @@ from femic.scenes.load import builtin_names, load_scene, parse
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import tables
 from geometries.errors import WrongInput
+
+# --- folders --------------------------------------------------------------------------------------------
+
 
 MOST_SCENES = 5  # in one overlay: as many as there are line styles that the eye can tell apart
 
@@ -132,6 +130,9 @@ def read(folder: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return ics, errors
 
 
+# --- results --------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class SceneResults:
     """The ICs and errors of one scene, under its name."""
@@ -165,6 +166,9 @@ def worst(overlay: Overlay, result: SceneResults, body: str, component: str) -> 
         body=body, i=component[0], j=component[1], line=list(overlay.common.lines)
     )
     return line_errors.max("line", skipna=False)
+
+
+# --- settings -------------------------------------------------------------------------------------------
 
 
 ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None

@@ -1,8 +1,7 @@
-"""Folders of the pages of profiles: none is written over that of another file.
+"""The page of `femic profiles`: how a profile was understood.
 
-Charts of a profile: to scale, and residual, inclination and curvature over the arc length.
-
-The page of `femic profiles`: how a profile was understood.
+Its charts show the profile to scale, and residual, inclination and curvature over the arc length. No page is
+written over that of another file.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,6 +17,9 @@ from compare.report.tables import Cell, Row, Table, numbers
 from femic.results.profiles import UM, Understood, to_dataset
 from geometries.arrays import Array
 from geometries.profiles.preparation import ProfileFigure, noise, radius_text
+
+# --- folders --------------------------------------------------------------------------------------------
+
 
 DATASET = "profile.nc"
 
@@ -58,6 +60,9 @@ def _is_free(folder: Path, profile: Understood) -> bool:
             return bool(dataset.attrs.get("file") == profile.file)
     except OSError:  # no dataset: left by an interrupted run
         return True
+
+
+# --- charts ---------------------------------------------------------------------------------------------
 
 
 POINTS = Look("#56b4e9", "", "circle")
@@ -121,6 +126,9 @@ def _notes_of_curve(figure: ProfileFigure) -> Iterator[str]:
     for y, z, s, inclination, curvature in rows.T:
         radius = f"radius {1 / curvature:.4g} mm" if abs(curvature) > 1e-6 else "straight"
         yield f"y {y:.3f}, z {z:.3f} mm\ns {s:.2f} mm\n{inclination:.2f}°, {radius}"
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 UNIT, Y, Z = "1 unit of the file is", "In the file y", "In the file z"  # beginnings of notes

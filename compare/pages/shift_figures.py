@@ -1,6 +1,6 @@
-"""Differences of results to those with the best ICs of each contact: C, or else B-hat.
+"""Charts of a wheelset over its shifts: pressures, angles, radii, and where wheels touch their rails.
 
-Charts of a wheelset over its shifts: pressures, angles, radii, and where wheels touch their rails.
+Results are compared with those with the best ICs of each contact: C, or else B-hat.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,9 @@ from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
 from femic.contact.pairs.planar import PLANAR
 from geometries.arrays import Array
+
+# --- differences to the best ICs ------------------------------------------------------------------------
+
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
@@ -95,6 +98,9 @@ def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:
     names = reference_names(dataset, quantity).values
     used = [name for name in ranked(dataset) if np.any(names == name)]
     return " or ".join(symbol_of(name) for name in used)
+
+
+# --- charts ---------------------------------------------------------------------------------------------
 
 
 SHIFT = "shift to the left [mm]"

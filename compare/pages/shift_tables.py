@@ -1,7 +1,4 @@
-"""The answer of `femic shifts`: at which shifts which ICs are good enough, in sentences and a table.
-
-The tables of all contacts and all shifts.
-"""
+"""The answer of `femic shifts`: at which shifts which ICs are good enough; and the tables of all contacts."""
 
 import json
 from collections.abc import Iterator
@@ -29,6 +26,8 @@ from compare.report.parts import join_words
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, texts
 from femic.contact.pairs.planar import PLANAR
 from femic.results.wheelset import value_text, values_of
+
+# --- sentences ------------------------------------------------------------------------------------------
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -169,6 +168,9 @@ def whole_shifts_refused(dataset: xr.Dataset) -> list[str]:
     return [place for place in json.loads(dataset.attrs["refused"]) if "," not in place]
 
 
+# --- the table of the answer ----------------------------------------------------------------------------
+
+
 def answer_table(dataset: xr.Dataset) -> Table:
     """Return for each ICs and quantity at which shifts they are good to 1, 5 and 10 %, and the worst."""
     quantities, rows = compared_quantities(dataset), []
@@ -197,6 +199,9 @@ def _answer(dataset: xr.Dataset, name: str, quantity: Quantity) -> list[Cell | s
     worst = f"{float(own['shift']):g} mm, {own.side.item()}"
     worst += "; of friction × load" if quantity.of_friction else ""
     return [*within, *values, Cell(100 * share, "+.2f", worst)]
+
+
+# --- all contacts and all shifts ------------------------------------------------------------------------
 
 
 FORCES = (  # name, unit, format, and how many units there are in one of the dataset

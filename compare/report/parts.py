@@ -1,6 +1,6 @@
 """Pages as data: sections of paragraphs, tables and figures; `write_page` writes them.
 
-The list of all pages in a folder of results, `index.html`.
+`write_index` lists all pages in a folder of results in `index.html`.
 """
 
 import base64
@@ -26,6 +26,8 @@ from compare.report.files import save, save_all
 from compare.report.tables import Cell, Row, Table, texts
 from femic.cache import files as folders
 from femic.cache.files import write_dataset, write_text
+
+# --- pages ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,9 @@ def range_text(values: ArrayLike, form: str) -> str:
 def extreme(values: xr.DataArray) -> float:
     """Return the value furthest from zero."""
     return float(values.values.ravel()[np.argmax(np.abs(values.values))])
+
+
+# --- the list of all pages ------------------------------------------------------------------------------
 
 
 INDEX = "index.html"

@@ -1,6 +1,6 @@
 """Charts as pictures for paper: the cells of all steps of a chart in one figure of Matplotlib.
 
-Charts to explore in a notebook: a frame with a page of one chart.
+A notebook, which explores charts, shows a frame with a page of one chart.
 """
 
 import re
@@ -25,6 +25,8 @@ from compare.report import interactive
 from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
 from compare.report.looks import INK, Look, without_marker
 from geometries.arrays import Array
+
+# --- pictures -------------------------------------------------------------------------------------------
 
 
 class Margins(NamedTuple):
@@ -346,6 +348,9 @@ def _add_legend(figure: Figure, chart: Chart) -> None:
 
 def _legend_columns(figure: Figure, entries: int) -> int:
     return min(MOST_ENTRIES, entries, round(ENTRIES_PER_INCH * figure.get_figwidth()))
+
+
+# --- notebooks ------------------------------------------------------------------------------------------
 
 
 ROOM = 90  # of slider, legend and titles [px]

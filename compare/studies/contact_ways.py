@@ -1,16 +1,11 @@
-"""The scales of errors of contact numbers, from the numbers of a reference: `femic.scenes.wants`.
+"""The ways to the numbers of a contact: their solutions, and their errors against a reference.
 
-Errors of the numbers of contacts against a reference, each over its scale: `femic.scenes.wants`.
+A way is ICs, elements across the patch, and the tolerance of C. Contacts are solved as `femic contact` solves
+them. Their numbers are along the dimension `case`: loads, or coefficients of friction; with friction also
+along `point`: creepages, or loads.
 
-An error is the largest over the creepages or loads of a case. No error is known better than the reference
-is: with the reference's estimate it is at most its bound.
-
-The ways to the numbers of a contact: ICs, elements across the patch, and the tolerance of C.
-
-Contacts by one way, solved as `femic contact` solves them: their numbers with estimates, and seconds.
-
-Numbers are along the dimension `case`: loads, or coefficients of friction; with friction also along `point`:
-creepages, or loads.
+An error is the largest over the creepages or loads of a case, each over its scale: `femic.scenes.wants`. No
+error is known better than the reference is: with the reference's estimate it is at most its bound.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,6 +35,9 @@ from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
 from femic.scenes.wants import KNOWN, Scale, Want
 from geometries.patches import Grid
+
+# --- errors and their scales ----------------------------------------------------------------------------
+
 
 ESTIMATE = "estimate_"  # before the name of a number
 Of = Callable[[xr.Dataset, str], xr.DataArray]
@@ -145,6 +143,9 @@ def worst(dataset: xr.Dataset, names: Sequence[str], case: str | None = None) ->
     )
 
 
+# --- ways -----------------------------------------------------------------------------------------------
+
+
 APPROXIMATION, MAP_OF_C = "approximation", "map"  # kinds of ways without C, beside the names of engines
 FEWEST, MOST = 8, 64  # elements across the smallest patch, as a specification may have them
 TIGHTEST = 0.001  # tolerance of C: estimates of contacts come from their elements long before
@@ -219,6 +220,9 @@ def _tolerances(scene: Scene, elements: int | None, tightest: float) -> Sequence
     if elements is None or elements == scene.contact.elements:
         return tolerances
     return tolerances[:1] if elements < scene.contact.elements else tolerances[:2]
+
+
+# --- solutions ------------------------------------------------------------------------------------------
 
 
 STAGES = ("ics", "operator", "contact")

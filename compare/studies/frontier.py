@@ -1,10 +1,7 @@
-"""The ways to the ICs of a scene: the approximations, and every engine at several tolerances.
+"""The frontier of a scene: errors and seconds of every way to its ICs, within a budget of seconds.
 
-The frontier of a scene: errors and seconds of every way to its ICs, within a budget of seconds.
-
-Advice on the cheapest ICs that meet a tolerance, with the evidence for it.
-
-The choice of the ICs that a scene uses, if it does not name them: the cheapest that meet its tolerance.
+Ways are the approximations, and every engine at several tolerances. Advice is on the cheapest ICs that meet a
+tolerance, with the evidence for it; a scene that does not name its ICs uses these.
 """
 
 import json
@@ -42,6 +39,9 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.patches import places
+
+# --- ways -----------------------------------------------------------------------------------------------
+
 
 APPROXIMATION = "approximation"  # the kind of ways that are no engines
 
@@ -83,6 +83,9 @@ def styles() -> dict[str, tuple[str, str]]:
     """Return the colour and the marker of each kind of ways."""
     engines = {name: (engine.comparison.colour, engine.comparison.marker) for name, engine in ENGINES.items()}
     return {APPROXIMATION: ("tab:blue", "o")} | engines
+
+
+# --- the frontier ---------------------------------------------------------------------------------------
 
 
 BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys that remain for an engine of the same kind
@@ -317,6 +320,9 @@ def front(seconds: Array, errors: Array) -> Mask:
     return ~np.any((faster & as_close) | (as_fast & closer), axis=1) & ~np.isnan(errors)
 
 
+# --- advice ---------------------------------------------------------------------------------------------
+
+
 AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
 RETRY_FACTOR = 10.0  # times tighter is the next C, if one leaves open whether a component vanishes
 REFERENCE_FACTOR = 4  # how many times tighter than the tolerance the reference C is
@@ -429,6 +435,9 @@ def request_for(base: str, question: Question) -> FrontierRequest:
     changes = {"components": list(question.components), "bodies": [question.body]}
     kind, tightest = engine_table(base)["kind"], question.tolerance / REFERENCE_FACTOR
     return FrontierRequest(tuple(engine_ways(kind, tightest)), changes=changes)
+
+
+# --- the choice of ICs ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

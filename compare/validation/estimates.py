@@ -1,10 +1,8 @@
-"""Random contacts of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown.
+"""Coverage of estimates: how often errors of random contacts are within them, and their ratios.
 
-In a quarter of them a hump of the distance parts the contact into patches, which differ in size.
-
-Studies of random contacts: numbers on a grid, a coarser and a much finer one, and their estimates.
-
-Coverage of estimates: how often errors of random contacts are within them, and their ratios.
+Contacts are of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown. In a quarter of
+them a hump of the distance parts the contact into patches, which differ in size. Each is solved on a grid, a
+coarser and a much finer one.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -51,6 +49,9 @@ from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER, Surface
+
+# --- random contacts ------------------------------------------------------------------------------------
+
 
 FINER = 4  # by which elements of the reference are smaller
 RADIUS = 10.0  # of the rail, of an arc or at the crown of an ellipse [mm]
@@ -189,6 +190,9 @@ def _creepages(random: np.random.Generator, friction: float, load: float, hertz:
     return Creepages(float(size * np.cos(turn)), float(size * np.sin(turn)), float(spin))
 
 
+# --- studies --------------------------------------------------------------------------------------------
+
+
 STICKING, SLIDING = 0.3, 0.95  # sliding shares: fewer stick, more slide
 TOLERANCE = 1e-4  # of tractions: errors of results are 1e-3 and more
 
@@ -325,6 +329,9 @@ STUDIES: Mapping[str, Study] = {
     "differences": differences,
     "frictionless differences": frictionless_differences,
 }
+
+
+# --- coverage -------------------------------------------------------------------------------------------
 
 
 NOTHING = 1e-9  # of estimates: errors that are rounding

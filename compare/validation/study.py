@@ -1,6 +1,6 @@
-"""The results of a study as JSON, and a page of the same numbers.
+"""What studies share: results as JSON with a page of the same numbers, and Kalker's creepage coefficients.
 
-Kalker's creepage coefficients of contacts of Hertz, each computed once.
+The coefficients are those of contacts of Hertz, each computed once.
 """
 
 import json

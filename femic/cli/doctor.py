@@ -1,6 +1,6 @@
-"""Check an installation of femic: packages, libraries, names, and a few results with known values.
+"""`femic doctor` checks whether an installation is complete, femic's own, and right.
 
-`femic doctor` checks whether an installation is complete, femic's own, and right.
+It checks packages, libraries, names, and a few results with known values.
 """
 
 import base64
@@ -21,6 +21,9 @@ from rich.text import Text
 from femic.cli.progress import terminal
 from femic.late import Late
 from geometries.errors import Failure
+
+# --- findings -------------------------------------------------------------------------------------------
+
 
 NAMES = ("femic", "geometries", "approx", "compare")  # of our packages, as they are imported
 DEVELOPERS = ("dev", "site")  # extras for work on femic itself
@@ -206,6 +209,9 @@ SELF_TESTS = (
     SelfTest("C of a half-space against Love and Boussinesq", "mm/N", _half_space, C_TOLERANCE),
     SelfTest("contact with A against Hertz", "MPa", _hertz, HERTZ_TOLERANCE),
 )
+
+
+# --- the command ----------------------------------------------------------------------------------------
 
 
 OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")

@@ -1,6 +1,6 @@
-"""The terminal: a console that prints names such as Bhat+sn:B and [a] as they are.
+"""The terminal: names such as Bhat+sn:B and [a] as they are, and the progress of models.
 
-Progress of models: a bar on a terminal, otherwise a line every few seconds.
+Progress is a bar on a terminal, otherwise a line every few seconds.
 """
 
 from collections.abc import Callable, Iterator, Sequence

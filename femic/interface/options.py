@@ -1,9 +1,8 @@
-"""Calls that compute wait for each other where a program has several threads.
+"""How C is computed: the accuracy, the engine, and what is kept of it.
 
-Gmsh has one model per process, which the sections and solids of C are meshed in, and ends the process where
-two threads change it. Processes compute side by side.
-
-How C is computed: the accuracy, the engine, and what is kept of it.
+Calls that compute wait for each other where a program has several threads: Gmsh has one model per process,
+which the sections and solids of C are meshed in, and ends the process where two threads change it. Processes
+compute side by side.
 """
 
 from collections.abc import Callable, Mapping

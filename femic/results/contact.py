@@ -1,6 +1,6 @@
-"""Frictionless contact of a scene with several ICs, solved by `femic.contact`; which scenes are refused.
+"""Frictionless contact of a scene with several ICs: what is refused, the solution, the dataset `contact.nc`.
 
-The labelled arrays of contacts, `contact.nc`: numbers with their estimates, pressures and gaps.
+The dataset has the numbers with their estimates, and pressures and gaps by place.
 """
 
 import json
@@ -28,6 +28,8 @@ from femic.scenes.ic_names import is_map
 from femic.scenes.lines import grid_misfits, single_load_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
+
+# --- the solution ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +91,9 @@ def compute_contact(
     """
     require_solvable(scene, given)
     return ContactResults(scene, solve_frictionless(scene.contact_problem, options, given))
+
+
+# --- the dataset ----------------------------------------------------------------------------------------
 
 
 X = {"units": "mm", "long_name": "place along the direction of rolling"}

@@ -1,6 +1,6 @@
-"""Wear and fatigue numbers of a rolling contact with some ICs.
+"""Wear and fatigue of a rolling contact with some ICs.
 
-A rolling contact that wears: both surfaces after many passages, step by step, with some ICs.
+Numbers of one passage; and both surfaces after many passages, which wear step by step.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,6 +21,9 @@ from geometries.errors import WrongInput
 from geometries.patches import N
 
 REGIMES = "mild", "severe", "catastrophic"
+
+
+# --- one passage ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +98,9 @@ def _limits(contact: FrictionalContact, specification: DamageSpecification) -> d
         "load_factor": at.load_factor,
         "surface_index": float(surface_index(p_max, utilised, k)),
     }
+
+
+# --- many passages --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
-"""The grid of a file for CONTACT, which is that of the scene's contact, and the distances on it.
+"""`femic export` writes the IC matrix of both bodies as a file for the program CONTACT.
 
-`femic export` writes the IC matrix of both bodies as a file for the program CONTACT.
+The grid is that of the scene's contact, and the distances on it are written beside the matrix.
 """
 
 import tomllib
@@ -33,6 +33,9 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS
+
+# --- the grid, and distances on it ----------------------------------------------------------------------
+
 
 FILE = "contact_distances.txt"
 FAR = 1000.0  # mm: written where no upper body is opposite, for CONTACT reads no infinite numbers
@@ -125,6 +128,9 @@ def write_distances(found: Distances, folder: Path) -> Path:
     """Write distances as a list for CONTACT, x fastest; return the path of the file."""
     lines = "\n".join(repr(float(value)) for value in found.values.T.ravel())
     return write_text(f"{lines}\n", folder / FILE)
+
+
+# --- the file -------------------------------------------------------------------------------------------
 
 
 SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only

@@ -1,11 +1,9 @@
-"""The labelled arrays of contacts with ICs and by finite elements, `fe_contact.nc`.
+"""Contact of a scene by finite elements, which use no ICs, beside contact with ICs: `fe_contact.nc`.
 
-Contact of a scene by finite elements, which use no ICs; each finished load is stored.
-
-The bodies have the same supports as in contact with C, so nothing is fitted. Only approaches differ: with C
-they exclude the rigid part M_zz of the compliance (`ApproachRule`). So M_zz times the load, with M_zz from
-the models of C on the same supports, is subtracted from approaches by finite elements: a motion of a whole
-body along z adds its length to the approach and changes nothing else.
+Each finished load is stored. The bodies have the same supports as in contact with C, so nothing is fitted.
+Only approaches differ: with C they exclude the rigid part M_zz of the compliance (`ApproachRule`). So M_zz
+times the load, with M_zz from the models of C on the same supports, is subtracted from approaches by finite
+elements: a motion of a whole body along z adds its length to the approach and changes nothing else.
 """
 
 from collections.abc import Sequence
@@ -26,6 +24,9 @@ from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure
+
+# --- the dataset ----------------------------------------------------------------------------------------
+
 
 FE = "FE"  # the name of contact by finite elements among the ICs
 OF_PATCH = ("angle", "a", "b", "p_max")
@@ -86,6 +87,9 @@ def _beside_middle(contacts: xr.Dataset) -> xr.DataArray:
     """Return pressures with ICs beside x = 0, (case, ics, s)."""
     middle = contacts.x.notnull().sum("x") // 2
     return contacts.p.isel(x=middle).drop_vars("x").assign_attrs(long_name="pressure with ICs beside x = 0")
+
+
+# --- the solution ---------------------------------------------------------------------------------------
 
 
 MODELS = ("lower", "upper")

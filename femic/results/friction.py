@@ -1,10 +1,6 @@
-"""Compression with friction with some ICs as labelled arrays.
+"""Contact with friction of a scene with several ICs, as `femic.contact` solves it: the dataset `contact.nc`.
 
-Transient rolling with some ICs as labelled arrays.
-
-Creep-force curves of a wheel with several ICs as labelled arrays.
-
-Contact with friction of a scene with several ICs, as `femic.contact` solves it: arrays of `contact.nc`.
+Numbers are by load in compression, by distance in transient rolling, and by creepage in steady rolling.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -41,6 +37,9 @@ from femic.results.matrices import discounted
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
+# --- compression ----------------------------------------------------------------------------------------
+
+
 UNKNOWN_COMPRESSION = dict.fromkeys(OF_COMPRESSION, np.nan)  # numbers where there is no contact
 
 
@@ -60,6 +59,9 @@ def compression_dataset(pair: PairWithFriction, solved: SolvedCompression) -> xr
     coords = {"load": ("load", list(pair.loads), {"units": "N", "long_name": "prescribed load"})}
     numbers = xr.Dataset(variables(OF_COMPRESSION, "load", tables), coords)
     return numbers.merge(maps(pair, solved.last)).merge(varied_tractions(pair, larger_last, solved.change))
+
+
+# --- transient rolling ----------------------------------------------------------------------------------
 
 
 STEADY = "steady_"  # before the names of numbers in steady rolling
@@ -89,6 +91,9 @@ def with_creepages(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
     """Return the arrays of all ICs with load [N] and creepages as attributes."""
     creepages = {name: float(getattr(scene.contact.friction, name)) for name in CREEPAGES}
     return dataset.assign_attrs(load=scene.contact.loads[0], **creepages)
+
+
+# --- steady rolling: creep-force curves -----------------------------------------------------------------
 
 
 DISPLACED = "displaced_"  # before the names of numbers with the distance of the displaced wheel
@@ -186,6 +191,9 @@ def _distances(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
                 units="1", long_name=DISTANCES[name] + PREFIXES[prefix]
             )
     return distances
+
+
+# --- all coefficients of friction and all ICs -----------------------------------------------------------
 
 
 @dataclass(frozen=True)

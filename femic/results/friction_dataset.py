@@ -1,16 +1,14 @@
-"""Maps of contacts with friction as labelled arrays, and what the maps and numbers vary by.
+"""Parts of the datasets of all contacts with friction: maps, variations, differences of ICs, other supports.
 
 Beside a number `NAME` stand `larger_NAME`, the number on elements twice as large (in compression with steps
 of load twice as large, too), and `change_NAME`, by how much it changes with ICs plus their estimated errors:
 0 where no errors are known, as of approximations; and `floor_NAME`, by how much it may change against that of
 other ICs on the same elements where single elements are in another state. `larger_p`, over `larger_x` and
-`larger_s`, and `change_p` are those of the tractions. `femic.results.friction_dataset` makes estimates of
-differences from them.
+`larger_s`, and `change_p` are those of the tractions.
 
-Estimates of differences between the contacts of several ICs, as those of distances to C.
-
-On the same elements much of the error of both contacts is the same, and is no error of their difference. So
-a difference is evaluated again on elements twice as large, with numbers plus their floors, and with changed
+From these follow estimates of differences between the contacts of several ICs, such as distances to C. On the
+same elements much of the error of both contacts is the same, and is no error of their difference. So a
+difference is evaluated again on elements twice as large, with numbers plus their floors, and with changed
 ICs: its error is estimated as
 
     F |d_h - d_2h| + |d| / 20 + sum over ICs of |d(number + floor) - d|
@@ -18,11 +16,9 @@ ICs: its error is estimated as
 
 with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck: elements know a
 difference, like any number, to a share of itself; and ICs whose edges and borders are not the same cut
-elements in other places (`femic.results.friction_dataset`).
+elements in other places (`floors`).
 
-The effect of the supports of the bodies on a contact with friction.
-
-Solutions by friction and ICs: each is stored as soon as it is finished, and all are joined.
+Each solution is stored as soon as it is finished.
 """
 
 from collections.abc import Callable, Mapping
@@ -47,6 +43,9 @@ from femic.results.contact import INCLINATION, PREFIXES, SECONDS, S, X, ics_of, 
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS, Grid
+
+# --- maps and variations --------------------------------------------------------------------------------
+
 
 TRACTION = "traction on the upper body"
 SIMPLIFIED = {"long_name": "whether only the less accurate form was solved"}
@@ -119,6 +118,9 @@ def _larger(places: Array) -> Array:
     return places[: len(places) // 2 * 2].reshape(-1, 2).mean(axis=1)
 
 
+# --- differences between ICs ----------------------------------------------------------------------------
+
+
 MISSED = 0.05  # share of a difference that elements may miss
 
 Difference = Callable[[xr.Dataset], xr.DataArray]
@@ -179,6 +181,9 @@ def _with_known_errors(dataset: xr.Dataset) -> list[str]:
     return [name for name in ics_of(dataset) if any(bool((one.sel(ics=name) != 0).any()) for one in changes)]
 
 
+# --- other supports -------------------------------------------------------------------------------------
+
+
 PREFIX = "supported_"  # of the names of numbers with other supports
 
 
@@ -212,6 +217,9 @@ def grid_of(dataset: xr.Dataset) -> Grid:
     """Return the grid of the arrays, to the last digit: C on it is in the store."""
     dx, ds, middle = (float(dataset.attrs[name]) for name in ("dx", "ds", "s_middle"))
     return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, middle)
+
+
+# --- solutions by friction and ICs ----------------------------------------------------------------------
 
 
 FRICTION = {"units": "1", "long_name": "coefficient of friction"}

@@ -1,10 +1,7 @@
-"""Compute a scene: reference ICs, their check with the solid engine, approximations.
+"""ICs of a scene: C, its check with the solid engine, and approximations; their errors and agreement.
 
-Errors of results as shares: of C's components, of max |C_nn|, and on the scale of refinement.
-
-`body` is "lower", "upper", or "combined" for both together.
-
-Differences between the C of two engines, and whether they are within the sum of the estimates.
+Errors are shares: of C's components, of max |C_nn|, and on the scale of refinement. `body` is "lower",
+"upper", or "combined" for both together.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -30,6 +27,9 @@ from femic.scenes.lines import single_load_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.patches import N, OffsetLine
+
+# --- the computation ------------------------------------------------------------------------------------
+
 
 REPETITIONS = 5  # how often an approximation is computed for its timing
 
@@ -170,6 +170,9 @@ def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tu
     return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 
+# --- ICs and errors by body -----------------------------------------------------------------------------
+
+
 def reference_of(results: Results, body: str) -> EstimatedICs:
     """Return C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
     return total([results.references[name].c for name in parts_of(body)])
@@ -221,6 +224,9 @@ def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict
         line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
         for line, part in results.lines.items()
     }
+
+
+# --- agreement of both engines --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

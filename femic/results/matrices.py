@@ -1,11 +1,4 @@
-"""The jobs of the IC matrices of a scene, and what is subtracted from C.
-
-What follows from the columns of the IC matrices of a scene.
-
-The file of the IC matrices of a scene.
-
-Compute the IC matrices of a scene and write them strip by strip.
-"""
+"""`femic matrix` computes the IC matrices of a scene and writes them to a file strip by strip."""
 
 import json
 from collections.abc import Mapping
@@ -49,6 +42,9 @@ from femic.scenes.lines import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.patches import COMPONENTS, DIRECTIONS
+
+# --- jobs, and what is subtracted from C ----------------------------------------------------------------
+
 
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
 DISCOUNTS = {
@@ -108,6 +104,9 @@ def discounted(scene: Scene) -> str:
     without = f" without the {given[0]} body, which its outline clamps," if given else ""
     clamped = f"The sections{without} are clamped at a far arc of {radius:g} mm{at_hub}."
     return f"{DISCOUNTS[scene.discount]} {clamped}"
+
+
+# --- what follows from the columns ----------------------------------------------------------------------
 
 
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
@@ -274,6 +273,9 @@ def directions_last(column: Array) -> Array:
     return np.moveaxis(column, (0, 1), (2, 3))
 
 
+# --- the file -------------------------------------------------------------------------------------------
+
+
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
@@ -408,6 +410,9 @@ def _require_readable(path: Path) -> None:
         for name, _, _ in VARIABLES:
             for strip in range(file[name].shape[3]):
                 file[name][:, :, :, strip]
+
+
+# --- the computation ------------------------------------------------------------------------------------
 
 
 FIRST_SECONDS, SECONDS_PER_ENTRY = 1.5, 0.4e-6  # of making, checking and writing matrices; by body compared

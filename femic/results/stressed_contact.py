@@ -1,9 +1,8 @@
-"""One contact of a scene with each of its ICs: the one whose stresses are computed.
+"""The one contact of a scene whose stresses are computed, with each of its ICs, and the points below it.
 
 Without friction it is that of the largest load, in rolling that at the prescribed force and one coefficient
-of friction, in compression that after the last load.
-
-The points below a contact at which stresses are computed: a lattice in x, s, depth; a deeper column.
+of friction, in compression that after the last load. The points are a lattice in x, s and depth, and a column
+that goes deeper.
 """
 
 from collections.abc import Callable, Mapping
@@ -40,6 +39,9 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid, N
+
+# --- the contact ----------------------------------------------------------------------------------------
+
 
 MOTIONS = "none", "rolling", "compression"
 STEP = 0.02  # of friction times load, over which the slope of a creep-force curve is taken
@@ -238,6 +240,9 @@ def _compressed(pair: PairWithFriction) -> Contacts:
         tractions[name] = in_steps(pair, problem, f"friction {friction:g}, {name}")[1].p
         pair.options.watch.on_stage(f"  friction {friction:g}, {name}: {pair.loads[-1]:g} N")
     return Contacts(pair.problem, pair.on_grid, tractions, {}, f"{pair.loads[-1]:g} N")
+
+
+# --- the lattice ----------------------------------------------------------------------------------------
 
 
 ALONG_X, ALONG_S, INTO_DEPTH, DEEPER_STILL = 17, 25, 13, 12  # points

@@ -1,6 +1,6 @@
 """Stresses below a contact in both bodies, and what half-spaces make of the same tractions.
 
-The labelled arrays of stresses below a contact, `stresses.nc`: numbers, fields, wear and fatigue.
+The dataset `stresses.nc` has numbers and fields, and the wear and fatigue of a rolling contact.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,6 +25,9 @@ from femic.stresses.field import principal_values, rise_between, tresca, von_mis
 from femic.stresses.half_space import half_space_field
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
+
+# --- the computation ------------------------------------------------------------------------------------
+
 
 TRUE, HALF_SPACE, HALF_SPACE_OF_A = "true body", "half-space", "half-space, A"
 BODIES = "upper", "lower"
@@ -155,6 +158,9 @@ def _passage(stress: Array, criterion: DangVan) -> EquivalentStress:
     cycle = np.concatenate([np.zeros((1, *stress.shape[1:])), stress])
     symmetric = (cycle + np.swapaxes(cycle, -1, -2)) / 2
     return equivalent_stress(symmetric, criterion)
+
+
+# --- the dataset ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,7 @@
-"""All values of a wheelset's computation: given by its specification, assumed, or taken from a profile.
+"""`femic shifts`: a wheelset over its lateral shifts as one labelled dataset, `shifts.nc`.
 
-The rolling wheelset over its shifts, as datasets. Finished positions are stored.
-
-All contacts of a wheelset over its lateral shifts, as one labelled dataset, `shifts.nc`.
-
-Finished contacts are stored: an interrupted run goes on with the next one.
+Each value of the computation is given by its specification, assumed, or taken from a profile. Finished
+contacts and rolling wheelsets are stored: an interrupted run goes on with the next one.
 """
 
 import json
@@ -40,6 +37,9 @@ from geometries.errors import Failure, WrongInput
 from geometries.profiles.text import read_source
 from geometries.track.layout import Layout, SideName
 from geometries.track.wheelset import Position, settle
+
+# --- the values of the computation ----------------------------------------------------------------------
+
 
 GIVEN, ASSUMED, OF_PROFILE = "given", "assumed", "from the profile"  # origins of a value
 NEEDED = (  # of rails that are files: what decides where a wheel stands on its rail
@@ -160,6 +160,9 @@ def values_of(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Return value, origin and meaning of each key with which a dataset was computed."""
     used: dict[str, dict[str, Any]] = json.loads(dataset.attrs["values"])
     return used
+
+
+# --- the rolling wheelset -------------------------------------------------------------------------------
 
 
 Contacts = Mapping[tuple[float, SideName], xr.Dataset]
@@ -318,6 +321,9 @@ def labelled_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dat
         spin=rolling.spin,
         not_rolling=json.dumps(reasons),
     )
+
+
+# --- all shifts -----------------------------------------------------------------------------------------
 
 
 SECOND = 0.5  # mm: touching points with a distance below this are stated

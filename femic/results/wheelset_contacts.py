@@ -1,6 +1,6 @@
-"""Positions, touching points, sections and conicity of a wheelset over its shifts, as datasets.
+"""A wheelset without friction over its shifts, as datasets: its geometry, and all contacts of its wheels.
 
-All contacts of a wheelset without friction over its shifts, as datasets. Finished ones are stored.
+The geometry is positions, touching points, sections and conicity. Finished contacts are stored.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -21,6 +21,9 @@ from geometries.patches import Grid
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import Layout, SideName
 from geometries.track.wheelset import Position, RollRule, Touch, over_shifts
+
+# --- geometry -------------------------------------------------------------------------------------------
+
 
 SIDES: tuple[SideName, SideName] = ("left", "right")
 ABOUT: RollRule = "about rails"  # shifts are those at the rails: flanges of any slope are reached
@@ -181,6 +184,9 @@ def _near(layout: Layout, end: float, *, from_middle: bool) -> tuple[Array, Arra
         at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
         jumps = sorted([*(-jump for jump in jumps), *jumps])
     return at, differences, jumps
+
+
+# --- contacts -------------------------------------------------------------------------------------------
 
 
 SAME_ROLL = 1e-8  # rad

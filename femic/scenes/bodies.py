@@ -1,12 +1,11 @@
-"""Contours in a scene file: a table of keys for each kind, which makes the contour.
+"""The tables [lower] and [upper] of a scene file: contour, outline, material and surface of a body.
 
-To add a kind, write its table, with a key `kind` and a method `contour`, and register it:
+Each kind of contour has a table of keys, which makes the contour. To add a kind, write its table, with a key
+`kind` and a method `contour`, and register it:
 
     CONTOURS["parabola"] = Parabola
 
-Outlines of bodies in a scene file: the shape and the supports of a section beyond its contour.
-
-The tables [lower] and [upper] of a scene file: material and surface of a body.
+An outline is the shape and the supports of a section beyond its contour.
 """
 
 from typing import Annotated, Any, Literal, Protocol
@@ -27,6 +26,8 @@ from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.outlines import RAIL_SECTIONS, SectionOutline
 from geometries.surfaces import LOWER
+
+# --- contours -------------------------------------------------------------------------------------------
 
 
 class ContourTable(Protocol):
@@ -140,6 +141,9 @@ def _in_radians(degrees: float | tuple[float, float]) -> tuple[float, float]:
     return float(np.radians(left)), float(np.radians(right))
 
 
+# --- outlines -------------------------------------------------------------------------------------------
+
+
 RailName = Annotated[str, AfterValidator(NameOf(lambda: RAIL_SECTIONS))]
 Number = Annotated[Whole, Field(ge=1)]
 
@@ -197,6 +201,9 @@ class OutlineTable(SceneTable):
             return columns(self.file, ("y, z",)).T
         except WrongInput as error:
             raise WrongInput(f"outline.file = {self.file}: {error}") from error
+
+
+# --- bodies ---------------------------------------------------------------------------------------------
 
 
 def _finite_or_prismatic(value: float) -> float:

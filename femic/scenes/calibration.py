@@ -1,6 +1,7 @@
-"""The tables [effective.*] of a scene file: properties that vary with the distance from the load.
+"""The tables [effective.*] and [calibration] of a scene file: effective properties, and their fit.
 
-The table [calibration] of a scene file: which properties are fitted, to what, and where.
+Effective properties vary with the distance from the load. A calibration says which properties are fitted, to
+what, and where.
 """
 
 from collections.abc import Iterator
@@ -20,6 +21,9 @@ from femic.scenes.scene import Calibration, Scene
 from femic.scenes.scene_table import SceneTable, shared
 from geometries.errors import WrongInput
 from geometries.patches import OffsetLine, Patch, line_along_s
+
+# --- [effective.*] --------------------------------------------------------------------------------------
+
 
 Exponent = Annotated[float, Field(gt=0, le=1000)]
 Curvature = Literal["contained", "apart"]
@@ -92,6 +96,9 @@ def effective_misfits(scene: Scene) -> Iterator[str]:
         )
     if scene.ics in VARIANTS and needs_effective(scene.ics) and not scene.fitted:
         yield f"ics = {scene.ics!r}: the scene has no effective properties; femic calibrate finds some"
+
+
+# --- [calibration] --------------------------------------------------------------------------------------
 
 
 BodyName = Literal["combined", "lower", "upper"]

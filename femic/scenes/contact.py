@@ -1,6 +1,6 @@
-"""The table [contact] of a scene file: loads, motion and ICs of the contact.
+"""The tables [contact], [stresses] and [damage] of a scene file.
 
-The tables [stresses] and [damage] of a scene file: stresses under its contact, wear and fatigue.
+They have loads, motion and ICs of the contact; and the stresses under it, wear and fatigue.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,6 +22,9 @@ from femic.scenes.input_files import ExistingFile, Holds, columns
 from femic.scenes.scene import Scene, StressSpecification
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput
+
+# --- [contact] ------------------------------------------------------------------------------------------
+
 
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
 
@@ -118,6 +121,9 @@ def _friction_misfits(scene: Scene) -> Iterator[str]:
             f"upper.rolling_radius = inf: motion = {name!r} needs a wheel: give upper.rolling_radius in mm, "
             f"or motion = {' or '.join(others)}"
         )
+
+
+# --- [stresses] and [damage] ----------------------------------------------------------------------------
 
 
 ROLLING, WITHOUT_PASSAGE = "rolling", "compression"

@@ -1,8 +1,8 @@
-"""Files that scene files name: each such key declares it, and paths are absolute once they are read.
+"""Keys of scene files: those that name files, columns of numbers in these, and keys by dotted names.
 
-Columns of numbers in text files: points of contours, and of extra gaps. They are read as profiles are.
-
-Keys of the table of a scene, such as lower.contour.radius and lines.0.s.
+Each key that names files declares it, and paths are absolute once they are read. Columns are points of
+contours and of extra gaps, and are read as profiles are. Dotted names are such as lower.contour.radius and
+lines.0.s.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
@@ -17,6 +17,8 @@ from pydantic import BaseModel, FilePath, Strict
 from femic.scenes.errors import BadScene
 from geometries.arrays import Array
 from geometries.profiles.text import number, read_source, split_columns, uncommented
+
+# --- names of files -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,9 @@ def _parts(annotation: Any) -> Iterator[Any]:
         yield from _parts(part)
 
 
+# --- columns of numbers ---------------------------------------------------------------------------------
+
+
 def columns(path: Path, headings: Sequence[str]) -> Array:
     """Return lengths [mm] in columns of one of the headings, such as "y, z", shape (rows, columns).
 
@@ -111,6 +116,9 @@ def columns(path: Path, headings: Sequence[str]) -> Array:
     if not rows:
         raise source.refused(f"no numbers; give columns {' or '.join(headings)}")
     return np.array(rows)
+
+
+# --- keys by dotted name --------------------------------------------------------------------------------
 
 
 def set_key(table: Any, key: str, entry: Any, axis: str) -> None:

@@ -1,6 +1,6 @@
-"""The tables [patch] and [[lines]] of a scene file: the loaded element, and the lines of observers.
+"""The tables [patch], [[lines]] and [grid] of a scene file.
 
-The table [grid] of a scene file: the elements of IC matrices.
+They are the loaded element, the lines of observers, and the elements of IC matrices.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +16,9 @@ from femic.scenes.scene import Scene
 from femic.scenes.scene_table import SceneTable
 from geometries.bodies import Body
 from geometries.patches import Grid, OffsetLine, Patch, line_along_s, line_along_x
+
+# --- [patch] and [[lines]] ------------------------------------------------------------------------------
+
 
 CLEAR_OF_PATCH = 6  # least distance of displacements compared beside a moment load, in half-widths patch.b
 PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
@@ -181,6 +184,9 @@ def reach_of(line: OffsetLine, scene: Scene) -> float:
 def half_sides(scene: Scene) -> dict[str, float]:
     """Return the half-sides of the patch [mm] by their keys."""
     return {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
+
+
+# --- [grid] ---------------------------------------------------------------------------------------------
 
 
 class GridTable(SceneTable):

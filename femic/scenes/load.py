@@ -1,8 +1,6 @@
-"""The scene of a file's tables: bodies, patch, lines, and settings of C.
+"""Scenes from a built-in name, a TOML file or a table; errors of a scene are raised together.
 
-Messages about a scene file, one line per error: field = value: reason; remedy.
-
-Scenes from a built-in name, a TOML file or a table; errors of a scene are raised together.
+Messages have one line per error: field = value: reason; remedy.
 """
 
 import re
@@ -57,6 +55,9 @@ from geometries.bodies import Body, common_extent
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.surfaces import LOWER, UPPER
+
+# --- the scene of valid tables --------------------------------------------------------------------------
+
 
 SIDES = {"lower": LOWER, "upper": UPPER}
 FLAT_REFERENCE_LENGTH = 10.0  # mm
@@ -148,6 +149,9 @@ def _crown_radius(contour: Contour) -> float:
     inclinations = contour.core.inclination(np.array([-step, step]))
     curvature = float(np.ptp(inclinations)) / (2 * step)
     return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
+
+
+# --- messages -------------------------------------------------------------------------------------------
 
 
 REASONS: Mapping[str, str] = {
@@ -249,6 +253,9 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
 def _keys() -> set[str]:
     """Return all keys that any table of a scene file may have."""
     return {key for table in tables() for key in table.model_fields}
+
+
+# --- names, files and tables ----------------------------------------------------------------------------
 
 
 BUILTIN = Path(__file__).parent / "builtin"

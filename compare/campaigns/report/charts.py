@@ -1,6 +1,7 @@
-"""Maps over two axes of a campaign: a cell per scene, lines where levels are exceeded, failed scenes.
+"""Charts of a campaign: maps over two axes, curves over the only axis, points of random scenes.
 
-Curves over the only axis of a campaign by rows such as ICs, and points over each axis of random scenes.
+A map has a cell per scene, lines where levels are exceeded, and failed scenes. Curves and points are by rows
+such as ICs.
 """
 
 from collections import Counter
@@ -29,6 +30,9 @@ from compare.campaigns.report.fields import (
 from compare.report.charts import Chart, Curve, Map, Panel, chart_of
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of, without_marker
 from geometries.arrays import Array
+
+# --- maps -----------------------------------------------------------------------------------------------
+
 
 COLUMNS = 4  # maps beside each other
 MOST_STEPS = 20  # values of the third axis
@@ -228,6 +232,9 @@ def _numbered(numbers: xr.DataArray, kinds: list[int]) -> xr.DataArray:
     is_kind = [numbers == kind for kind in kinds]
     rare = float(kinds.index(RARE)) if RARE in kinds else np.nan
     return numbers.copy(data=np.select(is_kind, range(len(kinds)), rare)).where(numbers.notnull())
+
+
+# --- curves and points ----------------------------------------------------------------------------------
 
 
 MOST_POINTS = 500  # of a panel

@@ -1,8 +1,6 @@
-"""The swept axes of a campaign as its page names and draws them.
+"""The fields of a campaign: numbers over the swept axes by row (ICs) and column (component).
 
-Numbers over the swept axes of a campaign by row (ICs) and column (component).
-
-The fields in the dataset of a campaign: errors of ICs, numbers of contacts, fits.
+They are errors of ICs, numbers of contacts, and fits.
 """
 
 import json
@@ -24,6 +22,9 @@ from femic.ic_errors.error_measure import ROUNDING
 from femic.results.contact import reference_name
 from femic.results.stresses import OF_DAMAGE, variable_of
 from geometries.arrays import Array
+
+# --- swept axes -----------------------------------------------------------------------------------------
+
 
 LARGE = 1e8  # value from which on powers of ten are written
 LONG = 10.0  # ratio of the ends from which on an axis may be logarithmic
@@ -164,6 +165,9 @@ def _axis(values: xr.DataArray, spacing: str) -> ShownAxis:
     )
 
 
+# --- a field --------------------------------------------------------------------------------------------
+
+
 ROW, COLUMN = "(row)", "(column)"  # dims that no axis can have the name of
 C = "C"
 LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are reported and drawn
@@ -271,6 +275,9 @@ def furthest_along(values: xr.DataArray, dim: str) -> xr.DataArray:
     """Return the values that are furthest from zero along a dim, NaN where none is known."""
     low, high = values.min(dim), values.max(dim)
     return high.where(high >= -low, low)
+
+
+# --- the fields of a dataset ----------------------------------------------------------------------------
 
 
 RATIOS = (  # numbers of contacts, compared as ratios

@@ -1,9 +1,4 @@
-"""Tables of the page of a campaign: where ICs fail, worst numbers, correlations, failed scenes.
-
-The charts of the page of a campaign, in sections with headings and notes.
-
-The page of a campaign: sentences, figures over the swept keys, and tables of where ICs fail.
-"""
+"""The page of a campaign: sentences, figures over the swept keys, and tables of where ICs fail."""
 
 import csv
 from collections.abc import Callable, Iterator, Sequence
@@ -67,6 +62,9 @@ from compare.report.tables import Cell, Column, Row, Table, texts
 from femic.cache import files as folders
 from femic.cache.files import replacing
 from geometries.arrays import Array
+
+# --- tables ---------------------------------------------------------------------------------------------
+
 
 MOST_FAILURES = 20
 FEWEST = 8  # points for a correlation
@@ -198,6 +196,9 @@ def slowest(dataset: xr.Dataset, count: int = 3) -> list[str]:
     return [f"{point_of(dataset, place)} ({text_of(seconds[place])} s)" for place in places]
 
 
+# --- charts ---------------------------------------------------------------------------------------------
+
+
 def sections(
     dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None
 ) -> Iterator[Section | Folded]:
@@ -304,6 +305,9 @@ def _advice_text(axes: Sequence[ShownAxis], failed: xr.DataArray) -> str:
     elif axes[3:]:
         text += f" At the first value of {join_words(axis.name for axis in axes[3:])}."
     return f"{text} {_meanings(axes)}"
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 CROSSINGS = "sweep_crossings.csv"

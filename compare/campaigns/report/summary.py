@@ -1,11 +1,4 @@
-"""Where along a swept axis numbers exceed a level, as text.
-
-The table that begins the page of a campaign: how far ICs are off, and where they fail.
-
-The advised ICs over the axes of a campaign: kinds as colours, or as names of an axis.
-
-Sentences of the page of a campaign, computed from its numbers.
-"""
+"""The answer of a campaign: which ICs are good enough, how far others are off, where they fail."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -41,6 +34,9 @@ from compare.report.looks import INK, Look, looks_of, symbol_of
 from compare.report.parts import join_words
 from compare.report.tables import ROUNDING, Cell, Column, Row, Table, with_estimate
 from geometries.arrays import Array
+
+# --- where numbers exceed a level -----------------------------------------------------------------------
+
 
 NOWHERE, EVERYWHERE = "nowhere", "everywhere"
 
@@ -187,6 +183,9 @@ def known_count(sizes: xr.DataArray) -> str:
     return "" if known == sizes.size else f"{known} of {sizes.size} scenes"
 
 
+# --- the table that begins the page ---------------------------------------------------------------------
+
+
 MOST_COLUMNS = 6
 
 
@@ -259,6 +258,9 @@ def answer_note(field: Field, dataset: xr.Dataset) -> str:
     if left_out := field.columns[MOST_COLUMNS:]:
         notes.append(f"Further down: {join_words(map(plain, left_out))}.")
     return " ".join(notes)
+
+
+# --- the advised ICs ------------------------------------------------------------------------------------
 
 
 NONE, TITLE = "none", "cheapest ICs that are good enough"
@@ -365,6 +367,9 @@ def _points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Panel:
         names_x=across.categories,
         names_y=up.categories,
     )
+
+
+# --- sentences ------------------------------------------------------------------------------------------
 
 
 FIRST = ("nn", "p_max")  # columns that are reported even if another one is worse

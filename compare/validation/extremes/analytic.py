@@ -1,7 +1,6 @@
-"""ICs of a half-space and rotations in many digits, by separate formulas: corner sums, matrix products.
+"""The analytic ICs at their limits, compared with formulas in many digits.
 
-The analytic ICs at their limits, compared with formulas in many digits.
-
+These formulas are separate ones of the ICs of a half-space and of rotations: corner sums, matrix products.
 Cases are the corners of the ranges, and further ones drawn by hypothesis. These are reproducible, but depend
 on the code and on the loaded modules, since hypothesis also uses constants of them.
 """
@@ -24,6 +23,9 @@ from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Patch
 from geometries.surfaces import LOWER, UPPER, Surface
+
+# --- formulas in many digits ----------------------------------------------------------------------------
+
 
 Number: TypeAlias = Any  # a number of mpmath, which has no types
 
@@ -88,6 +90,9 @@ def _about_x(angle: float) -> Number:
 def _about_y(angle: Number) -> Number:
     c, s = mpmath.cos(angle), mpmath.sin(angle)
     return mpmath.matrix([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+
+
+# --- limits ---------------------------------------------------------------------------------------------
 
 
 DRAWN_CASES = 150  # cases that hypothesis draws for each parameter

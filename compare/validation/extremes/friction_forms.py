@@ -1,8 +1,7 @@
-"""Closed forms for contacts with friction: Kalker, Carter, Coulomb's law, full stick, no friction.
+"""Contacts with friction at limits: steady rolling, rolling from rest, compression, and their closed forms.
 
-Each returns the numbers that it has of a contact of rollers; similar bodies unless it says otherwise.
-
-Contacts with friction that are compared at limits: steady rolling, rolling from rest, compression.
+Closed forms are those of Kalker and Carter, Coulomb's law, full stick, and no friction. Each returns the
+numbers that it has of a contact of rollers; similar bodies unless it says otherwise.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,6 +26,9 @@ from femic.contact.pairs.solved_transient import solve_transient
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import RunOptions
 from geometries.patches import Grid
+
+# --- closed forms ---------------------------------------------------------------------------------------
+
 
 STRIPS = 4001  # of an ellipse
 
@@ -117,6 +119,9 @@ def asked_of(solved: Solved) -> FrictionSpecification:
 KALKER, SLIDING, CARTER = Truth("Kalker", kalker), Truth("Coulomb", sliding), Truth("Carter", carter)
 TURNING, TWO_OF_KALKER = Truth("turning circle", turning), Truth("two of Kalker", two_of_kalker)
 NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full stick", full_stick)
+
+
+# --- solutions ------------------------------------------------------------------------------------------
 
 
 def rolled(problem: ContactProblem, options: RunOptions) -> Solved:

@@ -1,12 +1,11 @@
-"""Cones that roll freely on the arc of a rail, for statement 44: circles of a wheel against closed forms.
+"""Statement 44: whether contact with friction is what closed forms say, on half-spaces.
+
+Carter's rolling cylinders, Kalker's linear coefficients, full slip, Cattaneo's shift under load, and cones
+that roll freely on the arc of a rail.
 
 A cone with inclination delta touches the rail where this is inclined alike, on a circle of radius r. Without
 a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its rotation has the part omega
 sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
-
-Statement 44: whether contact with friction is what closed forms say, on half-spaces.
-
-Carter's rolling cylinders, Kalker's linear coefficients, full slip, Cattaneo's shift under load, and cones.
 """
 
 from collections.abc import Iterator, Mapping
@@ -46,6 +45,9 @@ from geometries.contours import arc, plane, through_points
 from geometries.materials import Material
 from geometries.patches import Grid, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
+
+# --- cones ----------------------------------------------------------------------------------------------
+
 
 STEEL = Material(210e3, 0.28)
 CONE_LOAD, STEEP_FRICTION = 200.0, 10.0  # N, friction
@@ -158,6 +160,9 @@ CRITERIA = (
         OF_SPIN, "spin of cones", "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one"
     ),
 )
+
+
+# --- cylinders and an ellipse ---------------------------------------------------------------------------
 
 
 LOAD, FRICTION = 4000.0, 0.3

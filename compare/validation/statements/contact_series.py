@@ -1,9 +1,7 @@
-"""Numbers with their estimated errors, and what becomes of these in ratios.
-
-Contacts of a pair under any load, on grids that some loads share: C is solved once for each grid.
+"""Contacts of a pair under any load, on grids that some loads share: C is solved once for each grid.
 
 So contacts can be compared at angles Δδ of the patch instead of loads: the load at which the patch with C
-turns by an angle is sought.
+turns by an angle is sought. Numbers carry their estimated errors, also into ratios.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,6 +24,8 @@ from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import angle, numbers
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
+
+# --- numbers with estimated errors ----------------------------------------------------------------------
 
 
 class Estimated(float):
@@ -57,6 +57,9 @@ def ratio(one: float, other: float) -> float:
     least = abs(other) - estimate_of(other)
     largest = (abs(one) + estimate_of(one)) / least if least > 0 else np.inf
     return Estimated(one / other, largest - abs(one / other))
+
+
+# --- contacts under any load ----------------------------------------------------------------------------
 
 
 GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid

@@ -1,8 +1,7 @@
-"""Verdicts of statements: which criteria are met in which cases, and the verdict that follows.
+"""`femic validate` assesses statements one by one and writes the results as JSON and as a page.
 
-The content of `validation.json`: statements with their numbers, the runs, changes of criteria.
-
-`femic validate` assesses statements one by one and writes the results as JSON and as a page.
+The verdict of a statement follows from which criteria are met in which cases. `validation.json` has the
+statements with their numbers, the runs, and changes of criteria.
 """
 
 from collections import Counter
@@ -33,6 +32,9 @@ from femic.results.ics import measure_of, reference_of, seconds_of
 from femic.results.ics_dataset import finite
 from femic.scenes.load import in_keys
 from geometries.errors import Failure, WrongInput
+
+# --- verdicts -------------------------------------------------------------------------------------------
+
 
 REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
 NOT_DECIDED = "not decided"
@@ -108,6 +110,9 @@ def selection(only: Iterable[int] | None) -> tuple[int, ...]:
     return numbers
 
 
+# --- validation.json ------------------------------------------------------------------------------------
+
+
 def content_of(findings: Sequence[Finding], runs: Runs, seconds: float) -> dict[str, Any]:
     """Return the content of `validation.json`; `seconds` is the time of all statements together."""
     return {
@@ -168,6 +173,9 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
         "seconds": round(seconds_of(results.models), 1),
         "unknowns": max(cost.unknowns for cost in results.models.values()),
     }
+
+
+# --- the page -------------------------------------------------------------------------------------------
 
 
 TITLE = "femic: statements on these influence coefficients, and their verdicts"
