@@ -216,7 +216,7 @@ OTHER_C = (
 
 
 @dataclass(frozen=True, eq=False)
-class Reported:
+class FitReport:
     """A calibrated scene, its ICs, and their errors on the lines of the scene, the worst over lines."""
 
     calibrated: Calibrated
@@ -224,7 +224,7 @@ class Reported:
     errors: xr.Dataset
 
     @classmethod
-    def of(cls, calibrated: Calibrated) -> "Reported":
+    def measure(cls, calibrated: Calibrated) -> "FitReport":
         """Measure the errors of a calibrated scene."""
         ics = ics_of(calibrated.results)
         line_errors = errors(_on_own_lines(calibrated), ics)[["error", "weight", "vanishes"]]
@@ -265,11 +265,11 @@ def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
 def page_of(calibrations: Sequence[Calibrated]) -> Page:
     """Return the page of one or more calibrated scenes."""
     title = "B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
-    reported = [Reported.of(calibrated) for calibrated in calibrations]
+    reported = [FitReport.measure(calibrated) for calibrated in calibrations]
     return Page(title, summary(reported), _sections(reported), answer_table(reported))
 
 
-def _sections(reported: Sequence[Reported]) -> Iterator[Section | Folded]:
+def _sections(reported: Sequence[FitReport]) -> Iterator[Section | Folded]:
     calibrations = [one.calibrated for one in reported]
     curvature = " − curvature term" if calibrations[0].scene.calibration.curvature_apart else ""
     yield Section("", [fits(calibrations), Note(READING.format(curvature))])
@@ -338,7 +338,7 @@ def _value(parameter: Parameter) -> str:
     return with_estimate(parameter.value, parameter.deviation)
 
 
-def answer_table(reported: Sequence[Reported]) -> Table:
+def answer_table(reported: Sequence[FitReport]) -> Table:
     """Return what was fitted, and errors without and with it; a row for each property of each body."""
     components = list(dict.fromkeys(c for one in reported for c in _components(one)))
     names = {one: [one.name] if len(reported) > 1 else [] for one in reported}
@@ -353,12 +353,12 @@ def answer_table(reported: Sequence[Reported]) -> Table:
     return Table("fit", columns, rows)
 
 
-def _components(one: Reported) -> list[str]:
+def _components(one: FitReport) -> list[str]:
     """Return the fitted components of a scene, then the others that every report shows."""
     return list(dict.fromkeys((*one.calibrated.scene.calibration.components, *REPORTED_COMPONENTS)))
 
 
-def _answer_cells(one: Reported, body: str, name: str, components: Sequence[str]) -> list[str]:
+def _answer_cells(one: FitReport, body: str, name: str, components: Sequence[str]) -> list[str]:
     body_fit = one.calibrated.fits[body]
     parameters = {parameter.name: parameter for parameter in body_fit.parameters}
     changes = [_change_text(one, body, component) for component in components]
@@ -366,7 +366,7 @@ def _answer_cells(one: Reported, body: str, name: str, components: Sequence[str]
     return [*values, f"{100 * float(np.max(body_fit.rms)):.2g}", *changes]
 
 
-def _change_text(one: Reported, body: str, component: str) -> str:
+def _change_text(one: FitReport, body: str, component: str) -> str:
     """Return the errors of a component without and with the fit [%], a dash where it was not computed."""
     if component not in one.calibrated.scene.components:
         return "–"
@@ -375,7 +375,7 @@ def _change_text(one: Reported, body: str, component: str) -> str:
     return f"{without} → {with_fit}{VANISHING if vanishes else ''}"
 
 
-def summary(reported: Sequence[Reported]) -> str:
+def summary(reported: Sequence[FitReport]) -> str:
     """Return what was fitted, how much it helps, and where it does not, in three sentences."""
     better, worse = [], []
     for one in reported:
@@ -393,17 +393,17 @@ def summary(reported: Sequence[Reported]) -> str:
     )
 
 
-def _where(one: Reported, body: str, reported: Sequence[Reported]) -> str:
+def _where(one: FitReport, body: str, reported: Sequence[FitReport]) -> str:
     """Return the body and the scene of a fit as far as they are not the same for all fits."""
     bodies = {name for each in reported for name in each.calibrated.fits}
     return (f" {body_name(body)}" if len(bodies) > 1 else "") + _in_scene(one, reported)
 
 
-def _in_scene(one: Reported, reported: Sequence[Reported]) -> str:
+def _in_scene(one: FitReport, reported: Sequence[FitReport]) -> str:
     return f" in {one.name}" if len(reported) > 1 else ""
 
 
-def _fitted(reported: Sequence[Reported]) -> Iterator[str]:
+def _fitted(reported: Sequence[FitReport]) -> Iterator[str]:
     """Yield the change of each fitted property from the load on, and what the data do not determine."""
     for one in reported:
         calibrated = one.calibrated
@@ -422,7 +422,7 @@ def _fitted(reported: Sequence[Reported]) -> Iterator[str]:
             )
 
 
-def _errors_table(one: Reported) -> Table:
+def _errors_table(one: FitReport) -> Table:
     """Return the worst errors on the lines of a scene, a row per body and variant."""
     scene, components = one.calibrated.scene, _components(one)
     rows = []

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table as Printed
 
-from compare.pages.frontier import FLOOR, FRONT, LEAST_DRAWN, time_text
+from compare.pages.frontier import FLOOR, FRONT, LEAST_DRAWN, drawn_percent, time_text, ways_on_front
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import colour, percent
 from compare.report.looks import looks_of, symbol_of
@@ -20,8 +20,7 @@ from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, j
 from compare.report.tables import Cell, Row, Table, numbers, texts, with_estimate
 from compare.studies.contact_advice import ContactAdvice
 from compare.studies.contact_ways import APPROXIMATION, worst
-from compare.studies.frontier import cheapest, front
-from geometries.arrays import Array
+from compare.studies.frontier import cheapest
 
 # --- the chart ------------------------------------------------------------------------------------------
 
@@ -68,22 +67,12 @@ def _panel(dataset: xr.Dataset, names: Sequence[str], case: str | None) -> Panel
     if not _spread(errors):
         return Panel(title, across, "error [%]: none, or not known as a share", [Curve("", [], [])])
     on_front, seconds = errors.sel(way=ways_on_front(errors)), errors.seconds.values
-    floor = _drawn_percent(errors.floor.sel(way=dataset.attrs["best"]))
+    floor = drawn_percent(errors.floor.sel(way=dataset.attrs["best"]))
     lines = [
-        Curve("front", on_front.seconds.values, _drawn_percent(on_front.error), FRONT),
+        Curve("front", on_front.seconds.values, drawn_percent(on_front.error), FRONT),
         Curve(FLOOR_LABEL, [seconds.min(), seconds.max()], [floor, floor], FLOOR),
     ]
     return Panel(title, across, "error [%]", [*lines, *_points(errors)], log_x=True, log_y=True)
-
-
-def _drawn_percent(errors: xr.DataArray) -> Array:
-    return 100 * np.maximum(errors.values, LEAST_DRAWN)
-
-
-def ways_on_front(errors: xr.Dataset) -> Array:
-    """Return the names of the ways on the front of `worst`, the fastest first."""
-    on_front = errors.isel(way=np.flatnonzero(front(errors.seconds.values, errors.error.values)))
-    return on_front.sortby("seconds").way.values
 
 
 def error_text(errors: xr.Dataset) -> str:
@@ -99,7 +88,7 @@ def _points(errors: xr.Dataset) -> Iterator[Curve]:
     looks = looks_of(dict.fromkeys(map(str, errors.ics.values)))
     for name, look in looks.items():
         ways = errors.isel(way=np.flatnonzero(errors.ics.values == name)).sortby("seconds")
-        error, bound, floor = (_drawn_percent(ways[key]) for key in ("error", "bound", "floor"))
+        error, bound, floor = (drawn_percent(ways[key]) for key in ("error", "bound", "floor"))
         bars = np.maximum(np.stack([np.minimum(floor, error - floor), bound - error]), 0)
         texts = [label_of(ways.sel(way=way)) for way in ways.way.values]
         notes = [_note(ways.sel(way=way)) for way in ways.way.values]

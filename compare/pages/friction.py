@@ -32,7 +32,7 @@ NOISE = 1e-6  # of the load, or of the load times the half-length of the patch, 
 
 
 @dataclass(frozen=True)
-class Shown:
+class QuantityLabel:
     """A number as a page shows it: its symbol, its unit, and the factor from the unit of the dataset."""
 
     symbol: str
@@ -56,28 +56,29 @@ def load_of(dataset: xr.Dataset) -> float:
     return float(dataset["load"].max()) if "load" in dataset.coords else float(dataset.attrs["load"])
 
 
-def shown(dataset: xr.Dataset, name: str) -> Shown:
+def quantity_label(dataset: xr.Dataset, name: str) -> QuantityLabel:
     """Return how a number is shown: creepages and shares in percent, forces of large loads in kN."""
     quantity = (dict(ALL) | dict(OF_CURVE))[name]
     symbol, meaning = quantity.symbol, quantity.meaning
     force, factor = ("kN", 1e-3) if load_of(dataset) >= KILO else ("N", 1.0)
     if name in PERCENT:
-        return Shown(symbol, "%", 100.0, meaning)
+        return QuantityLabel(symbol, "%", 100.0, meaning)
     if name in FORCES:
-        return Shown(symbol, force, factor, meaning)
+        return QuantityLabel(symbol, force, factor, meaning)
     if name == "slope":
-        return Shown(symbol, f"{force}/%", factor / 100, meaning)
-    return Shown(symbol, quantity.unit, 1.0, meaning)
+        return QuantityLabel(symbol, f"{force}/%", factor / 100, meaning)
+    return QuantityLabel(symbol, quantity.unit, 1.0, meaning)
 
 
-def abscissa(dataset: xr.Dataset) -> Shown:
+def abscissa(dataset: xr.Dataset) -> QuantityLabel:
     """Return how the places along the dimension of the motion are shown."""
     if motion_of(dataset) == "compression":
-        load = shown(dataset, "load")
-        return Shown("load", load.unit, load.factor)
-    return {"rolling": Shown("creepage", "%", 100.0), "transient": Shown("rolled distance", "mm")}[
-        motion_of(dataset)
-    ]
+        load = quantity_label(dataset, "load")
+        return QuantityLabel("load", load.unit, load.factor)
+    return {
+        "rolling": QuantityLabel("creepage", "%", 100.0),
+        "transient": QuantityLabel("rolled distance", "mm"),
+    }[motion_of(dataset)]
 
 
 def places(dataset: xr.Dataset) -> xr.DataArray:
@@ -193,7 +194,7 @@ def signed(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
 
 def load_text(dataset: xr.Dataset) -> str:
     """Return the load, or the largest one, with its unit."""
-    load = shown(dataset, "load")
+    load = quantity_label(dataset, "load")
     return f"{load_of(dataset) * load.factor:g} {load.unit}"
 
 
@@ -308,13 +309,13 @@ class MotionPage:
         blocks: list[Block] = []
         for name in names:
             tables = [self._number_table(dataset, name, friction) for friction in dataset.friction.values]
-            number = shown(dataset, name)
+            number = quantity_label(dataset, name)
             blocks.append(Folded(f"{number.title}: {number.meaning}", tables))
         return [*blocks, _symmetry(dataset, symmetric)]
 
     def _number_table(self, dataset: xr.Dataset, name: str, friction: float) -> Table:
         """Return a number at one friction: a row for each place listed, a column per ICs."""
-        of_friction, number = dataset.sel(friction=friction), shown(dataset, name)
+        of_friction, number = dataset.sel(friction=friction), quantity_label(dataset, name)
         dimension = MOTIONS[motion_of(dataset)].dimension
         listed = _listed(of_friction, MOST if name == main_name(dataset) else FEW)
         rows = [
@@ -344,7 +345,7 @@ def _symmetry(dataset: xr.Dataset, names: Sequence[str]) -> str:
     if not names:
         return ""
     texts = [
-        f"{shown(dataset, name).symbol} (estimated error at most "
+        f"{quantity_label(dataset, name).symbol} (estimated error at most "
         f"{float(dataset[f'estimate_{name}'].max()):.2g} {BY_SYMMETRY[name]})"
         for name in names
     ]
@@ -380,7 +381,7 @@ def numbers_chart(dataset: xr.Dataset) -> Chart:
     def panels(of_friction: xr.Dataset) -> list[Panel]:
         cells = []
         for name in names:
-            number = shown(dataset, name)
+            number = quantity_label(dataset, name)
             values = number.factor * of_friction[name]
             estimate = number.factor * of_friction[f"estimate_{name}"]
             draw = share_curves if name == "sliding_share" else curves_by_ics
@@ -408,7 +409,7 @@ def support_tables(dataset: xr.Dataset) -> list[Table]:
     friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
     with_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
     names = [name for name in motion.quantities if not vanishes(dataset, name)]
-    rows = [Row(shown(dataset, name).title, _changes(dataset, with_c, name)) for name in names]
+    rows = [Row(quantity_label(dataset, name).title, _changes(dataset, with_c, name)) for name in names]
     caption = f"computed with C, friction {friction:g}, {place_text(dataset, place)}"
     heads = ["these supports", *(f"change with {name}" for name in dataset.supports.values)]
     return [Table(caption, heads, rows)]
@@ -416,7 +417,7 @@ def support_tables(dataset: xr.Dataset) -> list[Table]:
 
 def _changes(dataset: xr.Dataset, with_c: xr.Dataset, name: str) -> list[Cell | str]:
     """Return a number with its estimate, and its changes with other supports."""
-    factor, value, estimate = shown(dataset, name).factor, with_c[name], with_c[f"estimate_{name}"]
+    factor, value, estimate = quantity_label(dataset, name).factor, with_c[name], with_c[f"estimate_{name}"]
     changed = [
         changed_cell(factor * other, factor * value, factor * estimate) for other in dataset[PREFIX + name]
     ]

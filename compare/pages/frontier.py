@@ -47,9 +47,9 @@ def _panel(dataset: xr.Dataset, body: str, components: Sequence[str]) -> Panel:
     """Return the errors of a body's ways [%], with the front and the best C's estimate as lines."""
     errors = worst_errors(dataset, body, components)
     on_front, seconds = errors.sel(way=ways_on_front(errors)), errors.seconds.values
-    floor = _percent(errors.floor.sel(way=dataset.attrs["best"]))
+    floor = drawn_percent(errors.floor.sel(way=dataset.attrs["best"]))
     lines = [
-        Curve("front", on_front.seconds.values, _percent(on_front.error), FRONT),
+        Curve("front", on_front.seconds.values, drawn_percent(on_front.error), FRONT),
         Curve(FLOOR_LABEL, [seconds.min(), seconds.max()], [floor, floor], FLOOR),
     ]
     vanishes = len(components) == 1 and dataset.vanishes.sel(body=body, component=components[0])
@@ -58,7 +58,8 @@ def _panel(dataset: xr.Dataset, body: str, components: Sequence[str]) -> Panel:
     return Panel(title, across, "error [%]", [*lines, *_points(errors)], log_x=True, log_y=True)
 
 
-def _percent(errors: xr.DataArray) -> Array:
+def drawn_percent(errors: xr.DataArray) -> Array:
+    """Return errors as they are drawn on a logarithmic axis [%]."""
     return 100 * np.maximum(errors.values, LEAST_DRAWN)
 
 
@@ -93,7 +94,7 @@ def time_text(seconds: float) -> str:
 
 
 def ways_on_front(errors: xr.Dataset) -> Array:
-    """Return the names of the ways on the front of `worst_errors`, the fastest first."""
+    """Return the names of the ways on the front of errors over seconds, the fastest first."""
     on_front = errors.isel(way=np.flatnonzero(front(errors.seconds.values, errors.error.values)))
     return on_front.sortby("seconds").way.values
 
@@ -111,7 +112,7 @@ def _points(errors: xr.Dataset) -> Iterator[Curve]:
 
 def _curve(errors: xr.Dataset, label: str, look: Look) -> Curve:
     """Return the points of some ways, with bars that end at the best C's estimate."""
-    error, bound, floor = (_percent(errors[name]) for name in ("error", "bound", "floor"))
+    error, bound, floor = (drawn_percent(errors[name]) for name in ("error", "bound", "floor"))
     bars = np.stack([np.minimum(floor, error - floor), bound - error])
     notes = [_note(errors.sel(way=way)) for way in errors.way.values]
     marks = replace(look, dash="")

@@ -17,8 +17,8 @@ from compare.pages.friction import (
     main_estimate,
     percent_change,
     places,
+    quantity_label,
     reference_symbol,
-    shown,
     signed,
     worst_friction,
 )
@@ -133,7 +133,7 @@ def _free_rolling(dataset: xr.Dataset) -> str:
 def answer(dataset: xr.Dataset) -> Table:
     """Return the largest distances of curves at any friction, and free rolling where ICs differ most."""
     friction, symbol = worst_friction(dataset), reference_symbol(dataset)
-    zero, slope = (shown(dataset, name) for name in ("zero_creepage", "slope"))
+    zero, slope = (quantity_label(dataset, name) for name in ("zero_creepage", "slope"))
     columns = [
         Column(f"largest distance from the curve with {symbol}", difference_unit(dataset)),
         Column(f"creepage without force, friction {friction:g}", zero.unit),
@@ -169,7 +169,7 @@ def _estimated(curve: xr.Dataset, name: str, factor: float) -> str:
 
 def creep_force(dataset: xr.Dataset) -> Chart:
     """Return creep-force curves by all ICs, and beside them their differences to the reference's."""
-    force = shown(dataset, "F_x")
+    force = quantity_label(dataset, "F_x")
 
     def panels(of_friction: xr.Dataset) -> list[Panel]:
         values, estimate = (force.factor * of_friction[name] for name in ("F_x", "estimate_F_x"))
@@ -252,14 +252,16 @@ def centre_line(dataset: xr.Dataset) -> Chart:
 
 def tables(dataset: xr.Dataset) -> list[Folded]:
     """Return free rolling and distances of curves at each friction."""
-    meanings = "; ".join(f"{shown(dataset, name).symbol}: {OF_CURVE[name].meaning}" for name in OF_CURVE)
+    meanings = "; ".join(
+        f"{quantity_label(dataset, name).symbol}: {OF_CURVE[name].meaning}" for name in OF_CURVE
+    )
     heading = "Free rolling, and distances of curves, at each friction"
     return [Folded(heading, [f"{meanings}.", _free_table(dataset), _distance_table(dataset)])]
 
 
 def _free_table(dataset: xr.Dataset) -> Table:
     """Return the numbers of free rolling by friction and ICs."""
-    named = {name: shown(dataset, name) for name in OF_CURVE}
+    named = {name: quantity_label(dataset, name) for name in OF_CURVE}
     displaced = Column("ξ_0, distance of the displaced wheel", named["zero_creepage"].unit)
     columns = [*(Column(number.symbol, number.unit) for number in named.values()), displaced]
     rows = []

@@ -17,9 +17,9 @@ from compare.pages.friction import (
     load_text,
     main_estimate,
     places,
+    quantity_label,
     reference_symbol,
     share_curves,
-    shown,
     worst_friction,
 )
 from compare.report.charts import Chart, Curve, Panel
@@ -77,7 +77,7 @@ def _reached(rolling: xr.Dataset) -> str:
 def answer(dataset: xr.Dataset) -> Table:
     """Return forces in the end and in steady rolling where ICs differ most, and their differences."""
     friction, symbol = worst_friction(dataset), reference_symbol(dataset)
-    force, at = shown(dataset, "F_x"), dataset.sel(friction=friction)
+    force, at = quantity_label(dataset, "F_x"), dataset.sel(friction=friction)
     columns = [
         Column(f"F_x in the end, friction {friction:g}", force.unit),
         Column("F_x, steady rolling", force.unit),
@@ -120,7 +120,7 @@ def growth(dataset: xr.Dataset) -> Chart:
 
 def _panel(dataset: xr.Dataset, of_friction: xr.Dataset, name: str, *, limited: bool = False) -> Panel:
     """Return a number over the distance, with its steady values, and with friction times load."""
-    number, ends = shown(dataset, name), places(dataset)[[0, -1]]
+    number, ends = quantity_label(dataset, name), places(dataset)[[0, -1]]
     values, estimate, steady = (
         number.factor * of_friction[key] for key in (name, f"estimate_{name}", STEADY + name)
     )

@@ -1,7 +1,7 @@
 """Tables as data: heads with units, rows of cells that are numbers in a format, or texts."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,11 +100,6 @@ class Table:
     def is_grouped(self) -> bool:
         """Whether rows continue others."""
         return not all(row.name for row in self.rows)
-
-
-def columns_of(quantities: Iterable[Quantity]) -> list[Column]:
-    """Return the columns of quantities."""
-    return [Column(quantity.symbol, quantity.unit) for quantity in quantities]
 
 
 def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:

@@ -15,7 +15,6 @@ from compare.studies.contact_frontier import (
     NO_MAPS,
     ContactRequest,
     compute_contact_frontier,
-    require_comparable,
     vanishing,
 )
 from compare.studies.contact_ways import TIGHTEST, approximations, worst
@@ -75,11 +74,6 @@ class ContactAdvice:
     bound: float
     because: str
     way: str = ""
-
-
-def require_answerable(scene: Scene, question: ContactQuestion) -> None:
-    """Raise WrongInput before any work where a scene's contact does not have what is wanted."""
-    require_comparable(scene, question.wants)
 
 
 @dataclass(frozen=True)

@@ -60,11 +60,6 @@ class ContactRequest:
             raise WrongInput(f"--budget {self.budget:g}: must be positive [s]")
 
 
-def is_compared(scene: Scene) -> bool:
-    """Return whether a scene has a contact whose ICs are compared."""
-    return bool(wants_of(scene.contact))
-
-
 def require_comparable(scene: Scene, names: Sequence[str] = ()) -> tuple[Want, ...]:
     """Return the wanted numbers of a scene's contact, by default all; raise WrongInput before any work.
 

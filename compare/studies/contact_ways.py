@@ -40,14 +40,14 @@ from geometries.patches import Grid
 
 
 ESTIMATE = "estimate_"  # before the name of a number
-Of = Callable[[xr.Dataset, str], xr.DataArray]
+ScaleFunction = Callable[[xr.Dataset, str], xr.DataArray]
 
 
 def _itself(reference: xr.Dataset, name: str) -> xr.DataArray:
     return abs(reference[name])
 
 
-OF: Mapping[Scale, Of] = {
+SCALE_FUNCTIONS: Mapping[Scale, ScaleFunction] = {
     wants.ITSELF: _itself,
     wants.ITSELF_WHERE_KNOWN: _itself,
     wants.LIMIT: lambda reference, _: reference["limit"],
@@ -60,7 +60,7 @@ OF: Mapping[Scale, Of] = {
 
 def scale_of(want: Want, reference: xr.Dataset) -> xr.DataArray:
     """Return what errors of a number are shares of; NaN where the reference does not know it well enough."""
-    scale = OF[want.scale](reference, want.number)
+    scale = SCALE_FUNCTIONS[want.scale](reference, want.number)
     if want.scale.vanishing:
         scale = scale.where(scale > KNOWN * reference[ESTIMATE + want.number])
     return scale.where(scale > 0)

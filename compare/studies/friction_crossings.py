@@ -30,7 +30,7 @@ NUMBERS = {
 
 
 @dataclass(frozen=True, eq=False)
-class At:
+class OperatingPoint:
     """What is compared at a load with some ICs: the numbers of `NUMBERS`, and the contacts they are of."""
 
     numbers: Numbers
@@ -56,7 +56,7 @@ class RollingDeviations:
     perturbed: FullOperator | None = None
     sampled: tuple[float, ...] = ()
     _problems: dict[tuple[str, int], FrictionalProblem] = field(default_factory=dict)
-    _solved: dict[tuple[float, str, int, bool], At] = field(default_factory=dict)
+    _solved: dict[tuple[float, str, int, bool], OperatingPoint] = field(default_factory=dict)
     _changes: dict[tuple[str, str], list[float]] = field(default_factory=dict)
 
     def law(self, number: str, name: str) -> Law:
@@ -122,7 +122,7 @@ class RollingDeviations:
         contact = self.solved(load, C, level, changed=changed).contacts[0].contact
         return measured(self.pair.on_grid, contact, QUANTITIES)
 
-    def solved(self, load: float, name: str, level: int = 0, *, changed: bool = False) -> At:
+    def solved(self, load: float, name: str, level: int = 0, *, changed: bool = False) -> OperatingPoint:
         """Return what is compared, on elements 2^level times as large. Raises Failure as `Continuation`."""
         key = load, name, level, changed
         if key not in self._solved:
@@ -133,7 +133,7 @@ class RollingDeviations:
                 of_c = self.solved(load, C, level, changed=changed)
                 half, free = (along.at(contact.creepages.longitudinal, contact) for contact in of_c.contacts)
                 contacts = half, free
-            self._solved[key] = At(_numbers(along, contacts), contacts)
+            self._solved[key] = OperatingPoint(_numbers(along, contacts), contacts)
         return self._solved[key]
 
     @property

@@ -23,7 +23,7 @@ with lazy_imports():
     from compare.pages import contact_answers as sensitivity
     from compare.pages import finite_elements as beside
     from compare.pages import friction_pages as pages
-    from compare.studies import contact_advice
+    from compare.studies import contact_advice, contact_frontier
     from femic.advice import expected
     from femic.contact.pairs import supports
     from femic.results import contact as compute
@@ -58,7 +58,7 @@ def contact(
                 "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
             )
         if loaded.name in questions:
-            contact_advice.require_answerable(loaded, questions[loaded.name])
+            contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
     mapped = [
         loaded.name for loaded in scenes if sensitivity.is_mapped(loaded) and loaded.name not in questions
     ]

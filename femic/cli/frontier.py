@@ -146,7 +146,7 @@ def advise(
         console.print(advice.sentence(answer))
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
-    contact_advice.require_answerable(loaded, of_contact)
+    contact_compute.require_comparable(loaded, of_contact.wants)
     expect = None if subject.solve else expected.expect
     maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
     with work.options(folder, console) as options:

@@ -158,7 +158,7 @@ class Strip:
     deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
 
     @classmethod
-    def of(
+    def evaluate(
         cls,
         scene: Scene,
         solved: Mapping[str, MatrixReference],
@@ -213,7 +213,7 @@ class Accumulator:
     deviations: dict[str, dict[str, Deviation]]  # by body compared and variant; of "C": its estimated errors
 
     @classmethod
-    def of(cls, scene: Scene, solved: Mapping[str, MatrixReference]) -> "Accumulator":
+    def start(cls, scene: Scene, solved: Mapping[str, MatrixReference]) -> "Accumulator":
         """Return the state before the first strip."""
         shape = matrix_shape(scene)
         held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
@@ -301,13 +301,13 @@ class MatrixFile:
         self._options.watch.on_stage("  checking, writing")
         _write_coordinates(self._scene, references, self._path)
         file = h5netcdf.File(self._path, "a")
-        self._begun = Accumulator.of(self._scene, references), file
+        self._begun = Accumulator.start(self._scene, references), file
         _create_variables(file, self._scene)
 
     def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Strip:
         """Return what the columns of the solved bodies give."""
         accumulator, _ = self._opened
-        return Strip.of(self._scene, accumulator.solved, strip, columns)
+        return Strip.evaluate(self._scene, accumulator.solved, strip, columns)
 
     def add(self, made: Strip) -> None:
         """Write the columns of a strip, and add them to the results."""

@@ -288,7 +288,7 @@ class Lattice:
         )
         return InnerPoints(x, s + self.offset, depth)
 
-    def of_points(self, values: Array) -> tuple[Array, Array]:
+    def split(self, values: Array) -> tuple[Array, Array]:
         """Return values (n, ...) at all points on the lattice, (n_x, n_s, n_d, ...), and on the column.
 
         The column has shape (n_x, n_d + n_c, ...).

@@ -101,9 +101,9 @@ def _body_stresses(contacts: Contacts, name: str, scene: Scene, options: RunOpti
     lattice, start = lattice_below(contacts, name), perf_counter()
     part = _stored_field(contacts, name, scene.stresses, options)
     stresses = {
-        source: lattice.of_points(np.asarray(part.stress.sel(source=source))) for source in part.source.values
+        source: lattice.split(np.asarray(part.stress.sel(source=source))) for source in part.source.values
     }
-    estimates = lattice.of_points(np.asarray(part.estimate))
+    estimates = lattice.split(np.asarray(part.estimate))
     criterion = scene.damage.dang_van if contacts.problem.specification.motion != "compression" else None
     on_lattice, on_column = (
         _with_fatigue({source: both[k] for source, both in stresses.items()}, estimates[k], criterion)
@@ -240,7 +240,7 @@ class Peak:
     depths: Array
 
     @classmethod
-    def of(cls, lattice: Lattice, on_lattice: Array, on_column: Array) -> "Peak":
+    def find(cls, lattice: Lattice, on_lattice: Array, on_column: Array) -> "Peak":
         """Return the peak of values (..., n_s, n_d) on the lattice and (..., n_d + n_c) on the column."""
         if np.max(on_column) > np.max(on_lattice):
             at = _place_of_largest(on_column)
@@ -263,7 +263,7 @@ def largest_below(body: BodyStresses, source: str, name: str) -> dict[str, float
     """Return the largest of a measure of stresses below a contact, its place and its estimated error."""
     lattice, measure = body.lattice, MEASURES[name]
     parts = body.on_lattice, body.on_column
-    peak = Peak.of(lattice, *(measure(part.stresses[source]) for part in parts))
+    peak = Peak.find(lattice, *(measure(part.stresses[source]) for part in parts))
     numbers = peak.numbers(name) | {f"x_{name}": float(lattice.x[peak.at[0]]), f"estimate_{name}": np.nan}
     if source == TRUE:
         axes = [lattice.x, peak.depths] if peak.values.ndim == 2 else [lattice.x, lattice.s, peak.depths]
@@ -301,7 +301,7 @@ def _numbers(body: BodyStresses, contacts: Contacts) -> xr.Dataset:
 def _fatigue(body: BodyStresses, source: str) -> dict[str, float]:
     """Return the largest equivalent stress of Dang Van [MPa] of a source and its place."""
     values = (part.fatigue[source].value for part in (body.on_lattice, body.on_column))
-    return Peak.of(body.lattice, *values).numbers("dang_van")
+    return Peak.find(body.lattice, *values).numbers("dang_van")
 
 
 def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:

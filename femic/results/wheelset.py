@@ -231,12 +231,12 @@ def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label
     start = perf_counter()
     contact = study.specification.contact
     entry = _entry(roll(sides, contact.load, rolling, contact.ics, quiet(options)))
-    options.watch.on_stage(f"{label}: {_told(entry)}, {perf_counter() - start:.1f} s")
+    options.watch.on_stage(f"{label}: {_creepage_text(entry)}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
 
 
-def _told(entry: xr.Dataset) -> str:
+def _creepage_text(entry: xr.Dataset) -> str:
     """Return the creepages of the wheelset in words."""
     known = entry.xi_0.dropna("ics")
     if not known.size:

@@ -292,7 +292,7 @@ def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
         return entry
     start = perf_counter()
     entry = _entry(contact_at(where, rail, wheel, study.request, quiet(options)))
-    options.watch.on_stage(f"{label}: {_told(entry)}, {perf_counter() - start:.1f} s")
+    options.watch.on_stage(f"{label}: {_pressure_text(entry)}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
 
@@ -302,7 +302,7 @@ def quiet(options: RunOptions) -> RunOptions:
     return replace(options, watch=replace(options.watch, on_stage=lambda _: None))
 
 
-def _told(entry: xr.Dataset) -> str:
+def _pressure_text(entry: xr.Dataset) -> str:
     """Return the largest pressures in words."""
     return ", ".join(
         f"{name} {value:.0f} MPa" for name, value in zip(entry.ics.values, entry.p_max.values, strict=True)

@@ -58,7 +58,7 @@ class Plane:
     failing: xr.DataArray
 
     @classmethod
-    def of(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
+    def from_axes(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
         """Return the plane of the first axes; a failure is one at all places of further axes."""
         return cls(axes[0], axes[1], failed.all([axis.name for axis in axes[2:] if axis.name in failed.dims]))
 
@@ -71,7 +71,7 @@ class Plane:
         """Return numbers over the plane, (n_across, n_up)."""
         return np.asarray(values.transpose(self.across.name, self.up.name).values)
 
-    def map_of(
+    def draw_map(
         self, title: str, values: xr.DataArray, unit: str = "", lines: Sequence[Curve] = (), **style: Any
     ) -> Map:
         """Return a map of values over the plane, with lines and marks of failed scenes."""
@@ -94,12 +94,12 @@ class Plane:
             **style,
         )
 
-    def kinds_of(
+    def draw_kinds(
         self, title: str, places: xr.DataArray, kinds: Mapping[str, str], lines: Sequence[Curve] = ()
     ) -> Map:
         """Return a map of places among kinds, whose names have colours."""
         colours, limits = list(kinds.values()), (0.0, len(kinds) - 1.0)
-        return self.map_of(title, places, "", lines, classes=list(kinds), colours=colours, limits=limits)
+        return self.draw_map(title, places, "", lines, classes=list(kinds), colours=colours, limits=limits)
 
     def line(self, label: str, sizes: xr.DataArray, level: float, look: Look) -> list[Curve]:
         """Return the line where sizes exceed a level, if there is one, and if both axes have numbers."""
@@ -121,7 +121,7 @@ def columns_for(count: int) -> int:
 
 def field_chart(field: Field, plane: Plane, slider: str) -> Chart:
     """Return maps of all columns of a field, by its rows; the closest first."""
-    steps = {symbol_of(row): _maps(field.of(rows=[row]), plane, field) for row in field.rows}
+    steps = {symbol_of(row): _maps(field.select(rows=[row]), plane, field) for row in field.rows}
     start = symbol_of(field.closest if field.rates_ics else field.rows[0])
     return _chart(field.name, steps, field, slider, start)
 
@@ -130,14 +130,14 @@ def third_axis_chart(
     field: Field, row: str, axes: Sequence[ShownAxis], failed: xr.DataArray, name: str
 ) -> Chart:
     """Return maps of a row of a field over two axes, by the third; of errors the worst, too."""
-    third, of_row = axes[2], field.of(rows=[row])
+    third, of_row = axes[2], field.select(rows=[row])
     steps = {}
     if field.rates_ics:
-        steps["the worst"] = _maps(of_row.worst_over(third.name), Plane.of(axes, failed), field)
+        steps["the worst"] = _maps(of_row.worst_over(third.name), Plane.from_axes(axes, failed), field)
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         at = {third.name: k}
         steps[values_text({third.name: third.values[k]})] = _maps(
-            of_row.at(**at), Plane.of(axes, failed.isel(at)), field
+            of_row.at(**at), Plane.from_axes(axes, failed.isel(at)), field
         )
     return _chart(name, steps, field, third.label, start=next(iter(steps)))
 
@@ -153,8 +153,8 @@ def _maps(field: Field, plane: Plane, whole: Field) -> list[Map]:
     for column in field.columns:
         shown = field.shown.sel({COLUMN: column}).isel({ROW: 0})
         lines = _level_lines(field, plane, shown) if field.rates_ics else []
-        unit, colours = field.unit or _unit(column), _colours(whole.of(columns=[column]))
-        maps.append(plane.map_of(column, shown, unit, lines, **colours))
+        unit, colours = field.unit or _unit(column), _colours(whole.select(columns=[column]))
+        maps.append(plane.draw_map(column, shown, unit, lines, **colours))
     return maps
 
 
@@ -189,7 +189,7 @@ def within_chart(field: Field, plane: Plane) -> Chart:
     sets = {level: _within(field, level) for level in LEVELS}
     kinds, looks = _kinds(list(sets.values()), list(map(symbol_of, field.rows))), looks_of(field.rows)
 
-    def map_of(column: str, level: float) -> Map:
+    def draw_map(column: str, level: float) -> Map:
         sizes = field.sizes.sel({COLUMN: column})
         lines = [
             line
@@ -197,9 +197,9 @@ def within_chart(field: Field, plane: Plane) -> Chart:
             for line in plane.line(symbol_of(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
         ]
         numbers = _numbered(sets[level].sel({COLUMN: column}), list(kinds))
-        return plane.kinds_of(column, numbers, dict(kinds.values()), lines)
+        return plane.draw_kinds(column, numbers, dict(kinds.values()), lines)
 
-    steps = {share(level): [map_of(column, level) for column in field.columns] for level in LEVELS}
+    steps = {share(level): [draw_map(column, level) for column in field.columns] for level in LEVELS}
     columns = columns_for(len(field.columns))
     alt = "which ICs are within a tolerance"
     return Chart(f"within_{field.name}", steps, columns, "tolerance", 0.75, share(REPORTED), alt=alt)
@@ -243,7 +243,7 @@ LEAST = 100 * LOWEST  # smallest error that is drawn [%]
 
 def curves(field: Field, axis: ShownAxis) -> Chart:
     """Return curves of all rows over an axis, a panel per column; bands have the estimate."""
-    panels = [_panel(field.of(columns=[column]), axis, column) for column in field.columns]
+    panels = [_panel(field.select(columns=[column]), axis, column) for column in field.columns]
     return chart_of(field.name, panels, columns_for(len(panels)))
 
 
@@ -254,7 +254,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Chart:
     shown = [replace(axis, values=axis.values[chosen]) for axis in axes]
     steps = {
         plain(column): [
-            _panel(drawn.of(columns=[column]), axis, f"over {axis.name}", is_cloud=True) for axis in shown
+            _panel(drawn.select(columns=[column]), axis, f"over {axis.name}", is_cloud=True) for axis in shown
         ]
         for column in field.columns
     }
@@ -273,7 +273,7 @@ def _panel(field: Field, axis: ShownAxis, title: str, *, is_cloud: bool = False)
         axis.label,
         f"{field.kind} [%]" if field.rates_ics else field.columns[0],
         [
-            _curve(field.of(rows=[row]), axis, looks[row], has_band=not is_cloud)
+            _curve(field.select(rows=[row]), axis, looks[row], has_band=not is_cloud)
             for row in drawing_order(field.rows)
         ],
         log_x=axis.is_logarithmic,

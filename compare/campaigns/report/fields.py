@@ -238,7 +238,7 @@ class Field:
         values = furthest_along(self.values, dim) if self.rates_ics else self.values.isel({dim: 0}, drop=True)
         return replace(self, values=values, floor=None)
 
-    def of(self, *, rows: list[str] | None = None, columns: list[str] | None = None) -> "Field":
+    def select(self, *, rows: list[str] | None = None, columns: list[str] | None = None) -> "Field":
         """Return the field with some rows and columns only."""
         chosen = {COLUMN: columns or self.columns}
         floor = None if self.floor is None else self.floor.sel(chosen)

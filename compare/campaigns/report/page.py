@@ -144,7 +144,7 @@ def rank_correlation(axis: ShownAxis, values: Array) -> float:
 def _rows(field: Field, cells: Callable[[Field], list[Cell | str]]) -> list[Row]:
     """Return rows by column and row of a field, with cells for the part of each."""
     return [
-        Row(f"{column}, {symbol_of(row)}", cells(field.of(rows=[row], columns=[column])))
+        Row(f"{column}, {symbol_of(row)}", cells(field.select(rows=[row], columns=[column])))
         for column, row in product(field.columns, field.rows)
     ]
 
@@ -241,7 +241,7 @@ def _curves(field: Field, axis: ShownAxis) -> Block:
 
 def _maps(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Section | Folded]:
     """Yield maps over the first two axes: which ICs are within a tolerance, then the numbers of each."""
-    further, plane = axes[2:], Plane.of(axes, failed)
+    further, plane = axes[2:], Plane.from_axes(axes, failed)
     if field.rates_ics:
         worst = field
         for axis in further:

@@ -218,7 +218,7 @@ def answer_table(field: Field, dataset: xr.Dataset) -> Table:
     rows = [
         Row(
             symbol_of(row),
-            [_cell(field.of(rows=[row], columns=[column]), dataset) for column in columns],
+            [_cell(field.select(rows=[row], columns=[column]), dataset) for column in columns],
         )
         for row in field.rows
     ]
@@ -318,20 +318,20 @@ def advised_chart(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.Data
     if "sample" in failed.dims:
         return chart_of("advice", [_points(advice, axes)], 1, 1.3)
     if len(axes) == 2:
-        return chart_of("advice", [_map(advice, Plane.of(axes, failed))], 1)
+        return chart_of("advice", [_map(advice, Plane.from_axes(axes, failed))], 1)
     third = axes[2]
     first = {axis.name: 0 for axis in axes[3:]}
     steps = {}
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         place = first | {third.name: k}
         steps[values_text({third.name: third.values[k]})] = [
-            _map(advice.at(**place), Plane.of(axes, failed.isel(place)))
+            _map(advice.at(**place), Plane.from_axes(axes, failed.isel(place)))
         ]
     return Chart("advice", steps, 1, third.label)
 
 
 def _map(advice: AdvisedICs, plane: Plane) -> Map:
-    return plane.kinds_of(TITLE, advice.numbers, dict(zip(advice.labels, advice.colours, strict=True)))
+    return plane.draw_kinds(TITLE, advice.numbers, dict(zip(advice.labels, advice.colours, strict=True)))
 
 
 def _over_one(advice: AdvisedICs, axis: ShownAxis) -> Panel:
@@ -394,12 +394,12 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | N
 def _ranked(dataset: xr.Dataset, field: Field) -> Iterator[str]:
     """Yield where the closest ICs fail, and how far others are off."""
     closest = field.closest
-    verdict = _failing(dataset, field.of(rows=[closest]))
-    same = [row for row in _known_rows(field) if _failing(dataset, field.of(rows=[row])) == verdict]
+    verdict = _failing(dataset, field.select(rows=[closest]))
+    same = [row for row in _known_rows(field) if _failing(dataset, field.select(rows=[row])) == verdict]
     note = f", the closest to {field.reference}," if len(field.rows) > 1 and len(same) == 1 else ""
     yield f"{_named(same)}{note} {'is' if len(same) == 1 else 'are'} {verdict}"
     if others := [row for row in _known_rows(field) if row not in same]:
-        texts = [f"{symbol_of(row)} by up to {_largest(field.of(rows=[row]))}" for row in others]
+        texts = [f"{symbol_of(row)} by up to {_largest(field.select(rows=[row]))}" for row in others]
         yield f"Further off: {join_words(texts)}."
 
 
@@ -429,7 +429,7 @@ def judgement(dataset: xr.Dataset, field: Field) -> str:
     """Return sentences on errors or deviations: where each row is too large, and their estimates."""
     verdicts: dict[str, list[str]] = {}
     for row in _known_rows(field):
-        verdicts.setdefault(_failing(dataset, field.of(rows=[row])), []).append(row)
+        verdicts.setdefault(_failing(dataset, field.select(rows=[row])), []).append(row)
     sentences = [
         f"{_named(rows)} {'is' if len(rows) == 1 else 'are'} {text}" for text, rows in verdicts.items()
     ]

@@ -196,7 +196,7 @@ class ContactLimit:
     within: Sequence[ContactCase]
     beyond: Sequence[BeyondContact] = ()
 
-    def of(self, part: str, options: RunOptions) -> Limit:
+    def as_limit(self, part: str, options: RunOptions) -> Limit:
         """Return the limit of a part."""
         return Limit(
             part,

@@ -13,4 +13,4 @@ def limits(options: RunOptions) -> list[Limit]:
         *histories.limits(),
         ContactLimit("units, sides", "any", rolling.invariances(options)),
     ]
-    return [part.of(FRICTION, options) for part in parts]
+    return [part.as_limit(FRICTION, options) for part in parts]

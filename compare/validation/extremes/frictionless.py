@@ -61,7 +61,7 @@ def limits(options: RunOptions) -> list[Limit]:
         ContactLimit("patches", "1, 2, …", _of_many_patches()),
         ContactLimit("units, sides, names", "any", _invariances(options)),
     ]
-    return [part.of(CONTACT, options) for part in parts]
+    return [part.as_limit(CONTACT, options) for part in parts]
 
 
 def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:

@@ -138,7 +138,7 @@ def _rotation_panels(results: Results) -> list[Panel]:
     """Return panels of C_sn before and after the discount."""
     curves = [Curve(results, body, "sn", ACROSS) for body in ALONE]
     return [
-        curve.panel(more={"C before the discount": curve.of(results.references[curve.body].raw)})
+        curve.panel(more={"C before the discount": curve.values(results.references[curve.body].raw)})
         for curve in curves
     ]
 

@@ -167,7 +167,6 @@ CRITERIA = (
 
 LOAD, FRICTION = 4000.0, 0.3
 POINT = PointContact(1 / 60, 1 / 25, combined_modulus(STEEL, STEEL)).at_load(LOAD)
-ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
 CYLINDERS, LINE_LOAD = LineContact(1 / 50, combined_modulus(STEEL, STEEL)), 1000.0  # N/mm
 ACROSS = 40  # elements across Carter's contact
 CARTERS = (0.2, 0.5, 0.8)  # creepages over that of full slip

@@ -8,6 +8,7 @@ from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
 from compare.validation.statements.contact_series import ratio
 from compare.validation.statements.criteria import FOLLOWS, SMALL_PART, Statement
+from compare.validation.statements.curves import rms
 from compare.validation.statements.friction_contacts import (
     FRICTIONS,
     HIGH,
@@ -24,7 +25,6 @@ from compare.validation.statements.friction_contacts import (
     line_distance_over_bound,
     of_ics,
     pair_of,
-    rms,
     rolling,
     shift,
 )

@@ -40,14 +40,14 @@ class Curve:
         """The lines of the curve."""
         return [line for line in self.results.scene.lines if self.on in (None, line.name, line.along)]
 
-    def of(self, ics: Array) -> Array:
+    def values(self, ics: Array) -> Array:
         """Return the component of ICs (3, 3, n_points) [mm/N] on the lines, (n,)."""
         on_lines = ics[indices(self.component)][points_of(self.results, self.lines)]
         return np.asarray(unit(self.results) * on_lines)
 
     def variant(self, name: str) -> Array:
         """Return the component of a variant, or of C, (n,)."""
-        return self.of(ics_of(self.results, name, self.body))
+        return self.values(ics_of(self.results, name, self.body))
 
     def difference(self, variant: str) -> Array:
         """Return C minus a variant, (n,)."""
@@ -93,7 +93,7 @@ class Curve:
         at = line.running / self.results.scene.reference_length
         shown = at >= beyond
         curves = {symbol_of(name): self.variant(name) for name in ("C", *variants)} | dict(more or {})
-        estimate = self.of(reference_of(self.results, self.body).estimate)
+        estimate = self.values(reference_of(self.results, self.body).estimate)
         return Panel(
             f"{self.results.scene.name}, {self.body}: {self.component} on {line.name}",
             f"{line.along} / L  [-]",

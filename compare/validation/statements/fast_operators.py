@@ -38,7 +38,7 @@ class DenseMatrix:
     directions: tuple[int, ...] = ALL
 
     @classmethod
-    def of(cls, ics: ICMatrix) -> "DenseMatrix":
+    def from_lags(cls, ics: ICMatrix) -> "DenseMatrix":
         """Return the matrix of ICs at lags >= 0; at negative ones what is odd along x changes its sign."""
         n_x, n_s = ics.shape[:2]
         full = np.empty((n_x, n_s, 3, n_x, n_s, 3))
@@ -119,7 +119,7 @@ def two_contacts(runs: Runs) -> Mapping[tuple[str, str], TwoContacts]:
 
 def _two_contacts(pair: PairWithFriction) -> Iterator[tuple[tuple[str, str], TwoContacts]]:
     for name in ICS:
-        dense, fast = DenseMatrix.of(dense_ics(pair, name)), pair.operator(name)
+        dense, fast = DenseMatrix.from_lags(dense_ics(pair, name)), pair.operator(name)
         for motion in MOTIONS:
             contacts = (in_motion(pair, operator, motion) for operator in (fast, dense))
             yield (name, motion), TwoContacts(*contacts)

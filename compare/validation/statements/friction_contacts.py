@@ -15,6 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from compare.report.looks import symbol_of
 from compare.validation.statements.contact_series import Estimated, ratio
 from compare.validation.statements.criteria import Numbers
+from compare.validation.statements.curves import rms
 from compare.validation.statements.runs import Runs
 from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -198,11 +199,6 @@ def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return |p_max / p_max with C - 1| of rolling at no creepage."""
     p_max = dataset.p_max.sel(friction=friction, xi=0.0)
     return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1)
-
-
-def rms(values: Array) -> float:
-    """Return the root mean square of values."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 # --- numbers of criteria --------------------------------------------------------------------------------

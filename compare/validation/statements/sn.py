@@ -130,7 +130,7 @@ def _factor(results: Results) -> list[Panel]:
     for body in ALONE:
         curve = Curve(results, body, "sn", ACROSS)
         more = {
-            f"{symbol_of(variant)} with the factor": curve.of(with_factor(results, variant, body))
+            f"{symbol_of(variant)} with the factor": curve.values(with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
         panels.append(curve.panel("B", "Bhat", more=more))

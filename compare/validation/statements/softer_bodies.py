@@ -26,7 +26,6 @@ FRICTION = 0.4
 ICS = ("A", "B", "Bhat")  # those without a fit, which would belong to one ratio
 CONVEX, CONCAVE = 10.0, 0.1  # E_upper / E_lower with a softer convex, lower body, and a softer concave one
 RATIOS = (CONCAVE, 1.0, CONVEX)
-NAMES = {CONVEX: "softer convex body", CONCAVE: "softer concave body"}
 
 
 def moduli(upper_over_lower: float) -> dict[str, float]:

@@ -43,7 +43,7 @@ def concave_over_convex(variant: str) -> Callable[[Results], float]:
 
     def ratio(results: Results) -> float:
         convex, concave = (
-            rms(_beside(results, body).of(not_revolved(results, variant, body))) for body in ALONE
+            rms(_beside(results, body).values(not_revolved(results, variant, body))) for body in ALONE
         )
         return concave / convex
 
@@ -125,7 +125,7 @@ def _source_panels(results: Results) -> list[Panel]:
     for body in BODIES:
         curve = _beside(results, body)
         more = {
-            f"{symbol_of(variant)}, not revolved": curve.of(not_revolved(results, variant, body))
+            f"{symbol_of(variant)}, not revolved": curve.values(not_revolved(results, variant, body))
             for variant in ("B", "Bhat")
         }
         panels.append(curve.panel("A", more=more))

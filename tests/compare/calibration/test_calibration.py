@@ -14,7 +14,7 @@ from approx.effective import EffectiveProperties, Transition
 from compare.pages.calibration import (
     REFITTED,
     WITHOUT,
-    Reported,
+    FitReport,
     answer_table,
     curve,
     fits,
@@ -193,7 +193,7 @@ def test_translation_is_least_squares_solution(calibrated):
 
 
 def test_summary_says_what_was_fitted_what_it_improves_and_what_not(calibrated):
-    one = Reported.of(calibrated)
+    one = FitReport.measure(calibrated)
     text = summary([one])
     assert len(re.findall(r"\.(?: |$)", text)) == 3
     transition = calibrated.fits["combined"].effective.mismatch_k
@@ -220,7 +220,7 @@ def renamed(calibrated):
 
 
 def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated):
-    one, body_fit = Reported.of(calibrated), calibrated.fits["combined"]
+    one, body_fit = FitReport.measure(calibrated), calibrated.fits["combined"]
     answer = answer_table([one])
     (row,) = answer.rows
     assert row.name == "combined, K [-]"

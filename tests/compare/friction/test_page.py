@@ -9,7 +9,15 @@ import xarray as xr
 from compare.pages import compression as compression_page
 from compare.pages import friction as maps
 from compare.pages import rolling as rolling_page
-from compare.pages.friction import abscissa, cost, difference, numbers_chart, shown, vanishes, worst_friction
+from compare.pages.friction import (
+    abscissa,
+    cost,
+    difference,
+    numbers_chart,
+    quantity_label,
+    vanishes,
+    worst_friction,
+)
 from compare.pages.friction_pages import PAGES, main_chart
 from compare.report import interactive, static
 from compare.report.looks import symbol_of
@@ -224,7 +232,9 @@ def test_all_numbers_are_drawn_and_listed_but_those_that_vanish(rolled):
         by_title["largest pressure"]["A"], rolled.p_max.sel(friction=0.5, ics="A"), rtol=1e-5
     )
     shares = 100 * rolled.sliding_share.sel(friction=0.5, ics="A")
-    np.testing.assert_allclose(by_title[shown(rolled, "sliding_share").meaning]["A"], shares, rtol=1e-5)
+    np.testing.assert_allclose(
+        by_title[quantity_label(rolled, "sliding_share").meaning]["A"], shares, rtol=1e-5
+    )
     *folded, symmetric = rolling_page.ROLLING.number_tables(rolled)
     assert len(folded) == len(steps[0]) == 9
     assert symmetric.startswith("0 by symmetry: F_y (estimated error at most ")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from compare.pages.friction import shown, support_tables, vanishes
+from compare.pages.friction import quantity_label, support_tables, vanishes
 from compare.pages.friction_pages import PAGES
 from femic.contact import motions
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
@@ -54,7 +54,7 @@ def test_page_has_a_table_of_changes_with_other_supports(supported, tmp_path):
     (table,) = support_tables(dataset)
     rows = {row.name: [cell.text for cell in row.filled] for row in table.rows}
     numbers = [name for name in motions.MOTIONS[motion].quantities if not vanishes(dataset, name)]
-    assert list(rows) == [shown(dataset, name).title for name in numbers]
+    assert list(rows) == [quantity_label(dataset, name).title for name in numbers]
     of_same, of_softer = (float(dataset.supported_approach.sel(supports=name)) for name in (SAME, SOFTER))
     before, same, softer = rows["ζ [mm]"]
     assert float(before.split(" ± ")[0]) == pytest.approx(of_same, rel=1e-3)

@@ -83,7 +83,7 @@ def test_stresses_are_those_of_the_engines(rolling):
             places = [float(numbers[f"{place}_von_mises"]) for place in ("x", "s", "depth")]
             assert places == [points.x[at], points.s[at] - body.lattice.offset, points.depth[at]]
             fatigue = []
-            for part in body.lattice.of_points(stress):
+            for part in body.lattice.split(stress):
                 cycle = np.concatenate([np.zeros_like(part[:1]), part])
                 equivalent = equivalent_stress((cycle + np.swapaxes(cycle, -1, -2)) / 2, DangVan())
                 fatigue.append(equivalent.value.max())
@@ -404,7 +404,7 @@ def test_lattices_end_before_normals_cross():
 def test_points_return_to_the_lattice_and_its_column():
     of = lattice.Lattice(np.arange(2.0), np.arange(3.0), np.arange(4.0), np.array([5.0, 7.0]), 1, 10.0)
     points = of.points
-    on_lattice, on_column = of.of_points(np.stack([points.x, points.s, points.depth], axis=-1))
+    on_lattice, on_column = of.split(np.stack([points.x, points.s, points.depth], axis=-1))
     assert on_lattice.shape == (2, 3, 4, 3)
     assert on_lattice[1, 2, 3].tolist() == [1.0, 12.0, 3.0]
     np.testing.assert_array_equal(on_column[1, :, 1], 11.0)
@@ -415,8 +415,8 @@ def test_the_deepest_largest_stress_is_called_so():
     """Values grow into depth: on the column beyond the lattice; then they have a top inside."""
     of = lattice.Lattice(np.arange(3.0), np.arange(3.0), np.arange(3.0), np.array([3.0, 4.0]), 1, 0.0)
     values = of.points.depth - of.points.x
-    peak = Peak.of(of, *of.of_points(values)).numbers("v")
+    peak = Peak.find(of, *of.split(values)).numbers("v")
     assert peak == {"v": 4.0, "s_v": 1.0, "depth_v": 4.0, "deepest_v": True}
     values = -((of.points.depth - 1.2) ** 2) - (of.points.s - 2) ** 2
-    peak = Peak.of(of, *of.of_points(values)).numbers("v")
+    peak = Peak.find(of, *of.split(values)).numbers("v")
     assert peak == {"v": pytest.approx(-0.04), "s_v": 2.0, "depth_v": 1.0, "deepest_v": False}

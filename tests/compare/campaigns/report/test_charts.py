@@ -68,7 +68,7 @@ def test_rare_combinations_of_ics_have_one_colour(grid):
     many = grid.isel(variant=[0, 0, 0, 0, 1, 1, 1, 2]).assign_coords(variant=[*"ABDEFGH", "C"])
     many = many.assign(error=(many.error.dims, rng.uniform(0, 0.1, many.error.shape)))
     (field,) = fields_of(many)
-    chart = within_chart(field, Plane.of(axes_of(many), many.failure != ""))
+    chart = within_chart(field, Plane.from_axes(axes_of(many), many.failure != ""))
     kinds = chart.cells[0].classes
     assert OTHERS in kinds
     assert len(kinds) <= len(BETWEEN) + 2

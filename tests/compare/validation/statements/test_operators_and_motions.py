@@ -30,7 +30,7 @@ PAIR = Pair(
 @pytest.mark.parametrize("name", ["A", "B", "Bhat"])
 def test_dense_matrices_and_operators_have_the_same_displacements(name):
     """All directions, some of them, and elements twice as large; unlike materials, so nothing vanishes."""
-    dense = DenseMatrix.of(matrix(name, prismatic(PAIR), GRID))
+    dense = DenseMatrix.from_lags(matrix(name, prismatic(PAIR), GRID))
     fast = approximate_operator(name, PAIR, GRID)
     p = np.random.default_rng(1).standard_normal((6, 4, 3))
     scale = np.max(np.abs(dense(p)))
@@ -45,7 +45,7 @@ def test_dense_matrices_and_operators_have_the_same_displacements(name):
 
 
 def test_a_dense_matrix_of_larger_elements_has_means_due_to_equal_tractions():
-    dense = DenseMatrix.of(matrix("Bhat", prismatic(PAIR), GRID))
+    dense = DenseMatrix.from_lags(matrix("Bhat", prismatic(PAIR), GRID))
     coarse = np.random.default_rng(2).standard_normal((3, 2, 3))
     fine = np.repeat(np.repeat(coarse, 2, axis=0), 2, axis=1)
     means = dense(fine).reshape(3, 2, 2, 2, 3).mean(axis=(1, 3))
