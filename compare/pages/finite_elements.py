@@ -33,40 +33,6 @@ from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import ContactResults, case_names, ics_of, pressures, to_dataset
 from femic.results.finite_elements import FE, NUMBERS, OF_PATCH, OF_PLACE, stored_fe_contact
 
-# --- deviations from finite elements --------------------------------------------------------------------
-
-
-def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return ratios of a number with ICs to the same by finite elements, minus 1, by case and ICs."""
-    return _with_ics(dataset, name) / _with_fe(dataset, name) - 1
-
-
-def relative_estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the estimated error of a number by finite elements as a share of it, by case."""
-    return abs(estimates(dataset, name) / _with_fe(dataset, name))
-
-
-def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return numbers with ICs minus finite elements, in their unit, by case and ICs.
-
-    They serve for numbers that vanish by symmetry.
-    """
-    return _with_ics(dataset, name) - _with_fe(dataset, name)
-
-
-def estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the estimated error of a number by finite elements, in its unit, by case."""
-    return _with_fe(dataset, f"estimate_{name}")
-
-
-def _with_ics(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    return dataset[name].drop_attrs().drop_sel(ics=FE)
-
-
-def _with_fe(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    return dataset[name].drop_attrs().sel(ics=FE, drop=True)
-
-
 # --- the page -------------------------------------------------------------------------------------------
 
 
@@ -279,3 +245,37 @@ def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | 
         "FE: the bodies have the same supports as with C; estimates are differences to cells twice as "
         f"large. {approach_note(fe_contacts)}",
     )
+
+
+# --- deviations from finite elements --------------------------------------------------------------------
+
+
+def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return ratios of a number with ICs to the same by finite elements, minus 1, by case and ICs."""
+    return _with_ics(dataset, name) / _with_fe(dataset, name) - 1
+
+
+def relative_estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the estimated error of a number by finite elements as a share of it, by case."""
+    return abs(estimates(dataset, name) / _with_fe(dataset, name))
+
+
+def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return numbers with ICs minus finite elements, in their unit, by case and ICs.
+
+    They serve for numbers that vanish by symmetry.
+    """
+    return _with_ics(dataset, name) - _with_fe(dataset, name)
+
+
+def estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the estimated error of a number by finite elements, in its unit, by case."""
+    return _with_fe(dataset, f"estimate_{name}")
+
+
+def _with_ics(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    return dataset[name].drop_attrs().drop_sel(ics=FE)
+
+
+def _with_fe(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    return dataset[name].drop_attrs().sel(ics=FE, drop=True)

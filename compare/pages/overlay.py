@@ -31,136 +31,6 @@ from femic.ic_errors.error_measure import ROUNDING
 from femic.results.ics_dataset import curves_file
 from geometries.errors import WrongInput
 
-# --- curves ---------------------------------------------------------------------------------------------
-
-
-MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
-
-
-def curves_of(ics: xr.Dataset, line: str, body: str, component: str) -> xr.Dataset:
-    """Return a component of a body of a scene along a line over `at`, dimensionless."""
-    return along_line(ics, line, body, component, dimensionless(ics))
-
-
-def is_mirrored(overlay: Overlay, line: str) -> bool:
-    """Whether the two halves of a line have the same values, up to the sign, in all curves of all scenes."""
-    return all(
-        _repeats(curves_of(result.ics, line, body, component))
-        for result, body, component in product(
-            overlay.results, overlay.common.bodies, overlay.common.components
-        )
-    )
-
-
-def _repeats(curves: xr.Dataset) -> bool:
-    if curves.across.startswith("x"):
-        return True  # every body and every load is symmetric in x
-    at, sizes = curves["at"].values, np.abs(curves.ic.values)
-    asymmetry = np.max(np.abs(sizes - sizes[:, ::-1]))
-    return np.allclose(at, -at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
-
-
-def write_curves(overlay: Overlay, folder: Path) -> None:
-    """Write one CSV file per line, with a row per scene, body, component and point.
-
-    Each variant has a column; all values are dimensionless.
-    """
-    common, variants = overlay.common, [*overlay.common.variants, "C"]
-    for line in common.lines:
-        across = curves_of(overlay.results[0].ics, line, common.bodies[0], common.components[0]).across
-        with (
-            replacing(folder / curves_file(line)) as unfinished,
-            unfinished.open("w", newline="", encoding="utf-8") as file,
-        ):
-            table = csv.writer(file)
-            table.writerow(["scene", "body", "component", f"{across[0]}/L", *variants, "estimate"])
-            for result, body, component in product(overlay.results, common.bodies, common.components):
-                curves = curves_of(result.ics, line, body, component)
-                values = [
-                    curves["at"].values,
-                    *curves.ic.sel(variant=variants).values,
-                    curves.estimate.values,
-                ]
-                for row in np.column_stack(values):
-                    table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])
-
-
-# --- the chart ------------------------------------------------------------------------------------------
-
-
-Looks = Mapping[str, Mapping[str, Look]]  # by variant and scene
-
-OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in charts; tables also have the others
-DASHES = ("solid", "dash", "dot", "dashdot", "longdash")  # of the scenes
-WIDE_LINE, NARROW_LINE = 3.2, 1.2  # line widths, rear to front: curves that coincide stay visible
-
-
-def drawn_variants(overlay: Overlay) -> tuple[str, ...]:
-    """Return C and the common variants among `OVERLAID_VARIANTS`, or all common variants if none is."""
-    common = overlay.common.variants
-    return ("C", *(tuple(variant for variant in common if variant in OVERLAID_VARIANTS) or common))
-
-
-def chart(overlay: Overlay) -> Chart:
-    """Return the ICs of all scenes, dimensionless: as `compare.pages.ics_figures.chart` of one scene."""
-    first, *others = combined_first(overlay.common.bodies)
-    ics = {result.name: result.ics for result in overlay.results}
-    differences = {name: minus_c(dataset) for name, dataset in ics.items()}
-    halves = {line: is_mirrored(overlay, line) for line in overlay.common.lines}
-    looks = _looks(overlay)
-    steps = {
-        component: [
-            *_panels(ics, halves, looks, [first], component),
-            *map(of_differences, _panels(differences, halves, looks, [first], component)),
-            *_panels(ics, halves, looks, others, component),
-        ]
-        for component in overlay.common.components
-    }
-    return by_component(steps, len(halves))
-
-
-def _looks(overlay: Overlay) -> Looks:
-    """Return looks by variant and scene: variants have colours, scenes dashes; wide lines lie behind."""
-    variants, names = drawn_variants(overlay), [result.name for result in overlay.results]
-    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
-    return {
-        variant: {
-            name: Look(look.colour, dash, width=round(width, 2))
-            for name, dash in zip(names, DASHES, strict=False)
-        }
-        for (variant, look), width in zip(looks_of(variants).items(), widths, strict=True)
-    }
-
-
-def _panels(
-    ics: Mapping[str, xr.Dataset],
-    halves: Mapping[str, bool],
-    looks: Looks,
-    bodies: Sequence[str],
-    component: str,
-) -> Iterator[Panel]:
-    """Yield panels of bodies on lines with the curves of all scenes; `halves` are lines shown in part."""
-    for body, (line, half) in product(bodies, halves.items()):
-        parts = {name: curves_of(dataset, line, body, component) for name, dataset in ics.items()}
-        shown = {
-            name: part.isel(point=part["at"].values >= (0 if half else -np.inf))
-            for name, part in parts.items()
-        }
-        curves = [
-            Curve(
-                f"{symbol_of(variant)}, {name}",
-                shown[name]["at"].values,
-                shown[name].ic.sel(variant=variant).values,
-                look,
-                shown[name].estimate.values if variant == "C" else None,
-            )
-            for variant, scene_looks in looks.items()
-            for name, look in scene_looks.items()
-        ]
-        across = next(iter(parts.values())).across
-        yield Panel(f"{body}, {line}", across, f"{component} · E · L  [-]", curves, least=INVISIBLE)
-
-
 # --- the page -------------------------------------------------------------------------------------------
 
 
@@ -373,3 +243,133 @@ def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
     factor = largest / max(least, accuracy_at_least)
     over = "over " if least < accuracy_at_least else ""
     return scene, f" {over}{factor:.2f} ×" if factor < 10 else f" {over}{factor:.0f} ×"
+
+
+# --- the chart ------------------------------------------------------------------------------------------
+
+
+Looks = Mapping[str, Mapping[str, Look]]  # by variant and scene
+
+OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in charts; tables also have the others
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash")  # of the scenes
+WIDE_LINE, NARROW_LINE = 3.2, 1.2  # line widths, rear to front: curves that coincide stay visible
+
+
+def drawn_variants(overlay: Overlay) -> tuple[str, ...]:
+    """Return C and the common variants among `OVERLAID_VARIANTS`, or all common variants if none is."""
+    common = overlay.common.variants
+    return ("C", *(tuple(variant for variant in common if variant in OVERLAID_VARIANTS) or common))
+
+
+def chart(overlay: Overlay) -> Chart:
+    """Return the ICs of all scenes, dimensionless: as `compare.pages.ics_figures.chart` of one scene."""
+    first, *others = combined_first(overlay.common.bodies)
+    ics = {result.name: result.ics for result in overlay.results}
+    differences = {name: minus_c(dataset) for name, dataset in ics.items()}
+    halves = {line: is_mirrored(overlay, line) for line in overlay.common.lines}
+    looks = _looks(overlay)
+    steps = {
+        component: [
+            *_panels(ics, halves, looks, [first], component),
+            *map(of_differences, _panels(differences, halves, looks, [first], component)),
+            *_panels(ics, halves, looks, others, component),
+        ]
+        for component in overlay.common.components
+    }
+    return by_component(steps, len(halves))
+
+
+def _looks(overlay: Overlay) -> Looks:
+    """Return looks by variant and scene: variants have colours, scenes dashes; wide lines lie behind."""
+    variants, names = drawn_variants(overlay), [result.name for result in overlay.results]
+    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
+    return {
+        variant: {
+            name: Look(look.colour, dash, width=round(width, 2))
+            for name, dash in zip(names, DASHES, strict=False)
+        }
+        for (variant, look), width in zip(looks_of(variants).items(), widths, strict=True)
+    }
+
+
+def _panels(
+    ics: Mapping[str, xr.Dataset],
+    halves: Mapping[str, bool],
+    looks: Looks,
+    bodies: Sequence[str],
+    component: str,
+) -> Iterator[Panel]:
+    """Yield panels of bodies on lines with the curves of all scenes; `halves` are lines shown in part."""
+    for body, (line, half) in product(bodies, halves.items()):
+        parts = {name: curves_of(dataset, line, body, component) for name, dataset in ics.items()}
+        shown = {
+            name: part.isel(point=part["at"].values >= (0 if half else -np.inf))
+            for name, part in parts.items()
+        }
+        curves = [
+            Curve(
+                f"{symbol_of(variant)}, {name}",
+                shown[name]["at"].values,
+                shown[name].ic.sel(variant=variant).values,
+                look,
+                shown[name].estimate.values if variant == "C" else None,
+            )
+            for variant, scene_looks in looks.items()
+            for name, look in scene_looks.items()
+        ]
+        across = next(iter(parts.values())).across
+        yield Panel(f"{body}, {line}", across, f"{component} · E · L  [-]", curves, least=INVISIBLE)
+
+
+# --- curves ---------------------------------------------------------------------------------------------
+
+
+MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
+
+
+def curves_of(ics: xr.Dataset, line: str, body: str, component: str) -> xr.Dataset:
+    """Return a component of a body of a scene along a line over `at`, dimensionless."""
+    return along_line(ics, line, body, component, dimensionless(ics))
+
+
+def is_mirrored(overlay: Overlay, line: str) -> bool:
+    """Whether the two halves of a line have the same values, up to the sign, in all curves of all scenes."""
+    return all(
+        _repeats(curves_of(result.ics, line, body, component))
+        for result, body, component in product(
+            overlay.results, overlay.common.bodies, overlay.common.components
+        )
+    )
+
+
+def _repeats(curves: xr.Dataset) -> bool:
+    if curves.across.startswith("x"):
+        return True  # every body and every load is symmetric in x
+    at, sizes = curves["at"].values, np.abs(curves.ic.values)
+    asymmetry = np.max(np.abs(sizes - sizes[:, ::-1]))
+    return np.allclose(at, -at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
+
+
+def write_curves(overlay: Overlay, folder: Path) -> None:
+    """Write one CSV file per line, with a row per scene, body, component and point.
+
+    Each variant has a column; all values are dimensionless.
+    """
+    common, variants = overlay.common, [*overlay.common.variants, "C"]
+    for line in common.lines:
+        across = curves_of(overlay.results[0].ics, line, common.bodies[0], common.components[0]).across
+        with (
+            replacing(folder / curves_file(line)) as unfinished,
+            unfinished.open("w", newline="", encoding="utf-8") as file,
+        ):
+            table = csv.writer(file)
+            table.writerow(["scene", "body", "component", f"{across[0]}/L", *variants, "estimate"])
+            for result, body, component in product(overlay.results, common.bodies, common.components):
+                curves = curves_of(result.ics, line, body, component)
+                values = [
+                    curves["at"].values,
+                    *curves.ic.sel(variant=variants).values,
+                    curves.estimate.values,
+                ]
+                for row in np.column_stack(values):
+                    table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])

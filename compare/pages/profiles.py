@@ -18,116 +18,6 @@ from femic.results.profiles import UM, Understood, to_dataset
 from geometries.arrays import Array
 from geometries.profiles.preparation import ProfileFigure, noise, radius_text
 
-# --- folders --------------------------------------------------------------------------------------------
-
-
-DATASET = "profile.nc"
-
-
-def folders_of(profiles: Sequence[Understood], out: Path) -> list[Path]:
-    """Return a folder in `out` for each profile: the first of its names that has no page of another file."""
-    result: list[Path] = []
-    for one in profiles:
-        free = (
-            folder for name in names_of(one) if _is_free(folder := out / name, one) and folder not in result
-        )
-        result.append(next(free))
-    return result
-
-
-def names_of(profile: Understood) -> Iterator[str]:
-    """Yield names of a folder: that of the file, with its ending, with its folders, and numbered."""
-    name, path = profile.figure.name, Path(profile.file)
-    yield name
-    name = f"{name}-{path.suffix.removeprefix('.') or 'profile'}"
-    yield name
-    for parent in path.parents[:-1]:
-        name = f"{parent.name}-{name}"
-        yield name
-    number = 1
-    while True:
-        number += 1
-        yield f"{name}-{number}"
-
-
-def _is_free(folder: Path, profile: Understood) -> bool:
-    """Whether a folder has no page, or one of this profile."""
-    path = folder / DATASET
-    if not path.is_file():
-        return True
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return bool(dataset.attrs.get("file") == profile.file)
-    except OSError:  # no dataset: left by an interrupted run
-        return True
-
-
-# --- charts ---------------------------------------------------------------------------------------------
-
-
-POINTS = Look("#56b4e9", "", "circle")
-CURVE = Look(INK, "solid", "", 1.6)
-STEEPEST = 85.0  # deg, at which contours end
-ALONG = "arc length s from the gauge side [mm]"
-
-
-def section(understood: Understood) -> Chart:
-    """Return the points and the curve to scale."""
-    return chart_of("section", [_section(understood)], 1, 1.5)
-
-
-def over_length(understood: Understood) -> Chart:
-    """Return residual, inclination and curvature over the arc length."""
-    panels = list(_over_length(understood))
-    return chart_of("over_length", panels, len(panels))
-
-
-def all_panels(understood: Understood) -> Chart:
-    """Return all panels: the section to scale, residual, inclination and curvature over the arc length."""
-    return chart_of("profile", [_section(understood), *_over_length(understood)], 2)
-
-
-def _section(understood: Understood) -> Panel:
-    figure = understood.figure
-    (y, z), (y_points, z_points) = figure.curve, figure.points
-    curves = [
-        Curve(_points_label(understood), y_points, z_points, POINTS),
-        Curve(_curve_label(understood), y, z, CURVE, notes=list(_notes_of_curve(figure))),
-    ]
-    return Panel("", "y [mm], to the field side", "z [mm], upwards", curves, to_scale=True)
-
-
-def _over_length(understood: Understood) -> Iterator[Panel]:
-    figure, label = understood.figure, _curve_label(understood)
-    if understood.is_smoothed:
-        residual = Curve("points", figure.places, UM * figure.residual, POINTS)
-        yield Panel("Residual", ALONG, "points above the curve [µm]", [residual], levels=(0.0,))
-    known = 0 < figure.curvature_noise < np.inf
-    band = figure.curvature_noise if known else None
-    inclination = Curve(label, figure.s, np.degrees(figure.inclination), CURVE)
-    curvature = Curve(label, figure.s, figure.curvature, CURVE, band)
-    yield Panel("Inclination", ALONG, "inclination [deg]", [inclination], levels=(-STEEPEST, STEEPEST))
-    yield Panel("Curvature", ALONG, "curvature [1/mm]", [curvature], levels=(0.0,))
-
-
-def _points_label(understood: Understood) -> str:
-    return "ends of pieces" if understood.is_exact else "points"
-
-
-def _curve_label(understood: Understood) -> str:
-    if understood.is_exact:
-        return "exact curve"
-    return "smoothed curve" if understood.is_smoothed else "curve through the points"
-
-
-def _notes_of_curve(figure: ProfileFigure) -> Iterator[str]:
-    """Yield what hovering over the curve says."""
-    rows: Array = np.stack([*figure.curve, figure.s, np.degrees(figure.inclination), figure.curvature])
-    for y, z, s, inclination, curvature in rows.T:
-        radius = f"radius {1 / curvature:.4g} mm" if abs(curvature) > 1e-6 else "straight"
-        yield f"y {y:.3f}, z {z:.3f} mm\ns {s:.2f} mm\n{inclination:.2f}°, {radius}"
-
-
 # --- the page -------------------------------------------------------------------------------------------
 
 
@@ -234,3 +124,113 @@ def _at(figure: ProfileFigure, k: int) -> list[str | Cell]:
 
 def _place(s: float, point: Array) -> list[str | Cell]:
     return [f"{s:.1f} mm", f"{point[0]:.1f}, {point[1]:.1f} mm"]
+
+
+# --- charts ---------------------------------------------------------------------------------------------
+
+
+POINTS = Look("#56b4e9", "", "circle")
+CURVE = Look(INK, "solid", "", 1.6)
+STEEPEST = 85.0  # deg, at which contours end
+ALONG = "arc length s from the gauge side [mm]"
+
+
+def section(understood: Understood) -> Chart:
+    """Return the points and the curve to scale."""
+    return chart_of("section", [_section(understood)], 1, 1.5)
+
+
+def over_length(understood: Understood) -> Chart:
+    """Return residual, inclination and curvature over the arc length."""
+    panels = list(_over_length(understood))
+    return chart_of("over_length", panels, len(panels))
+
+
+def all_panels(understood: Understood) -> Chart:
+    """Return all panels: the section to scale, residual, inclination and curvature over the arc length."""
+    return chart_of("profile", [_section(understood), *_over_length(understood)], 2)
+
+
+def _section(understood: Understood) -> Panel:
+    figure = understood.figure
+    (y, z), (y_points, z_points) = figure.curve, figure.points
+    curves = [
+        Curve(_points_label(understood), y_points, z_points, POINTS),
+        Curve(_curve_label(understood), y, z, CURVE, notes=list(_notes_of_curve(figure))),
+    ]
+    return Panel("", "y [mm], to the field side", "z [mm], upwards", curves, to_scale=True)
+
+
+def _over_length(understood: Understood) -> Iterator[Panel]:
+    figure, label = understood.figure, _curve_label(understood)
+    if understood.is_smoothed:
+        residual = Curve("points", figure.places, UM * figure.residual, POINTS)
+        yield Panel("Residual", ALONG, "points above the curve [µm]", [residual], levels=(0.0,))
+    known = 0 < figure.curvature_noise < np.inf
+    band = figure.curvature_noise if known else None
+    inclination = Curve(label, figure.s, np.degrees(figure.inclination), CURVE)
+    curvature = Curve(label, figure.s, figure.curvature, CURVE, band)
+    yield Panel("Inclination", ALONG, "inclination [deg]", [inclination], levels=(-STEEPEST, STEEPEST))
+    yield Panel("Curvature", ALONG, "curvature [1/mm]", [curvature], levels=(0.0,))
+
+
+def _points_label(understood: Understood) -> str:
+    return "ends of pieces" if understood.is_exact else "points"
+
+
+def _curve_label(understood: Understood) -> str:
+    if understood.is_exact:
+        return "exact curve"
+    return "smoothed curve" if understood.is_smoothed else "curve through the points"
+
+
+def _notes_of_curve(figure: ProfileFigure) -> Iterator[str]:
+    """Yield what hovering over the curve says."""
+    rows: Array = np.stack([*figure.curve, figure.s, np.degrees(figure.inclination), figure.curvature])
+    for y, z, s, inclination, curvature in rows.T:
+        radius = f"radius {1 / curvature:.4g} mm" if abs(curvature) > 1e-6 else "straight"
+        yield f"y {y:.3f}, z {z:.3f} mm\ns {s:.2f} mm\n{inclination:.2f}°, {radius}"
+
+
+# --- folders --------------------------------------------------------------------------------------------
+
+
+DATASET = "profile.nc"
+
+
+def folders_of(profiles: Sequence[Understood], out: Path) -> list[Path]:
+    """Return a folder in `out` for each profile: the first of its names that has no page of another file."""
+    result: list[Path] = []
+    for one in profiles:
+        free = (
+            folder for name in names_of(one) if _is_free(folder := out / name, one) and folder not in result
+        )
+        result.append(next(free))
+    return result
+
+
+def names_of(profile: Understood) -> Iterator[str]:
+    """Yield names of a folder: that of the file, with its ending, with its folders, and numbered."""
+    name, path = profile.figure.name, Path(profile.file)
+    yield name
+    name = f"{name}-{path.suffix.removeprefix('.') or 'profile'}"
+    yield name
+    for parent in path.parents[:-1]:
+        name = f"{parent.name}-{name}"
+        yield name
+    number = 1
+    while True:
+        number += 1
+        yield f"{name}-{number}"
+
+
+def _is_free(folder: Path, profile: Understood) -> bool:
+    """Whether a folder has no page, or one of this profile."""
+    path = folder / DATASET
+    if not path.is_file():
+        return True
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return bool(dataset.attrs.get("file") == profile.file)
+    except OSError:  # no dataset: left by an interrupted run
+        return True

@@ -22,6 +22,30 @@ from femic.cli.progress import terminal
 from femic.late import Late
 from geometries.errors import Failure
 
+# --- the command ----------------------------------------------------------------------------------------
+
+
+OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
+
+
+def doctor() -> None:
+    """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
+    console = terminal()
+    wrong = []
+    table = Table(box=None, pad_edge=False, show_header=False)
+    with console.status("checking"):
+        for finding in findings():
+            mark = OK if finding.holds else NO if finding.matters else LACKING
+            remedy = "" if finding.holds else f"\n→ {finding.remedy}"
+            table.add_row(mark, finding.name, f"{finding.text}{remedy}")
+            if not finding.holds and finding.matters:
+                wrong.append(finding.name)
+    console.print(table)
+    if wrong:
+        raise Failure(f"this installation is not in order: {', '.join(wrong)}")
+    console.print("This installation is in order.")
+
+
 # --- findings -------------------------------------------------------------------------------------------
 
 
@@ -209,27 +233,3 @@ SELF_TESTS = (
     SelfTest("C of a half-space against Love and Boussinesq", "mm/N", _half_space, C_TOLERANCE),
     SelfTest("contact with A against Hertz", "MPa", _hertz, HERTZ_TOLERANCE),
 )
-
-
-# --- the command ----------------------------------------------------------------------------------------
-
-
-OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
-
-
-def doctor() -> None:
-    """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
-    console = terminal()
-    wrong = []
-    table = Table(box=None, pad_edge=False, show_header=False)
-    with console.status("checking"):
-        for finding in findings():
-            mark = OK if finding.holds else NO if finding.matters else LACKING
-            remedy = "" if finding.holds else f"\n→ {finding.remedy}"
-            table.add_row(mark, finding.name, f"{finding.text}{remedy}")
-            if not finding.holds and finding.matters:
-                wrong.append(finding.name)
-    console.print(table)
-    if wrong:
-        raise Failure(f"this installation is not in order: {', '.join(wrong)}")
-    console.print("This installation is in order.")

@@ -63,6 +63,207 @@ from femic.cache import files as folders
 from femic.cache.files import replacing
 from geometries.arrays import Array
 
+# --- the page -------------------------------------------------------------------------------------------
+
+
+CROSSINGS = "sweep_crossings.csv"
+
+
+def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
+    """Write `sweep.html` of a campaign's dataset into a folder, with figures and a table of crossings.
+
+    Returns the path of the page.
+    """
+    folders.make(out)
+    for old in [*(out / "figures").glob("sweep_*"), *out.glob(CROSSINGS)]:
+        old.unlink()
+    dataset = prepared(dataset)
+    fields = fields_of(dataset)
+    if _has_crossings(dataset, fields):
+        write_crossings([field for field in fields if field.rates_ics], axes_of(dataset), out / CROSSINGS)
+    return write_results(page_of(dataset, fields), out, "sweep")
+
+
+def page_of(dataset: xr.Dataset, fields: Sequence[Field]) -> Page:
+    """Return the page of a prepared dataset and its fields."""
+    advice = advice_of(dataset)
+    ratings = [field for field in fields if field.rates_ics]
+    answer = answer_table(ratings[0], dataset) if ratings else None
+    note = [Section("", [Note(answer_note(ratings[0], dataset))])] if ratings else []
+    charts = sections(dataset, fields, advice)
+    title, text = str(dataset.attrs["title"]), summary(dataset, fields, advice)
+    return Page(title, text, chain(note, charts, _folded(dataset, fields)), answer)
+
+
+def _folded(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Folded | Section]:
+    """Yield tables, failures, cost and the campaign, shown on request."""
+    if not fields:
+        yield Section("", ["Nothing is computed yet."])
+    elif all_tables := list(tables(dataset, fields)):
+        yield Folded("Where numbers are large, and the largest", [Note(below(dataset, fields)), *all_tables])
+    if failures := failure_table(dataset):
+        yield Folded(f"Failed scenes ({dataset.attrs['failed']})", [failures])
+    if texts := list(filter(None, [cost(dataset), files(dataset)])):
+        yield Folded("Cost, and the file", texts)
+    yield Folded("The campaign", [Verbatim(str(dataset.attrs["campaign"]))])
+
+
+def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
+    """Yield all tables of numbers: where they exceed levels, correlations, largest numbers."""
+    axes = swept(axes_of(dataset))
+    for field in fields:
+        if axes and field.rates_ics:
+            yield crossing_table(field, axes) if is_grid(dataset) else share_table(field)
+        if axes and not is_grid(dataset):
+            yield correlation_table(field, axes)
+        yield worst_table(field, dataset)
+
+
+def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
+    """Return a note on the tables; empty where these need none."""
+    axes = swept(axes_of(dataset))
+    if axes and not is_grid(dataset):
+        return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
+    if not _has_crossings(dataset, fields):
+        return ""
+    small = " Small: where a level is exceeded most, then where least." if len(axes) > 1 else ""
+    name = main_axis(axes).name
+    return f"Places along {name} are interpolated linearly between scenes.{small} All places: `{CROSSINGS}`."
+
+
+def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
+    """Whether levels are exceeded along an axis of numbers."""
+    axes = swept(axes_of(dataset))
+    rated = any(field.rates_ics for field in fields)
+    return rated and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
+
+
+def cost(dataset: xr.Dataset) -> str:
+    """Return a sentence on the seconds of the scenes."""
+    seconds = dataset["seconds"].values
+    seconds = seconds[np.isfinite(seconds)]
+    if not seconds.size:
+        return ""
+    total = f"{np.sum(seconds):.3g} s together, without models that other scenes have solved"
+    if seconds.size == 1:
+        return f"The scene took {total.replace(' together', '')}."
+    return (
+        f"Scenes took {np.min(seconds):.2g} ... {np.max(seconds):.2g} s, {total}; the slowest: "
+        f"{'; '.join(slowest(dataset))}."
+    )
+
+
+# --- charts ---------------------------------------------------------------------------------------------
+
+
+def sections(
+    dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None
+) -> Iterator[Section | Folded]:
+    """Yield the charts: curves over one axis, maps over two, points of random scenes."""
+    axes = swept(axes_of(dataset))
+    if not axes:
+        return
+    failed = dataset["failure"].astype(str) != ""
+    if advice is not None:
+        chart = advised_chart(advice, axes, failed)
+        yield Section("Which ICs are good enough", [chart, Note(_advice_text(axes, failed))])
+    ratings = [field for field in fields if field.rates_ics]
+    for field in sorted(fields, key=lambda field: not field.rates_ics):
+        first, *rest = _of_field(field, axes, failed)
+        if field in ratings[1:]:  # sentences on the first one begin the page
+            first = replace(first, blocks=[judgement(dataset, field), *first.blocks])
+        elif field in ratings and advice is None:
+            first = replace(first, heading="")
+        yield first
+        yield from rest
+
+
+def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Section | Folded]:
+    """Yield the charts of a field: curves over one axis, points of random scenes, maps of a grid."""
+    heading = f"{field.title} over {join_words(axis.name for axis in axes)}"
+    if "sample" not in failed.dims and len(axes) > 1:
+        yield from _maps(field, axes, failed)
+    elif len(axes) == 1:
+        yield Section(heading, [_curves(field, axes[0]), Note(_text(field, axes))])
+    else:
+        yield Section(heading, [clouds(field, axes), Note(_text(field, axes))])
+
+
+def _curves(field: Field, axis: ShownAxis) -> Block:
+    if "sample" in field.values.dims:
+        order = np.argsort(axis.at, kind="stable")[evenly_spaced(len(axis.at), MOST_POINTS)]
+        axis, field = replace(axis, values=axis.values[order]), field.at(sample=order)
+    return curves(field, axis)
+
+
+def _maps(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Section | Folded]:
+    """Yield maps over the first two axes: which ICs are within a tolerance, then the numbers of each."""
+    further, plane = axes[2:], Plane.from_axes(axes, failed)
+    if field.rates_ics:
+        worst = field
+        for axis in further:
+            worst = worst.worst_over(axis.name)
+        title = f"ICs within the tolerance over {join_words(axis.name for axis in axes[:2])}"
+        yield Section(title, [within_chart(worst, plane), _within_note(axes, plane)])
+    heading = f"{field.title} over {join_words(axis.name for axis in axes[:3])}"
+    if not further:
+        title = f"{symbol_of(field.rows[0])}: {heading}" if len(field.rows) == 1 else heading
+        chart = field_chart(field, plane, "ICs" if field.rates_ics else "body")
+        yield Section(title, [chart, Note(_text(field, axes))])
+        return
+    for axis in further[1:]:
+        field = field.worst_over(axis.name)
+    first = field.closest if field.rates_ics else field.rows[0]
+    for number, row in enumerate(sorted(field.rows, key=lambda row: row != first)):
+        name = f"{field.name}_by_{further[0].name}_{number}"
+        blocks: list[Block] = [third_axis_chart(field, row, axes, failed, name), Note(_text(field, axes))]
+        title = f"{symbol_of(row)}: {heading}"
+        yield Folded(title, blocks) if number else Section(title, blocks)
+
+
+def _within_note(axes: Sequence[ShownAxis], plane: Plane) -> Note:
+    text = "Colours: the ICs within the tolerance at each scene"
+    text += "; lines: where each of them exceeds it" if plane.has_lines else ""
+    over = f"; the worst over {join_words(axis.name for axis in axes[2:])}" if axes[2:] else ""
+    return Note(f"{text}{over}. {_meanings(axes)}")
+
+
+def _text(field: Field, axes: Sequence[ShownAxis]) -> str:
+    """Return what the numbers of charts are, and what charts leave out."""
+    sentences = [field.text]
+    count, third = field.values.sizes.get("sample", 0), axes[2:3]
+    if count > MOST_POINTS:
+        sentences.append(f"{MOST_POINTS} of {count} scenes are drawn.")
+    if field.rates_ics and (count or len(axes) == 1 or all(axis.is_number for axis in axes[:2])):
+        levels = join_words(f"{100 * level:g}" for level in LEVELS)
+        sentences.append(f"Lines: {levels} %.")
+    if len(axes) == 1 and field.floor is not None:
+        sentences.append(f"Bands: the estimate of {field.reference}.")
+    if (count or len(axes) == 1) and field.kind == "error" and np.any(field.values < LOWEST):
+        sentences.append(f"Errors below {share(LOWEST)} are drawn there.")
+    if third and not count and len(third[0].values) > MOST_STEPS:
+        sentences.append(
+            f"{MOST_STEPS} of {len(third[0].values)} values of {third[0].name}; the file has all."
+        )
+    if axes[3:] and not count:
+        over = join_words(axis.name for axis in axes[3:])
+        sentences.append(f"The worst over {over}." if field.rates_ics else f"At the first value of {over}.")
+    return " ".join([*sentences, _meanings(axes)])
+
+
+def _meanings(axes: Sequence[ShownAxis]) -> str:
+    return f"{'; '.join(axis.meaning for axis in axes)}."
+
+
+def _advice_text(axes: Sequence[ShownAxis], failed: xr.DataArray) -> str:
+    text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
+    if "sample" in failed.dims and len(axes) > 2:
+        text += f" Over two of {len(axes)} axes."
+    elif axes[3:]:
+        text += f" At the first value of {join_words(axis.name for axis in axes[3:])}."
+    return f"{text} {_meanings(axes)}"
+
+
 # --- tables ---------------------------------------------------------------------------------------------
 
 
@@ -194,204 +395,3 @@ def slowest(dataset: xr.Dataset, count: int = 3) -> list[str]:
     order = np.argsort(-seconds, axis=None, kind="stable")[: min(count, np.isfinite(seconds).sum())]
     places = [np.unravel_index(number, seconds.shape) for number in order]
     return [f"{point_of(dataset, place)} ({text_of(seconds[place])} s)" for place in places]
-
-
-# --- charts ---------------------------------------------------------------------------------------------
-
-
-def sections(
-    dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None
-) -> Iterator[Section | Folded]:
-    """Yield the charts: curves over one axis, maps over two, points of random scenes."""
-    axes = swept(axes_of(dataset))
-    if not axes:
-        return
-    failed = dataset["failure"].astype(str) != ""
-    if advice is not None:
-        chart = advised_chart(advice, axes, failed)
-        yield Section("Which ICs are good enough", [chart, Note(_advice_text(axes, failed))])
-    ratings = [field for field in fields if field.rates_ics]
-    for field in sorted(fields, key=lambda field: not field.rates_ics):
-        first, *rest = _of_field(field, axes, failed)
-        if field in ratings[1:]:  # sentences on the first one begin the page
-            first = replace(first, blocks=[judgement(dataset, field), *first.blocks])
-        elif field in ratings and advice is None:
-            first = replace(first, heading="")
-        yield first
-        yield from rest
-
-
-def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Section | Folded]:
-    """Yield the charts of a field: curves over one axis, points of random scenes, maps of a grid."""
-    heading = f"{field.title} over {join_words(axis.name for axis in axes)}"
-    if "sample" not in failed.dims and len(axes) > 1:
-        yield from _maps(field, axes, failed)
-    elif len(axes) == 1:
-        yield Section(heading, [_curves(field, axes[0]), Note(_text(field, axes))])
-    else:
-        yield Section(heading, [clouds(field, axes), Note(_text(field, axes))])
-
-
-def _curves(field: Field, axis: ShownAxis) -> Block:
-    if "sample" in field.values.dims:
-        order = np.argsort(axis.at, kind="stable")[evenly_spaced(len(axis.at), MOST_POINTS)]
-        axis, field = replace(axis, values=axis.values[order]), field.at(sample=order)
-    return curves(field, axis)
-
-
-def _maps(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Section | Folded]:
-    """Yield maps over the first two axes: which ICs are within a tolerance, then the numbers of each."""
-    further, plane = axes[2:], Plane.from_axes(axes, failed)
-    if field.rates_ics:
-        worst = field
-        for axis in further:
-            worst = worst.worst_over(axis.name)
-        title = f"ICs within the tolerance over {join_words(axis.name for axis in axes[:2])}"
-        yield Section(title, [within_chart(worst, plane), _within_note(axes, plane)])
-    heading = f"{field.title} over {join_words(axis.name for axis in axes[:3])}"
-    if not further:
-        title = f"{symbol_of(field.rows[0])}: {heading}" if len(field.rows) == 1 else heading
-        chart = field_chart(field, plane, "ICs" if field.rates_ics else "body")
-        yield Section(title, [chart, Note(_text(field, axes))])
-        return
-    for axis in further[1:]:
-        field = field.worst_over(axis.name)
-    first = field.closest if field.rates_ics else field.rows[0]
-    for number, row in enumerate(sorted(field.rows, key=lambda row: row != first)):
-        name = f"{field.name}_by_{further[0].name}_{number}"
-        blocks: list[Block] = [third_axis_chart(field, row, axes, failed, name), Note(_text(field, axes))]
-        title = f"{symbol_of(row)}: {heading}"
-        yield Folded(title, blocks) if number else Section(title, blocks)
-
-
-def _within_note(axes: Sequence[ShownAxis], plane: Plane) -> Note:
-    text = "Colours: the ICs within the tolerance at each scene"
-    text += "; lines: where each of them exceeds it" if plane.has_lines else ""
-    over = f"; the worst over {join_words(axis.name for axis in axes[2:])}" if axes[2:] else ""
-    return Note(f"{text}{over}. {_meanings(axes)}")
-
-
-def _text(field: Field, axes: Sequence[ShownAxis]) -> str:
-    """Return what the numbers of charts are, and what charts leave out."""
-    sentences = [field.text]
-    count, third = field.values.sizes.get("sample", 0), axes[2:3]
-    if count > MOST_POINTS:
-        sentences.append(f"{MOST_POINTS} of {count} scenes are drawn.")
-    if field.rates_ics and (count or len(axes) == 1 or all(axis.is_number for axis in axes[:2])):
-        levels = join_words(f"{100 * level:g}" for level in LEVELS)
-        sentences.append(f"Lines: {levels} %.")
-    if len(axes) == 1 and field.floor is not None:
-        sentences.append(f"Bands: the estimate of {field.reference}.")
-    if (count or len(axes) == 1) and field.kind == "error" and np.any(field.values < LOWEST):
-        sentences.append(f"Errors below {share(LOWEST)} are drawn there.")
-    if third and not count and len(third[0].values) > MOST_STEPS:
-        sentences.append(
-            f"{MOST_STEPS} of {len(third[0].values)} values of {third[0].name}; the file has all."
-        )
-    if axes[3:] and not count:
-        over = join_words(axis.name for axis in axes[3:])
-        sentences.append(f"The worst over {over}." if field.rates_ics else f"At the first value of {over}.")
-    return " ".join([*sentences, _meanings(axes)])
-
-
-def _meanings(axes: Sequence[ShownAxis]) -> str:
-    return f"{'; '.join(axis.meaning for axis in axes)}."
-
-
-def _advice_text(axes: Sequence[ShownAxis], failed: xr.DataArray) -> str:
-    text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
-    if "sample" in failed.dims and len(axes) > 2:
-        text += f" Over two of {len(axes)} axes."
-    elif axes[3:]:
-        text += f" At the first value of {join_words(axis.name for axis in axes[3:])}."
-    return f"{text} {_meanings(axes)}"
-
-
-# --- the page -------------------------------------------------------------------------------------------
-
-
-CROSSINGS = "sweep_crossings.csv"
-
-
-def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
-    """Write `sweep.html` of a campaign's dataset into a folder, with figures and a table of crossings.
-
-    Returns the path of the page.
-    """
-    folders.make(out)
-    for old in [*(out / "figures").glob("sweep_*"), *out.glob(CROSSINGS)]:
-        old.unlink()
-    dataset = prepared(dataset)
-    fields = fields_of(dataset)
-    if _has_crossings(dataset, fields):
-        write_crossings([field for field in fields if field.rates_ics], axes_of(dataset), out / CROSSINGS)
-    return write_results(page_of(dataset, fields), out, "sweep")
-
-
-def page_of(dataset: xr.Dataset, fields: Sequence[Field]) -> Page:
-    """Return the page of a prepared dataset and its fields."""
-    advice = advice_of(dataset)
-    ratings = [field for field in fields if field.rates_ics]
-    answer = answer_table(ratings[0], dataset) if ratings else None
-    note = [Section("", [Note(answer_note(ratings[0], dataset))])] if ratings else []
-    charts = sections(dataset, fields, advice)
-    title, text = str(dataset.attrs["title"]), summary(dataset, fields, advice)
-    return Page(title, text, chain(note, charts, _folded(dataset, fields)), answer)
-
-
-def _folded(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Folded | Section]:
-    """Yield tables, failures, cost and the campaign, shown on request."""
-    if not fields:
-        yield Section("", ["Nothing is computed yet."])
-    elif all_tables := list(tables(dataset, fields)):
-        yield Folded("Where numbers are large, and the largest", [Note(below(dataset, fields)), *all_tables])
-    if failures := failure_table(dataset):
-        yield Folded(f"Failed scenes ({dataset.attrs['failed']})", [failures])
-    if texts := list(filter(None, [cost(dataset), files(dataset)])):
-        yield Folded("Cost, and the file", texts)
-    yield Folded("The campaign", [Verbatim(str(dataset.attrs["campaign"]))])
-
-
-def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
-    """Yield all tables of numbers: where they exceed levels, correlations, largest numbers."""
-    axes = swept(axes_of(dataset))
-    for field in fields:
-        if axes and field.rates_ics:
-            yield crossing_table(field, axes) if is_grid(dataset) else share_table(field)
-        if axes and not is_grid(dataset):
-            yield correlation_table(field, axes)
-        yield worst_table(field, dataset)
-
-
-def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
-    """Return a note on the tables; empty where these need none."""
-    axes = swept(axes_of(dataset))
-    if axes and not is_grid(dataset):
-        return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
-    if not _has_crossings(dataset, fields):
-        return ""
-    small = " Small: where a level is exceeded most, then where least." if len(axes) > 1 else ""
-    name = main_axis(axes).name
-    return f"Places along {name} are interpolated linearly between scenes.{small} All places: `{CROSSINGS}`."
-
-
-def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
-    """Whether levels are exceeded along an axis of numbers."""
-    axes = swept(axes_of(dataset))
-    rated = any(field.rates_ics for field in fields)
-    return rated and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
-
-
-def cost(dataset: xr.Dataset) -> str:
-    """Return a sentence on the seconds of the scenes."""
-    seconds = dataset["seconds"].values
-    seconds = seconds[np.isfinite(seconds)]
-    if not seconds.size:
-        return ""
-    total = f"{np.sum(seconds):.3g} s together, without models that other scenes have solved"
-    if seconds.size == 1:
-        return f"The scene took {total.replace(' together', '')}."
-    return (
-        f"Scenes took {np.min(seconds):.2g} ... {np.max(seconds):.2g} s, {total}; the slowest: "
-        f"{'; '.join(slowest(dataset))}."
-    )
