@@ -1,7 +1,10 @@
-"""`femic contact` solves the contact of a scene with several ICs and writes the file, charts and report."""
+"""`femic contact` solves the contact of a scene with several ICs and writes the file, charts and report.
+
+For two or more scenes it also writes maps of where A and B-hat differ under the pressures of their contacts.
+"""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -9,7 +12,6 @@ from types import MappingProxyType
 import numpy as np
 import xarray as xr
 
-from compare.pages import contact_answers as sensitivity
 from compare.pages import contact_figures as figures
 from compare.pages.contact_answers import (
     KILONEWTON,
@@ -18,7 +20,7 @@ from compare.pages.contact_answers import (
     case_labels,
     numbers_table,
 )
-from compare.report.charts import chart_of
+from compare.report.charts import Map, chart_of
 from compare.report.looks import symbol_of
 from compare.report.parts import (
     Block,
@@ -31,12 +33,17 @@ from compare.report.parts import (
     write_page,
     write_results,
 )
-from compare.report.tables import Cell, Row, Table, changes_table, number_text
+from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
 from femic.cache import files as folders
+from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.contact.pairs.supports import REFERENCE, Sensitivity, sensitivities
 from femic.results.contact import ContactResults, others_of, reference_of, to_dataset, with_supports
 from femic.results.matrices import discounted
 from femic.scenes.scene import Scene
+
+# --- the page -------------------------------------------------------------------------------------------
+
 
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 GRIDS = (
@@ -44,11 +51,6 @@ GRIDS = (
     "; contact takes the mean of both. Smallest eigenvalue over the least IC of an element on itself: for "
     "given loads, of pressures without vertical load; for given approaches, of all pressures. It must be "
     "positive, or contacts are not unique."
-)
-MAPS = (
-    "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
-    "s / b. Colours: normal displacement with A minus B̂, over the largest with B̂. A uniform difference "
-    "changes the approach only; a varying one changes the pressures."
 )
 SYMBOLS = "; ".join(f"{one.symbol}: {one.meaning}" for one in OF_FRICTIONLESS.values()) + "."
 SIDEWAYS = 1e-3  # lateral force over load from which the summary mentions it
@@ -115,18 +117,6 @@ def _explanation(dataset: xr.Dataset, further: FurtherSolution | None) -> str:
         *_displaced_sentence(dataset),
     ]
     return " ".join([*sentences, further.note] if further else sentences)
-
-
-def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
-    """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
-    differences = sensitivity.differences(results)
-    page = Page(
-        f"Where A and B̂ differ: {', '.join(results)}",
-        sensitivity.sensitivity_summary(differences),
-        [Section("", [chart_of("sensitivity", *sensitivity.maps(differences)), MAPS])],
-        sensitivity.table(differences),
-    )
-    return write_page(page, folders.make(out) / "contact.html")
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -228,3 +218,101 @@ def _grids_table(results: ContactResults) -> Table:
             ]
         rows.append(Row(name, cells))
     return Table("grid", ["estimate", "asymmetry", "smallest eigenvalue", "s for C"], rows)
+
+
+# --- where A and B-hat differ under given pressures -----------------------------------------------------
+
+
+MAPS = (
+    "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
+    "s / b. Colours: normal displacement with A minus B̂, over the largest with B̂. A uniform difference "
+    "changes the approach only; a varying one changes the pressures."
+)
+
+
+def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
+    """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
+    cases = mutual_sensitivities(results)
+    page = Page(
+        f"Where A and B̂ differ: {', '.join(results)}",
+        sensitivity_summary(cases),
+        [Section("", [chart_of("sensitivity", *sensitivity_maps(cases)), MAPS])],
+        sensitivity_table(cases),
+    )
+    return write_page(page, folders.make(out) / "contact.html")
+
+
+def is_mapped(scene: Scene) -> bool:
+    """Return whether the contact of a scene is frictionless and solved with B-hat."""
+    return scene.contact.friction is None and REFERENCE in scene.contact.ics
+
+
+def shape_of(results: ContactResults) -> SolvedContact:
+    """Return the contact with B-hat to be mapped: at `contact.shape_load`, or at the largest load."""
+    contacts = [contact for (_, ics), contact in results.solved.contacts.items() if ics == REFERENCE]
+    shape_load = results.scene.contact.shape_load
+    if shape_load is None:
+        return max(contacts, key=lambda contact: contact.normal.load)
+    return min(contacts, key=lambda contact: abs(contact.normal.load - shape_load))
+
+
+def mutual_sensitivities(results: Mapping[str, ContactResults]) -> list[Sensitivity]:
+    """Return the differences under the pressures of every scene (row) on the patch of every scene."""
+    return list(sensitivities({name: shape_of(contacts) for name, contacts in results.items()}))
+
+
+def sensitivity_summary(cases: Sequence[Sensitivity]) -> str:
+    """Return how far A is off at worst, and which pressures that is under on each patch."""
+    worst = max(cases, key=lambda case: case.largest)
+    by_patch = {
+        patch: max((case for case in cases if case.patch == patch), key=lambda case: case.largest)
+        for patch in _patches(cases)
+    }
+    under = join_words(
+        f"on the patch of {patch} under the pressures of {case.pressures}" for patch, case in by_patch.items()
+    )
+    return (
+        f"Displacements with A are off by up to {worst.largest:.1%} of the largest with B̂, "
+        f"under the pressures of {worst.pressures} on the patch of {worst.patch}. A is furthest off {under}."
+    )
+
+
+def _patches(cases: Sequence[Sensitivity]) -> list[str]:
+    return list(dict.fromkeys(case.patch for case in cases))
+
+
+def sensitivity_table(cases: Sequence[Sensitivity]) -> Table:
+    """Return the range of differences, a row per pressures, a column per patch."""
+    patches = _patches(cases)
+    ranges = [
+        Cell(" ... ".join(number_text(100 * end(case.inside), "+.1f") for end in (np.min, np.max)))
+        for case in cases
+    ]
+    n = len(patches)
+    return Table(
+        "A over B̂, pressures of",
+        numbers(*(f"on the patch of {patch}" for patch in patches), unit="%"),
+        [Row(name, ranges[k * n : (k + 1) * n]) for k, name in enumerate(patches)],
+    )
+
+
+def sensitivity_maps(cases: Sequence[Sensitivity]) -> tuple[list[Map], int]:
+    """Return the maps, a row per pressures, a column per patch, and the number of columns."""
+    largest = 100 * max(case.largest for case in cases)
+    return [_map(case, largest) for case in cases], len(_patches(cases))
+
+
+def _map(case: Sensitivity, largest: float) -> Map:
+    x, s = (np.flatnonzero(case.on_patch.any(axis=axis)) for axis in (1, 0))
+    shown = np.where(case.on_patch, 100 * case.difference, np.nan)
+    return Map(
+        f"pressures of {case.pressures} on {case.patch}",
+        "x [mm]",
+        "s [mm]",
+        case.x[x[0] : x[-1] + 1],
+        case.s[s[0] : s[-1] + 1],
+        shown[x[0] : x[-1] + 1, s[0] : s[-1] + 1],
+        "A − B̂, over the largest [%]",
+        "diverging",
+        (-largest, largest),
+    )

@@ -61,7 +61,7 @@ def _planar(dataset: xr.Dataset) -> str:
     if PLANAR not in compared(dataset):
         return ""
     own = worst_of(dataset, PLANAR)
-    share = float(difference(dataset, PLANAR).sel(shift=own["shift"], side=own.side))
+    share = _difference_at(dataset, own, PLANAR)
     return f"; planar contact is off by up to {number_text(100 * share, '+.2g')} % ({_where(own)})"
 
 
@@ -105,10 +105,7 @@ def _worst_case(dataset: xr.Dataset) -> str:
         own = dataset.isel(peak)
         return f"The largest pressure is {float(own.p_max.max()):.0f} MPa, at {_where(own)}."
     own = worst_of(dataset, names[0])
-    best, share = (
-        best_of(dataset, own),
-        float(difference(dataset, names[0]).sel(shift=own["shift"], side=own.side)),
-    )
+    best, share = best_of(dataset, own), _difference_at(dataset, own, names[0])
     return (
         f"The worst is {_where(own)}, where the rail's inclination changes by "
         f"{float(own['angle'].sel(ics=best)):.0f} degrees across the patch: "
@@ -117,8 +114,13 @@ def _worst_case(dataset: xr.Dataset) -> str:
     )
 
 
+def _difference_at(dataset: xr.Dataset, own: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> float:
+    """Return a quantity of a contact with some ICs less that with the best, as a share."""
+    return float(difference(dataset, ics, quantity).sel(shift=own["shift"], side=own.side))
+
+
 def best_of(dataset: xr.Dataset, own: xr.Dataset, quantity: str = "p_max") -> str:
-    """Return the best ICs of a contact."""
+    """Return the best ICs of a contact, empty where there are none."""
     return str(reference_names(dataset, quantity).sel(shift=own["shift"], side=own.side).item())
 
 
@@ -130,8 +132,8 @@ def _creep_forces(dataset: xr.Dataset) -> str:
         return f"The largest F_x is {np.nanmax(np.abs(own.F_x)) / 1000:.1f} kN, at {_where(own)}."
     force = max((F_X, F_Y), key=lambda each: float(abs(difference(dataset, names[0], each)).max()))
     own, other = worst_of(dataset, names[0], force), worst_of(dataset, names[0], WORK)
-    share = abs(float(difference(dataset, names[0], force).sel(shift=own["shift"], side=own.side)))
-    of_work = abs(float(difference(dataset, names[0], WORK).sel(shift=other["shift"], side=other.side)))
+    share = abs(_difference_at(dataset, own, names[0], force))
+    of_work = abs(_difference_at(dataset, other, names[0], WORK))
     return (
         f"Creep forces differ by {100 * share:.2g} % of friction times load at most ({_where(own)}: "
         f"{force.symbol} {_pair(dataset, own, names[0], force)}), the work of friction by "
@@ -190,7 +192,7 @@ def _answer(dataset: xr.Dataset, name: str, quantity: Quantity) -> list[Cell | s
     """Return the cells of some ICs and a quantity."""
     own = worst_of(dataset, name, quantity)
     best = best_of(dataset, own, quantity.name)
-    share = float(difference(dataset, name, quantity).sel(shift=own["shift"], side=own.side))
+    share = _difference_at(dataset, own, name, quantity)
     within = [shifts_within(dataset, name, limit, quantity).removeprefix("at ") for limit in LIMITS]
     values = [
         Cell(quantity.per_unit * float(own[quantity.name].sel(ics=each)), quantity.form)
@@ -272,10 +274,7 @@ def pressure_table(dataset: xr.Dataset) -> Table:
     rows = []
     for label, own in _rows(dataset):
         cells = [Cell(float(own.p_max.sel(ics=n)), ".1f", _estimate(own, n)) for n in names]
-        shares = [
-            Cell(100 * float(difference(dataset, n).sel(shift=own["shift"], side=own.side)), "+.2f")
-            for n in compared(dataset)
-        ]
+        shares = [Cell(100 * _difference_at(dataset, own, n), "+.2f") for n in compared(dataset)]
         rows.append(Row(label, [*cells, *shares]))
     heads = [Column(f"p_max, {symbol_of(name)}", "MPa") for name in names]
     further = [Column(f"{symbol_of(name)} differs", "%") for name in compared(dataset)]
@@ -370,7 +369,7 @@ def rolling_patch_table(dataset: xr.Dataset) -> Table:
     """Return forces, slip and work of the areas that roll, with the best ICs."""
     rows = []
     for label, own in _rows(dataset):
-        best = str(reference_names(dataset, "F_x").sel(shift=own["shift"], side=own.side).item())
+        best = best_of(dataset, own, "F_x")
         if not best:
             continue
         with_best = own.sel(ics=best)
@@ -421,7 +420,7 @@ def force_table(dataset: xr.Dataset) -> Table:
     """Return the creep forces of all contacts with the best ICs, with their estimated errors."""
     rows = []
     for label, own in _rows(dataset):
-        best = str(reference_names(dataset, "F_x").sel(shift=own["shift"], side=own.side).item())
+        best = best_of(dataset, own, "F_x")
         if not best:
             continue
         with_best = own.sel(ics=best)

@@ -20,9 +20,8 @@ from geometries.errors import WrongInput
 with lazy_imports():
     from compare.campaigns import maps as c_map
     from compare.pages import contact as page
-    from compare.pages import contact_answers as sensitivity
-    from compare.pages import finite_elements as beside
-    from compare.pages import friction_pages as pages
+    from compare.pages import finite_elements as fe_page
+    from compare.pages import friction_pages
     from compare.studies import contact_advice, contact_frontier
     from femic.advice import expected
     from femic.contact.pairs import supports
@@ -52,16 +51,14 @@ def contact(
     questions = {loaded.name: question_of(loaded) for loaded in scenes if not ics and is_chosen(loaded)}
     for loaded in scenes:
         compute.require_solvable(loaded)  # raises before any work starts
-        pages.require_page(loaded)
+        friction_pages.require_page(loaded)
         if not ics and loaded.ics == AUTO and not loaded.want:
             raise WrongInput(
                 "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
             )
         if loaded.name in questions:
             contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
-    mapped = [
-        loaded.name for loaded in scenes if sensitivity.is_mapped(loaded) and loaded.name not in questions
-    ]
+    mapped = [loaded.name for loaded in scenes if page.is_mapped(loaded) and loaded.name not in questions]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.folders_of(scenes, map_folders)
     console, contacts = terminal(), {}
@@ -114,7 +111,7 @@ def _write_frictionless(
 ) -> Path:
     """Write the page of contact without friction; return its path."""
     others = supports.changed_supports(contacts.solved, options)
-    stored = beside.stored_solution(contacts, options.store)
+    stored = fe_page.stored_solution(contacts, options.store)
     return page.write_contact(contacts, folder, others, stored, choice=choice)
 
 
@@ -122,4 +119,4 @@ def _write_with_friction(scene: Scene, folder: Path, options: RunOptions, choice
     """Solve a contact with friction and write its page; return its path."""
     dataset = friction_compute.compute_with_friction(scene, options)
     dataset = friction_supports.with_supports(scene, dataset, options).assign_attrs(choice=choice)
-    return pages.PAGES[scene.contact.motion].write(dataset, folder)
+    return friction_pages.PAGES[scene.contact.motion].write(dataset, folder)

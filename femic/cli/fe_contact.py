@@ -13,10 +13,8 @@ from femic.scenes.load import load_scene
 with lazy_imports():
     from compare.campaigns import maps as c_map
     from compare.pages import contact as page
-    from compare.pages import finite_elements as beside
     from compare.pages import finite_elements as fe_page
     from femic.results import contact as compute
-    from femic.results import contact as dataset
     from femic.results import finite_elements as fe_compute
 
 
@@ -39,10 +37,10 @@ def fe_contact(
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
         with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
-        fe_dataset = fe_compute.compute_fe_contact(loaded, dataset.to_dataset(with_ics), options, cells)
+        fe_dataset = fe_compute.compute_fe_contact(loaded, compute.to_dataset(with_ics), options, cells)
         report = fe_page.write_fe_contact(fe_dataset, folder)
         with_both = page.write_contact(
-            with_ics, folder, further=beside.stored_solution(with_ics, options.store)
+            with_ics, folder, further=fe_page.stored_solution(with_ics, options.store)
         )
     for path in (report, with_both):
         announce(path, console)

@@ -19,9 +19,8 @@ with lazy_imports():
     from compare.pages import contact_frontier as contact_page
     from compare.pages import frontier as page
     from compare.studies import contact_advice
-    from compare.studies import contact_frontier as contact_compute
-    from compare.studies import frontier as advice
-    from compare.studies import frontier as compute
+    from compare.studies import contact_frontier as contact_study
+    from compare.studies import frontier as study
     from femic.advice import expected
 
 Wanted = Annotated[
@@ -53,18 +52,18 @@ def frontier(
     folder, console = work.folder(loaded), terminal()
     if names is None:
         changes = {"components": components.split(",")} if components else {}
-        request = compute.FrontierRequest.all(budget, changes)
+        request = study.FrontierRequest.all(budget, changes)
         load_scene(scene, changes)  # raises before any work starts
         with work.options(folder, console) as options:
-            computed = compute.compute_frontier(scene, request, options)
+            computed = study.compute_frontier(scene, request, options)
             report = page.write_frontier(computed, folder)
         text = page.summary(computed)
     else:
-        of_contact = contact_compute.ContactRequest(names, budget)
-        contact_compute.require_comparable(loaded, names)
+        of_contact = contact_study.ContactRequest(names, budget)
+        contact_study.require_comparable(loaded, names)
         maps = c_map.maps_of_scene(loaded)
         with work.options(folder, console) as options:
-            computed = contact_compute.compute_contact_frontier(scene, of_contact, options, maps)
+            computed = contact_study.compute_contact_frontier(scene, of_contact, options, maps)
             report = contact_page.write_contact_frontier(computed, folder)
         text = contact_page.summary(computed)
     console.print(text)
@@ -138,15 +137,15 @@ def advise(
     folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH)
     if names is None:
         named = tuple(subject.components.split(",")) if subject.components else loaded.components
-        question = advice.Question(subject.body or loaded.compared[0], named, largest)
+        question = study.Question(subject.body or loaded.compared[0], named, largest)
         with work.options(folder, console) as options:
-            _, computed = advice.frontier_for(scene, question, options)
-        answer = advice.advise(computed, question)
+            _, computed = study.frontier_for(scene, question, options)
+        answer = study.advise(computed, question)
         console.print(page.evidence(computed, answer))
-        console.print(advice.sentence(answer))
+        console.print(study.sentence(answer))
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
-    contact_compute.require_comparable(loaded, of_contact.wants)
+    contact_study.require_comparable(loaded, of_contact.wants)
     expect = None if subject.solve else expected.expect
     maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
     with work.options(folder, console) as options:

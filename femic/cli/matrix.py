@@ -14,10 +14,9 @@ from geometries.patches import COMPONENTS
 
 with lazy_imports():
     from compare.pages import matrix as page
-    from compare.studies import frontier as advice
-    from compare.studies import frontier as choice
+    from compare.studies import frontier
     from femic.results import export as exports
-    from femic.results import matrices as jobs
+    from femic.results import matrices
 
 
 def matrix(
@@ -31,7 +30,7 @@ def matrix(
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""
     loaded = load_scene(scene)
-    jobs.require_matrices(loaded)
+    matrices.require_matrices(loaded)
     folder = work.folder(loaded)
     console = terminal()
     with work.options(folder, console) as options:
@@ -67,8 +66,8 @@ def export(
     exports.require_exportable(loaded, exports.ExportSpecification(ics_name, discount))
     with work.options(folder, console) as options:
         if ics_name == AUTO:
-            question = advice.Question("combined", COMPONENTS, loaded.ics_tolerance)
-            chosen = choice.choose(scene, question, options)
+            question = frontier.Question("combined", COMPONENTS, loaded.ics_tolerance)
+            chosen = frontier.choose(scene, question, options)
             ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
             loaded = load_scene(scene, changes)
             console.print(chosen.sentence, soft_wrap=True)

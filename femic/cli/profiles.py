@@ -25,7 +25,6 @@ from geometries.profiles.standards import NAMED
 
 with lazy_imports():
     from compare.pages import profiles as page
-    from compare.pages import profiles as places
     from femic.results import profiles as understood
 
 ARGUMENTS = re.compile(
@@ -97,7 +96,7 @@ def profiles(
         return
     ones = [_understood(name, options) for name in names]
     _check([one.file for one in ones], [one.kind for one in ones], write)
-    targets = places.folders_of(ones, out or OUT / "profiles")
+    targets = page.folders_of(ones, out or OUT / "profiles")
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)

@@ -32,11 +32,9 @@ FIELDS = ".vtu"  # suffix of files of displacements and stresses
 SolidName = Literal["lower", "upper"]
 
 with lazy_imports():
-    from compare.pages import fields
+    from compare.pages import fields, overlay_sources
     from compare.pages import ics as ics_run
     from compare.pages import overlay as page
-    from compare.pages import overlay_sources as overlay_results
-    from compare.pages import overlay_sources as sources
     from compare.studies import frontier as choice
     from femic.cli import plan as plan_tables
     from femic.cli import points
@@ -82,19 +80,19 @@ def compare(
     """
     _require_scenes(scene)
     stores = [item for argument in scene for item in points.scenes_of(argument, results).items()]
-    scene_sources = sources.sources([path for path, _ in stores], results)
-    sources.common(scene_sources)  # raises before any work starts
+    scene_sources = overlay_sources.sources([path for path, _ in stores], results)
+    overlay_sources.common(scene_sources)  # raises before any work starts
     folder = page.folder_of(scene_sources, out, results)
     console = terminal()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
         folders.require_usable(used)
     for source, (_, own_store) in zip(scene_sources, stores, strict=True):
-        if source.scene is not None and not sources.up_to_date(source):
+        if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing")
             work = Work(source.folder, workers, store or own_store)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
-        report = page.write(overlay_results.load(scene_sources), folder)
+        report = page.write(overlay_sources.load(scene_sources), folder)
     announce(report, console)
 
 

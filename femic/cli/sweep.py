@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
 with lazy_imports():
     from compare.campaigns import cluster, collected, integrity, plan, run
-    from compare.campaigns import cluster as schedulers
-    from compare.campaigns import integrity as reading
-    from compare.campaigns import plan as checks
     from compare.campaigns.report import page
     from femic.cli import campaign_progress, points
 
@@ -76,7 +73,7 @@ def sweep(
     loaded, console = load_campaign(campaign), terminal()
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
-    address = None if scheduler is None else schedulers.address_of(scheduler)
+    address = None if scheduler is None else cluster.address_of(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
         for path in points.write_scenes(loaded, options.write, folder):
@@ -85,7 +82,7 @@ def sweep(
     if options.page:
         _write_page(_undamaged(folder), folder, console)
         return
-    for combination in checks.require_computable(loaded):
+    for combination in plan.require_computable(loaded):
         console.print(f"note: a scene that will fail: {combination}", soft_wrap=True)
     store = store_at(work.store, folder)
     if options.plan:
@@ -93,7 +90,7 @@ def sweep(
         return
     folders.require_usable(folder)
     if address is not None:
-        schedulers.require_scheduler(address)
+        cluster.require_scheduler(address)
 
     def note(message: str) -> None:
         console.print(message, soft_wrap=True)
@@ -109,12 +106,12 @@ def sweep(
     _print_outcome(dataset, progress, console)
     if len(dataset.failures) == loaded.size and not dataset.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
-    _write_page(reading.open_sweep(dataset.path), folder, console)
+    _write_page(integrity.open_sweep(dataset.path), folder, console)
 
 
 def _undamaged(folder: Path) -> xr.Dataset:
     """Return the dataset in a folder; raise Failure where there is none, or a damaged one."""
-    path = reading.file_in(folder)
+    path = integrity.file_in(folder)
     if not path.exists():
         raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
     return integrity.open_undamaged(path)

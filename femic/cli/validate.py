@@ -15,8 +15,7 @@ from geometries.errors import WrongInput
 with lazy_imports():  # those of `extremes` need the extra femic[extremes]
     from compare.validation.extremes import engines
     from compare.validation.extremes import page as extremes_page
-    from compare.validation.statements import page as validation
-    from compare.validation.statements import page as verdicts
+    from compare.validation.statements import page as statements_page
     from compare.validation.statements import runs
 
 TOLERANCE = 1e-3  # of C, by default
@@ -35,11 +34,11 @@ def validate(
     """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
     if not TIGHTEST <= tolerance <= LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
-    numbers = verdicts.selection(only)
+    numbers = statements_page.selection(only)
     folder = work.out or Path("out") / "validation"
     console = terminal()
     with work.options(folder, console) as options:
-        report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
+        report = statements_page.validate(numbers, runs.Runs(options, tolerance), folder)
     announce(report, console)
 
 

@@ -13,7 +13,7 @@ from femic.contact.loading import Loading
 from femic.damage.estimates import RollingSolution, Solved, estimated_errors
 from femic.damage.fatigue import aspect_of, shakedown, surface_index, t_gamma
 from femic.damage.specification import ENERGY, MOST_STEPS, NO_SPEED, DamageSpecification
-from femic.damage.wear import Sliding, depth, regimes, sliding_of, utilised_friction
+from femic.damage.wear import depth, regimes, sliding_of, utilised_friction
 from femic.damage.worn import BodyWear, Operation, UnstableSteps, WearSteps, WornContact, worn_contacts
 from femic.results.stressed_contact import EstimatedRolling
 from geometries.arrays import Array
@@ -42,14 +42,14 @@ class Damage:
     regimes: Mapping[str, float]
 
 
-def damage_of(rolling: EstimatedRolling, specification: DamageSpecification) -> Damage:
+def compute_damage(rolling: EstimatedRolling, specification: DamageSpecification) -> Damage:
     """Return the wear and fatigue numbers of a contact in steady rolling, with their estimated errors."""
     own = _solved(rolling.own, specification)
     others = [
         [None if one is None else _solved(one, specification) for one in ones]
         for ones in (rolling.larger, rolling.changed)
     ]
-    sliding = _sliding(rolling.own.contact, specification)
+    sliding = sliding_of(rolling.own.contact, specification.rolling_speed)
     by_regime = regimes(replace(sliding, speed=NO_SPEED), specification.twin_disc.transitions)
     return Damage(
         own.numbers,
@@ -63,7 +63,7 @@ def damage_of(rolling: EstimatedRolling, specification: DamageSpecification) -> 
 def _solved(solution: RollingSolution, specification: DamageSpecification) -> Solved:
     """Return a contact with its wear and fatigue numbers."""
     contact = solution.contact
-    sliding = _sliding(contact, specification)
+    sliding = sliding_of(contact, specification.rolling_speed)
     shares = t_gamma(solution.problem, solution.rolling)
     numbers = {
         "xi": float(solution.rolling.creepages.longitudinal),
@@ -76,10 +76,6 @@ def _solved(solution: RollingSolution, specification: DamageSpecification) -> So
         **_limits(contact, specification),
     }
     return Solved(solution, numbers)
-
-
-def _sliding(contact: FrictionalContact, specification: DamageSpecification) -> Sliding:
-    return sliding_of(contact, specification.rolling_speed)
 
 
 def _limits(contact: FrictionalContact, specification: DamageSpecification) -> dict[str, float]:
@@ -104,7 +100,7 @@ def _limits(contact: FrictionalContact, specification: DamageSpecification) -> d
 
 
 @dataclass(frozen=True, eq=False)
-class Worn:
+class Wear:
     """Depths [mm] worn off the lower and the upper body, (2, n_s), and what becomes of the contact.
 
     `estimates` [mm], (2,), are estimated errors of the largest depths by the size of steps. `p_max` [MPa] and
@@ -120,7 +116,7 @@ class Worn:
     steps: int
 
 
-def worn_of(solution: RollingSolution, specification: DamageSpecification) -> Worn:
+def compute_wear(solution: RollingSolution, specification: DamageSpecification) -> Wear:
     """Return what wear by the work of friction makes of a contact under its load and longitudinal force.
 
     Both bodies lose their share in each step, and the next contact has the gap of both. There are twice as
@@ -141,7 +137,7 @@ def worn_of(solution: RollingSolution, specification: DamageSpecification) -> Wo
         break
     first, last = fine[0], fine[-1]
     deepest = [np.max(_depths(contacts), axis=1) for contacts in (larger, fine)]
-    return Worn(
+    return Wear(
         _depths(fine),
         np.asarray(np.abs(deepest[1] - deepest[0])),
         (_p_max(first), _p_max(last)),
@@ -161,15 +157,12 @@ def _contacts(
         specification.rolling_speed,
         {"longitudinal": float(solution.contact.force[0])},
     )
-    return list(worn_contacts(solution.problem, operation, _steps_of(specification, number)))
-
-
-def _steps_of(specification: DamageSpecification, number: int) -> WearSteps:
     law = specification.laws[ENERGY]
     lower, upper = (
         BodyWear(law, passages / number) for passages in (specification.passages, specification.revolutions)
     )
-    return WearSteps(number, lower, upper, spread=specification.spread)
+    steps = WearSteps(number, lower, upper, spread=specification.spread)
+    return list(worn_contacts(solution.problem, operation, steps))
 
 
 def _depths(contacts: Sequence[WornContact]) -> Array:

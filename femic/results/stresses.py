@@ -17,7 +17,7 @@ from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
 from femic.damage.specification import CONSTANTS
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import PREFIXES, provenance
-from femic.results.damage import Damage, Worn, damage_of, worn_of
+from femic.results.damage import Damage, Wear, compute_damage, compute_wear
 from femic.results.stressed_contact import Contacts, Lattice, lattice_below, require_stresses, solve_contacts
 from femic.scenes.scene import Scene, StressSpecification
 from femic.stresses.engine import StressSettings, stress_field
@@ -68,7 +68,7 @@ class StressResults:
     contacts: Contacts
     bodies: Mapping[str, BodyStresses]
     damage: Mapping[str, Damage]
-    worn: Mapping[str, Worn]
+    worn: Mapping[str, Wear]
     seconds: float
 
 
@@ -88,12 +88,12 @@ def compute_stresses(
     worn = {}
     for name, one in contacts.rolling.items() if scene.damage.wears else ():
         options.watch.on_stage(f"  wear with {name}")
-        worn[name] = worn_of(one.own, scene.damage)
+        worn[name] = compute_wear(one.own, scene.damage)
     bodies = {}
     for body in BODIES:
         options.watch.on_stage(f"  stresses in the {body} body")
         bodies[body] = _body_stresses(contacts, body, scene, options)
-    damage = {name: damage_of(one, scene.damage) for name, one in contacts.rolling.items()}
+    damage = {name: compute_damage(one, scene.damage) for name, one in contacts.rolling.items()}
     return StressResults(scene, contacts, bodies, damage, worn, perf_counter() - start)
 
 

@@ -25,8 +25,8 @@ from femic.results.wheelset_contacts import (
     grids_in,
     is_mirrored,
     labelled,
-    quiet,
     top_of,
+    without_grid_reports,
 )
 from femic.scenes.scene_table import SceneTable
 from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET
@@ -303,7 +303,7 @@ def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label
         return entry
     start = perf_counter()
     contact = study.specification.contact
-    entry = _entry(roll(sides, contact.load, rolling, contact.ics, quiet(options)))
+    entry = _entry(roll(sides, contact.load, rolling, contact.ics, without_grid_reports(options)))
     options.watch.on_stage(f"{label}: {_creepage_text(entry)}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry

@@ -291,13 +291,13 @@ def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
         options.watch.on_stage(f"{label}: stored by an earlier run")
         return entry
     start = perf_counter()
-    entry = _entry(contact_at(where, rail, wheel, study.request, quiet(options)))
+    entry = _entry(contact_at(where, rail, wheel, study.request, without_grid_reports(options)))
     options.watch.on_stage(f"{label}: {_pressure_text(entry)}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
 
 
-def quiet(options: RunOptions) -> RunOptions:
+def without_grid_reports(options: RunOptions) -> RunOptions:
     """Return options without reports of grids; models of C are reported."""
     return replace(options, watch=replace(options.watch, on_stage=lambda _: None))
 

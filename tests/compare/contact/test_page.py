@@ -7,10 +7,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages import contact_answers as sensitivity
 from compare.pages import contact_figures as figures
-from compare.pages.contact import summary, write_contact, write_sensitivity
-from compare.pages.contact_answers import NO_BREAK, answer_table, case_labels, numbers_table, shape_of
+from compare.pages.contact import (
+    mutual_sensitivities,
+    sensitivity_maps,
+    sensitivity_summary,
+    sensitivity_table,
+    shape_of,
+    summary,
+    write_contact,
+    write_sensitivity,
+)
+from compare.pages.contact_answers import NO_BREAK, answer_table, case_labels, numbers_table
 from compare.report import interactive
 from compare.report.tables import with_estimate
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
@@ -249,9 +257,9 @@ def test_maps_show_displacements_with_a_minus_displacements_with_bhat(results, t
 
 def test_summary_names_the_worst_pressures_on_each_patch(results):
     """Those of `wide`, which are spread, on both, as [BVSV] says."""
-    cases = sensitivity.differences(results)
+    cases = mutual_sensitivities(results)
     largest = {(one.pressures, one.patch): np.max(np.abs(one.inside)) for one in cases}
-    text = sensitivity.sensitivity_summary(cases)
+    text = sensitivity_summary(cases)
     assert len(sentences(text)) <= 3
     assert f"off by up to {max(largest.values()):.1%} of the largest" in text
     for scene in results:
@@ -261,8 +269,8 @@ def test_summary_names_the_worst_pressures_on_each_patch(results):
 
 
 def test_maps_and_their_table_have_the_differences_on_the_patches_in_percent(results):
-    cases = sensitivity.differences(results)
-    (maps, columns), rows = sensitivity.maps(cases), sensitivity.table(cases).rows
+    cases = mutual_sensitivities(results)
+    (maps, columns), rows = sensitivity_maps(cases), sensitivity_table(cases).rows
     assert columns == 2
     assert [row.name for row in rows] == ["wide", "tall"]
     cells = [cell for row in rows for cell in row.filled]

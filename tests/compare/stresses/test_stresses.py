@@ -18,7 +18,7 @@ from femic.damage.wear import depth, sliding_of, utilised_friction
 from femic.reference.run_options import RunOptions, Watch
 from femic.results import stressed_contact as lattice
 from femic.results import stressed_contact as module
-from femic.results.damage import damage_of
+from femic.results.damage import compute_damage
 from femic.results.stressed_contact import require_stresses, with_one_contact
 from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, Peak, compute_stresses, to_dataset
 from femic.scenes.errors import BadScene
@@ -143,7 +143,7 @@ def test_estimates_contain_what_the_linearised_distance_does(rolling):
     )
     moved = abs(exact.normal.p.max() - linear.normal.p.max())
     known, without = (
-        damage_of(one, results.scene.damage).errors for one in (solved, replace(solved, changed=()))
+        compute_damage(one, results.scene.damage).errors for one in (solved, replace(solved, changed=()))
     )
     assert known["p_max"] - without["p_max"] == pytest.approx(moved, rel=0.1)
     forces = [one.contact.force[0] for one in (solved.own, solved.changed[0])]
@@ -155,7 +155,7 @@ def numbers_with(rolling, **damage):
     """The numbers of the contact with B-hat, and its errors, with a table [damage]."""
     results, _, _ = rolling
     specification = with_tables(scene(**ROLLING), damage=damage).damage
-    found = damage_of(results.contacts.rolling["Bhat"], specification)
+    found = compute_damage(results.contacts.rolling["Bhat"], specification)
     return dict(found.numbers), dict(found.errors)
 
 
@@ -202,10 +202,10 @@ def test_yield_stress_changes_shakedown_and_surface_fatigue_alone(rolling):
 def test_transitions_of_twin_discs_bound_the_regimes(rolling):
     results, _, _ = rolling
     contact = results.contacts.rolling["Bhat"]
-    most = float(damage_of(contact, results.scene.damage).power_density.max())
+    most = float(compute_damage(contact, results.scene.damage).power_density.max())
     for limits, regime in (([2 * most, 3 * most], "mild"), ([most / 1e6, 2 * most], "severe")):
         specification = with_tables(scene(**ROLLING), damage={"twin_disc": {"transitions": limits}}).damage
-        assert damage_of(contact, specification).regimes[regime] == pytest.approx(1.0, abs=1e-3)
+        assert compute_damage(contact, specification).regimes[regime] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_weights_of_dang_van_reach_the_stress(rolling):

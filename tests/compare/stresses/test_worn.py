@@ -12,7 +12,7 @@ from femic.damage.estimates import RollingSolution
 from femic.damage.laws import STEEL_DENSITY, EnergyLaw
 from femic.damage.specification import DamageSpecification
 from femic.results import damage as module
-from femic.results.damage import worn_of
+from femic.results.damage import compute_wear
 from femic.results.stressed_contact import require_stresses
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
@@ -36,7 +36,7 @@ def damage(**keys):
 
 def test_each_body_loses_its_share_of_the_work(solution):
     """Between that of the new and that of the worn contact, which hardly differ."""
-    worn = worn_of(solution, damage(passages=240.0, revolutions=80.0, steps=4))
+    worn = compute_wear(solution, damage(passages=240.0, revolutions=80.0, steps=4))
     section = np.sum(worn.depths, axis=1) * solution.contact.problem.grid.ds
     assert section[0] == pytest.approx(3 * section[1], rel=1e-12)
     joules = section[0] * STEEL_DENSITY / (0.7e-3 * 240.0)
@@ -45,7 +45,7 @@ def test_each_body_loses_its_share_of_the_work(solution):
 
 
 def test_the_contact_is_that_of_the_scene(solution):
-    worn = worn_of(solution, damage(passages=240.0, steps=4))
+    worn = compute_wear(solution, damage(passages=240.0, steps=4))
     assert worn.p_max[0] == pytest.approx(np.max(solution.contact.p[..., 2]), rel=1e-4)
     work = np.sum(solution.contact.dissipation) * solution.contact.problem.grid.area
     assert worn.work[0] == pytest.approx(work, rel=1e-4)
@@ -54,8 +54,8 @@ def test_the_contact_is_that_of_the_scene(solution):
 
 
 def test_estimates_bound_the_error_by_steps(solution):
-    exact = np.max(worn_of(solution, damage(passages=240.0, steps=32)).depths[0])
-    worn = worn_of(solution, damage(passages=240.0, steps=4))
+    exact = np.max(compute_wear(solution, damage(passages=240.0, steps=32)).depths[0])
+    worn = compute_wear(solution, damage(passages=240.0, steps=4))
     assert worn.steps == 4
     error = abs(np.max(worn.depths[0]) - exact)
     assert 0 < error < worn.estimates[0] < 4 * error
@@ -63,11 +63,11 @@ def test_estimates_bound_the_error_by_steps(solution):
 
 
 def test_there_are_more_steps_where_so_few_are_not_stable(solution, monkeypatch):
-    worn = worn_of(solution, damage(passages=20_000.0, steps=2))
+    worn = compute_wear(solution, damage(passages=20_000.0, steps=2))
     assert worn.steps in {4, 8, 16, 32, 64, 128}
     monkeypatch.setattr(module, "MOST_STEPS", worn.steps - 1)
     with pytest.raises(WrongInput, match=r"steps of wear are needed; passages = .* per step"):
-        worn_of(solution, damage(passages=20_000.0, steps=2))
+        compute_wear(solution, damage(passages=20_000.0, steps=2))
 
 
 @pytest.mark.parametrize("spread", [1.0, 30.0])
@@ -88,4 +88,4 @@ def test_wear_that_spreads_beyond_the_grid_is_refused_before_any_work(spread, tm
 
 def test_wear_that_reaches_the_ends_of_the_grid_is_refused_by_its_key(solution):
     with pytest.raises(WrongInput, match=r"damage\.spread = 0\.6 mm: wear reaches the ends of the grid"):
-        worn_of(solution, damage(passages=240.0, steps=4, spread=0.6))
+        compute_wear(solution, damage(passages=240.0, steps=4, spread=0.6))
