@@ -170,7 +170,6 @@ def _first_points(campaign: Campaign) -> Iterator[Point]:
 
 
 SEPARATORS = ",;\t"
-LONGEST = csv.field_size_limit()  # characters of a cell
 WITH_COMMA = re.compile(r"[+-]?([0-9]+,[0-9]*|,[0-9]+)([eE][+-]?[0-9]+)?")
 WITH_POINT = re.compile(r"[+-]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 

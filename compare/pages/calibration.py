@@ -395,7 +395,7 @@ def _lean(calibrated: Calibrated, s: Array) -> Array:
 
 
 def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Array:
-    """Return a component of both bodies [mm/N], (n,), at points: C, an approximation or one of `EXTRA`."""
+    """Return a component of both bodies [mm/N], (n,), at points: C, an approximation or one of `C_BESIDE`."""
     i, j = indices(component)
     c = reference_of(calibrated.results, "combined").ic[i, j, part]
     x, s = calibrated.results.points.x[part], calibrated.results.points.s[part]

@@ -431,7 +431,7 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Chart:
 
 
 def _marks(variant_errors: xr.Dataset, seconds: float, look: Look, scene: Scene) -> Iterator[Curve]:
-    """Yield a mark per component, hollow if it vanishes in C: its error is then a of 0.05 max |C_nn|."""
+    """Yield a mark per component, hollow where it vanishes in C: the error is a share of 0.05 max |C_nn|."""
     worst, name = variant_errors.error.max("line"), str(variant_errors.variant.item())
     hollow_look = replace(look, dash="", marker=f"{look.marker.removesuffix('-open')}-open")
     for hollow, mark in ((True, hollow_look), (False, replace(look, dash=""))):

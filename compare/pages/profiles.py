@@ -49,7 +49,7 @@ def summary(understood: Understood) -> str:
     what = f"{understood.source}: a curve {understood.length:.1f} mm long"
     if understood.is_exact:
         return f"Standard {what} from the gauge side to the field side. {figure.notes[0]}"
-    axes = "; ".join(_without_stop(note) for note in figure.notes if note.startswith((UNIT, Y, Z)))
+    axes = "; ".join(note.removesuffix(".") for note in figure.notes if note.startswith((UNIT, Y, Z)))
     return (
         f"A {understood.kind}, {what} from the gauge side to the field side. "
         f"{axes.replace(f'; {Y}', '; y').replace(f'; {Z}', ', z')}. {_smoothing(figure)}"
@@ -112,10 +112,6 @@ def _sections(understood: Understood) -> Iterator[Section | Folded]:
 def _smoothing(figure: ProfileFigure) -> str:
     """Return the sentence about the smoothing."""
     return next(note for note in figure.notes if note.startswith((SMOOTHED, THROUGH)))
-
-
-def _without_stop(note: str) -> str:
-    return note.removesuffix(".")
 
 
 def _at(figure: ProfileFigure, k: int) -> list[str | Cell]:

@@ -9,13 +9,12 @@ from matplotlib.figure import Figure
 
 from femic.cache.files import replacing
 
-FORMATS = "pdf", "png", "svg"
 _further: ContextVar[tuple[str, ...]] = ContextVar("further formats of figures", default=())
 
 
 @contextmanager
 def figures_as(formats: Sequence[str]) -> Iterator[None]:
-    """Write every figure also in further formats, of `FORMATS`, within this context."""
+    """Write every figure also in further formats, such as "pdf" and "png", within this context."""
     token = _further.set(tuple(formats))
     try:
         yield

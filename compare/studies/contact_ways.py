@@ -288,11 +288,11 @@ def _with_friction(scene: Scene, options: RunOptions, given: Mapping[str, Any]) 
 def _numbers(dataset: xr.Dataset) -> xr.Dataset:
     """Return the numbers of a dataset of contacts with their estimates, without maps and pressures."""
     dimensions = {"case", "friction", "point", "ics"}
-    names = [str(name)[len("estimate_") :] for name in dataset.data_vars if str(name).startswith("estimate_")]
+    names = [str(name).removeprefix(ESTIMATE) for name in dataset.data_vars if str(name).startswith(ESTIMATE)]
     kept = [
         prefix + name
         for name in names
-        for prefix in ("", "estimate_")
+        for prefix in ("", ESTIMATE)
         if prefix + name in dataset and dimensions.issuperset(dataset[prefix + name].dims)
     ]
     return dataset[kept].drop_attrs()

@@ -99,7 +99,7 @@ def compute_stresses(
 
 def _body_stresses(contacts: Contacts, name: str, scene: Scene, options: RunOptions) -> BodyStresses:
     lattice, start = lattice_below(contacts, name), perf_counter()
-    part = _stored_field(contacts, name, scene.stresses, options)
+    part = _stored_field(contacts, name, lattice, scene.stresses, options)
     stresses = {
         source: lattice.split(np.asarray(part.stress.sel(source=source))) for source in part.source.values
     }
@@ -119,14 +119,10 @@ def _with_fatigue(stresses: Mapping[str, Array], estimate: Array, criterion: Dan
 
 
 def _stored_field(
-    contacts: Contacts, name: str, wanted: StressSpecification, options: RunOptions
+    contacts: Contacts, name: str, lattice: Lattice, wanted: StressSpecification, options: RunOptions
 ) -> xr.Dataset:
     """Return the stresses in a body at all points of its lattice, from the store if they are there."""
-    body, lattice, reference = (
-        contacts.problem.bodies[name],
-        lattice_below(contacts, name),
-        contacts.reference,
-    )
+    body, reference = contacts.problem.bodies[name], contacts.reference
     loads = {
         ics: contacts.on_body(name, ics)
         for ics in dict.fromkeys((reference, "A"))
@@ -274,7 +270,7 @@ def largest_below(body: BodyStresses, source: str, name: str) -> dict[str, float
 
 def section_of(vm: Array) -> int:
     """Return the number along x of the section through the largest of values (n_x, n_s, n_d)."""
-    return int(np.unravel_index(int(np.argmax(vm)), vm.shape)[0])
+    return _place_of_largest(vm)[0]
 
 
 def _numbers(body: BodyStresses, contacts: Contacts) -> xr.Dataset:
