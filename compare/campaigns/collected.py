@@ -241,7 +241,7 @@ class Collected:
         self._differing = {
             str(dim)
             for dim, labels in self.template.coords.items()
-            if list(labels.values) == _numbered(str(dim), labels.size)
+            if list(labels.values) == _number_labels(str(dim), labels.size)
         }
         self._arrays = SceneArrays.extended(path, shape, swept, map(str, self.template.data_vars))
         self.write()
@@ -307,12 +307,12 @@ class Collected:
     def _labels(self) -> dict[str, Any]:
         """Return the coordinates of the dims that scenes have by themselves."""
         return {
-            str(dim): _numbered(str(dim), labels.size) if dim in self._differing else labels
+            str(dim): _number_labels(str(dim), labels.size) if dim in self._differing else labels
             for dim, labels in self.template.coords.items()
         }
 
 
-def _numbered(dim: str, size: int) -> list[str]:
+def _number_labels(dim: str, size: int) -> list[str]:
     """Return labels of a dim without labels of its own."""
     return [f"{dim} {number}" for number in range(size)]
 

@@ -47,12 +47,12 @@ class Pauses:
         if self._begin is not None and now - self._begin >= REPORTED_AFTER and not self.reported:
             self.reported = True
             self.on_message(
-                f"{_counted(paused, workers)}: the campaign goes on with fewer tasks at once. If that lasts: "
-                f"{REMEDY}"
+                f"{_count_paused(paused, workers)}: the campaign goes on with fewer tasks at once. "
+                f"If that lasts: {REMEDY}"
             )
         if self._idle is not None and now - self._idle >= GIVE_UP_AFTER:
             raise Failure(
-                f"{_counted(paused, workers)}, and none has a task at work: {REMEDY}. Finished scenes "
+                f"{_count_paused(paused, workers)}, and none has a task at work: {REMEDY}. Finished scenes "
                 "are stored: run the same command to continue"
             )
 
@@ -75,7 +75,7 @@ def _at_work(worker: Mapping[str, Any]) -> bool:
     return bool(worker.get("metrics", {}).get("task_counts", {}).get("executing", 0))
 
 
-def _counted(paused: list[Mapping[str, Any]], workers: Workers) -> str:
+def _count_paused(paused: list[Mapping[str, Any]], workers: Workers) -> str:
     """Return the number of paused workers, and the memory of the largest."""
     largest = max(paused, key=lambda worker: float(worker.get("metrics", {}).get("memory", 0)))
     memory, limit = largest.get("metrics", {}).get("memory", 0), largest.get("memory_limit") or 0

@@ -185,7 +185,7 @@ def attributes_of(campaign: Campaign, code: str) -> dict[str, str | int]:
         "title": campaign.title,
         "campaign": campaign.text,
         "table": tomlkit.dumps(campaign.table),
-        "axes": json.dumps([_described(axis) for axis in campaign.axes]),
+        "axes": json.dumps([_describe_axis(axis) for axis in campaign.axes]),
         "keep": json.dumps(campaign.keep),
         "points": "grid" if campaign.is_grid else "samples",
         "scenes": campaign.size,
@@ -220,7 +220,7 @@ def _values(values: Iterable[Any]) -> np.ndarray[Any, Any]:
     return np.array(listed, dtype=float) if all(map(is_number, listed)) else np.array(list(map(str, listed)))
 
 
-def _described(axis: SweptAxis) -> dict[str, Any]:
+def _describe_axis(axis: SweptAxis) -> dict[str, Any]:
     return {
         "name": axis.name,
         "label": axis.label,

@@ -180,17 +180,17 @@ def store_condition(path: Path, dataset: xr.Dataset) -> StoreCondition:
                 chunks.append(chunk)
             else:
                 sums[box] += value_checksums(str(name), part, dims)
-    return StoreCondition(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
+    return StoreCondition(_differing(dataset, sums) | (lost & _find_finished(dataset)), chunks)
 
 
 def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:
     """Return where the checksums of variables and outcomes do not sum up to those of finished scenes."""
     failures, seconds, digests = (dataset[name].values.ravel() for name in ("failure", "seconds", "digest"))
     totals = sums + outcome_checksums(map(str, failures), seconds, digests).reshape(sums.shape)
-    return np.asarray(_finished(dataset) & (totals != dataset[CHECKSUM].values))
+    return np.asarray(_find_finished(dataset) & (totals != dataset[CHECKSUM].values))
 
 
-def _finished(dataset: xr.Dataset) -> Mask:
+def _find_finished(dataset: xr.Dataset) -> Mask:
     """Return which scenes have a checksum or a digest."""
     return np.asarray((dataset.digest.values != 0) | (dataset[CHECKSUM].values != 0))
 

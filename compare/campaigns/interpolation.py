@@ -208,14 +208,14 @@ def open_grid(path: Path, keep: str, variables: Sequence[str]) -> SceneGrid:
     """
     if not path.exists():
         raise BadScene(f"{path}: no such file; `femic sweep` of a campaign that keeps {keep!r} makes one")
-    grid = _opened(path, path.stat().st_mtime_ns)
+    grid = _open(path, path.stat().st_mtime_ns)
     if not all(name in grid.dataset for name in variables):
         raise BadScene(f"{path}: no map: the campaign needs keep = [{keep!r}]")
     return grid
 
 
 @lru_cache(maxsize=4)
-def _opened(path: Path, _changed: int) -> SceneGrid:
+def _open(path: Path, _changed: int) -> SceneGrid:
     try:
         dataset = open_sweep(path)
     except Exception as error:  # whatever zarr and xarray raise

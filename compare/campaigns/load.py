@@ -64,7 +64,7 @@ def load_campaign(path: Path) -> Campaign:
             f"campaign {str(path)!r}: no such file; docs/how-to/campaigns.md has one to begin with"
         )
     text, given = read_toml(path)
-    parsed = _parsed(given, path)
+    parsed = _parse(given, path)
     local = path.parent / parsed.scene
     base = local if local.is_file() else scene_path(parsed.scene)
     _, table = read_scene(base)
@@ -77,7 +77,7 @@ def load_campaign(path: Path) -> Campaign:
         parsed.keep,
         merged(table, changes),
         _axes(parsed, path),
-        tuple(_listed(parsed, path)),
+        tuple(_list_points(parsed, path)),
         parsed.points == "random",
         path.parent.absolute(),
     )
@@ -91,7 +91,7 @@ def load_campaign(path: Path) -> Campaign:
     return campaign
 
 
-def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:
+def _parse(given: dict[str, Any], path: Path) -> CampaignFile:
     if isinstance(given.get("points"), str) and given["points"] not in ("all", "random"):
         given["points"] = path.parent / given["points"]
     try:
@@ -133,7 +133,7 @@ def _values(table: AxisTable) -> Point:
     return values
 
 
-def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
+def _list_points(parsed: CampaignFile, path: Path) -> list[Point]:
     """Return the points of a campaign that is not a grid."""
     if parsed.points == "all":
         return []

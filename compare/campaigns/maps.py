@@ -87,7 +87,7 @@ class CMap:
                 )
             for key in keys:
                 set_key(own, key, key_of(table, key, axis.name), axis.name)
-            point.append(_rounded(axis, float(values[0])))
+            point.append(_snap_to_node(axis, float(values[0])))
         self._require_same(scene_from_table(own, scene.name))
         return tuple(point)
 
@@ -159,7 +159,7 @@ def _self_ic(bhat: Array) -> Array:
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
 
 
-def _rounded(axis: AxisNodes, value: float) -> float:
+def _snap_to_node(axis: AxisNodes, value: float) -> float:
     """Return the node that equals a value to rounding, else the value."""
     return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
 

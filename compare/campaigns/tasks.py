@@ -142,7 +142,7 @@ def merged_outcome(parts: Mapping[str, SceneOutcome]) -> SceneOutcome:
     ]
     datasets = {kind: part.dataset for kind, part in parts.items() if not part.failure}
     try:
-        merged = registry.merged(datasets)
+        merged = registry.merge(datasets)
     except ValueError as error:
         merged, messages = xr.Dataset(), [*messages, f"results of several kinds do not fit together: {error}"]
     return SceneOutcome(merged, "; ".join(messages), sum(part.seconds for part in parts.values()))
@@ -313,10 +313,10 @@ def _single_threaded() -> Iterator[None]:
 def _part(task: SceneTask, kind: str, work: "_Work") -> SceneOutcome:
     """Return results of one kind, computed if the store lacks them, or once more after a failure."""
     part = outcomes.get(work.store, task.keys[kind])
-    return _computed(task, kind, work) if part is None or (part.failure and task.retry) else part
+    return _compute_part(task, kind, work) if part is None or (part.failure and task.retry) else part
 
 
-def _computed(task: SceneTask, name: str, work: "_Work") -> SceneOutcome:
+def _compute_part(task: SceneTask, name: str, work: "_Work") -> SceneOutcome:
     """Return results of one kind, stored unless a failure may not repeat itself."""
     kind, start, lasting = registry.KINDS[name], perf_counter(), True
     dataset, failure = xr.Dataset(), ""

@@ -237,7 +237,7 @@ def summary(reported: Sequence[FitReport]) -> str:
                 worse.append(f"{what} ({percent(before)} to {percent(after)})")
     others = join_words(worse) if worse else "no other component"
     return (
-        f"{'; '.join(_fitted(reported))}. With B̂′ instead of B̂, the largest error on the lines goes "
+        f"{'; '.join(_fit_sentences(reported))}. With B̂′ instead of B̂, the largest error on the lines goes "
         f"{join_words(better)}. It grows in {others}."
     )
 
@@ -252,7 +252,7 @@ def _in_scene(one: FitReport, reported: Sequence[FitReport]) -> str:
     return f" in {one.name}" if len(reported) > 1 else ""
 
 
-def _fitted(reported: Sequence[FitReport]) -> Iterator[str]:
+def _fit_sentences(reported: Sequence[FitReport]) -> Iterator[str]:
     """Yield the change of each fitted property from the load on, and what the data do not determine."""
     for one in reported:
         calibrated = one.calibrated

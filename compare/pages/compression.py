@@ -20,7 +20,7 @@ from compare.pages.friction import (
     places,
     reference_symbol,
     share_curves,
-    signed,
+    signed_text,
     worst_friction,
 )
 from compare.report.charts import Chart, Panel
@@ -65,14 +65,14 @@ def _verdict(dataset: xr.Dataset) -> str:
     symbol = reference_symbol(dataset)
     near = f"within {SUFFICES:.0%} of the area from {symbol}, beyond its estimate, at all loads"
     if not enough:
-        return f"None is {near}: {_named(others, away)} away at most."
+        return f"None is {near}: {_list_names(others, away)} away at most."
     begun = f"{join_words(map(symbol_of, enough))} {'is' if len(enough) == 1 else 'are'} {near}"
     furthest = join_words(f"{float(away.sel(ics=name).max()):.0%}" for name in enough)
     begun += f" (at most {furthest} away)"
-    return f"{begun}, but not {_named(others, away)}." if others else f"{begun}."
+    return f"{begun}, but not {_list_names(others, away)}." if others else f"{begun}."
 
 
-def _named(names: Sequence[str], away: xr.DataArray) -> str:
+def _list_names(names: Sequence[str], away: xr.DataArray) -> str:
     """Return ICs with their largest distances from the reference."""
     return join_words(f"{symbol_of(name)} ({float(away.sel(ics=name).max()):.0%})" for name in names)
 
@@ -100,7 +100,7 @@ def answer(dataset: xr.Dataset) -> Table:
         contact, is_reference = at.sel(ics=name), name == reference_of(dataset)
         cells = [
             with_estimate(share.sel(ics=name), known_share.sel(ics=name)),
-            "" if is_reference else signed(away.sel(ics=name), known),
+            "" if is_reference else signed_text(away.sel(ics=name), known),
             "" if is_reference else with_estimate(largest.sel(ics=name), known_largest.sel(ics=name)),
             with_estimate(contact.p_max, contact.estimate_p_max),
             "" if is_reference else number_text(percent_change(contact.p_max, p_max), "+.1f"),

@@ -60,7 +60,7 @@ def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
-    answer = answer_table(dataset, FE, _compared(dataset))
+    answer = answer_table(dataset, FE, _compared_ics(dataset))
     return write_results(
         Page(title, summary(dataset), _sections(dataset), answer), out, "fe_contact", dataset
     )
@@ -94,7 +94,7 @@ def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
 
 def summary(dataset: xr.Dataset) -> str:
     """Return the answer: pressure and patch by finite elements, deviations of ICs, and loads without one."""
-    sentences = [*answer_sentences(dataset, FE, _compared(dataset))]
+    sentences = [*answer_sentences(dataset, FE, _compared_ics(dataset))]
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
@@ -105,7 +105,7 @@ def details(dataset: xr.Dataset) -> Iterator[Block]:
     dataset = dataset.isel(case=dataset.angle.sel(ics=FE).notnull().values)
     estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
     sentences = [f"Estimated error of the patch by finite elements: {estimate:.1%}."]
-    for name in _compared(dataset):
+    for name in _compared_ics(dataset):
         worst = join_words(
             f"{number_text(extreme(deviations(dataset, key).sel(ics=name)), '+.1%')} in {key}"
             for key in (*MAIN, *FURTHER)
@@ -114,7 +114,7 @@ def details(dataset: xr.Dataset) -> Iterator[Block]:
     yield Items([*sentences, *_lateral_force_sentence(dataset)])
 
 
-def _compared(dataset: xr.Dataset) -> list[str]:
+def _compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with finite elements."""
     return [name for name in ics_of(dataset) if name != FE]
 
@@ -129,11 +129,14 @@ def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
     with_fe, load = case.sel(ics=FE), float(case["load"])
     to = float(with_fe.estimate_F_y) / load
     force, centre = (
-        {name: number_text(per_unit * case[key].sel(ics=name), form) for name in (FE, *_compared(dataset))}
+        {
+            name: number_text(per_unit * case[key].sel(ics=name), form)
+            for name in (FE, *_compared_ics(dataset))
+        }
         for key, per_unit, form in (("F_y", 1 / load, "+.3f"), ("s_centre", 1.0, "+.2f"))
     )
     by_ics = join_words(
-        f"{force[name]}, {centre[name]} mm with {symbol_of(name)}" for name in _compared(dataset)
+        f"{force[name]}, {centre[name]} mm with {symbol_of(name)}" for name in _compared_ics(dataset)
     )
     yield (
         f"Beside the crown, at {case_names(dataset)[worst]}: by finite elements the lateral force on the "
@@ -171,7 +174,7 @@ def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
     p, p_fe = pressures(dataset, number), dataset.p_fe.isel(case=number).dropna("s_fe")
     part = loaded_part(p)
     s = p.s.values[part]
-    lines = {name: (s, p.sel(ics=name).values[part]) for name in _compared(dataset)}
+    lines = {name: (s, p.sel(ics=name).values[part]) for name in _compared_ics(dataset)}
     if not p_fe.size:
         return profile_panels("pressure at x = 0, without FE", lines, {}, FE)
     with_fe, s_fe = p_fe.values, p_fe.s_fe.values
@@ -188,7 +191,7 @@ def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """Return the table of all numbers of a case."""
     case = dataset.isel(case=number)
-    solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared(dataset))}
+    solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared_ics(dataset))}
     zeros = OF_PLACE if _symmetric(dataset, number) else ()
     quantities = {name: OF_FRICTIONLESS[name] for name in NUMBERS}
     return numbers_table(case_labels(dataset)[number], quantities, solutions, solutions[FE], zeros)

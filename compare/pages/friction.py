@@ -186,7 +186,7 @@ def percent_change(value: xr.DataArray, before: xr.DataArray) -> float:
     return 100 * (float(value) / float(before) - 1) if np.isfinite(before) else np.nan
 
 
-def signed(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
+def signed_text(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a difference with its sign, and the digits that an estimate allows."""
     text = with_estimate(value, estimate).split(" ± ")[0]
     return text if text.startswith((MINUS, "–")) or text == "0" else f"+{text}"
@@ -222,7 +222,7 @@ def stick_maps(contacts: xr.Dataset) -> list[Map]:
 def _maps(contacts: xr.Dataset, values: xr.DataArray, unit: str, classes: tuple[str, ...] = ()) -> list[Map]:
     """Return values in the contact area with each ICs, as far as any contact goes."""
     pressed = contacts.p.sel(direction="n") > 0
-    area = covered(pressed)
+    area = covered_ranges(pressed)
     drawn = values.where(pressed).isel(area)
     limits = (0.0, float(drawn.max()))
     return [
@@ -242,7 +242,7 @@ def _maps(contacts: xr.Dataset, values: xr.DataArray, unit: str, classes: tuple[
     ]
 
 
-def covered(pressed: xr.DataArray) -> dict[str, slice]:
+def covered_ranges(pressed: xr.DataArray) -> dict[str, slice]:
     """Return the ranges along x and s that contacts cover, with an element beside them."""
     ranges = {}
     for name, other in (("x", "s"), ("s", "x")):
@@ -317,7 +317,7 @@ class MotionPage:
         """Return a number at one friction: a row for each place listed, a column per ICs."""
         of_friction, number = dataset.sel(friction=friction), quantity_label(dataset, name)
         dimension = MOTIONS[motion_of(dataset)].dimension
-        listed = _listed(of_friction, MOST if name == main_name(dataset) else FEW)
+        listed = _list_places(of_friction, MOST if name == main_name(dataset) else FEW)
         rows = [
             Row(place_text(dataset, place), _cells(listed.sel({dimension: place}), name, number.factor))
             for place in listed[dimension].values
@@ -333,7 +333,7 @@ class MotionPage:
         return [*self.remarks(dataset), *support_tables(dataset), cost(dataset)]
 
 
-def _listed(dataset: xr.Dataset, most: int) -> xr.Dataset:
+def _list_places(dataset: xr.Dataset, most: int) -> xr.Dataset:
     """Return the numbers at some places, from the first to the last."""
     dimension = MOTIONS[motion_of(dataset)].dimension
     size = dataset.sizes[dimension]

@@ -162,11 +162,11 @@ def _setup(results: Results) -> str:
     place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
         f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
-        f"{_closed(scene, ends)} The resulting rigid-body motion is discounted."
+        f"{_closure_text(scene, ends)} The resulting rigid-body motion is discounted."
     )
 
 
-def _closed(scene: Scene, ends: str) -> str:
+def _closure_text(scene: Scene, ends: str) -> str:
     """Return sentences on the shape and the supports of the bodies, by how they are closed."""
     outlines = [name for name, body in scene.bodies.items() if body.outline is not None]
     given = f"The {' and the '.join(outlines)} body has the shape and the supports of its outline."
@@ -341,7 +341,7 @@ def body_name(body: str) -> str:
     return "of both bodies together" if body == "combined" else f"of the {body} body"
 
 
-def computed(results: Results) -> list[str]:
+def computed_variants(results: Results) -> list[str]:
     """Return the approximations that could be computed for the first body."""
     names = results.computed(main_body(results.scene.compared))
     return [name for name in names if name in results.scene.variants]
@@ -350,7 +350,10 @@ def computed(results: Results) -> list[str]:
 def summary(results: Results, errors: xr.Dataset) -> str:
     """Return how far the approximations are from C in nn and elsewhere, by weight, and how good C is."""
     worst, components = worst_errors(results, errors), results.scene.components
-    variants, others = computed(results), [component for component in components if component != "nn"]
+    variants, others = (
+        computed_variants(results),
+        [component for component in components if component != "nn"],
+    )
     sentences = []
     if variants and "nn" in components:
         sentences.append(_nn_sentence(worst, variants, body_name(main_body(results.scene.compared))))
@@ -381,7 +384,7 @@ def _least(values: Mapping[str, float], known: float) -> list[str]:
 
 
 @dataclass(frozen=True, order=True)
-class Weighted:
+class WeightedError:
     """The error of a component: its weight and the error [-]."""
 
     weight: float
@@ -415,11 +418,11 @@ def _others_sentence(
     return f"{sentence}; with {join_words(furthest)} it is {last.text}."
 
 
-def heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> Weighted:
+def heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> WeightedError:
     """Return the error of a variant with the largest weight, of errors of a body, the worst over lines."""
     by_component = {c: worst.sel(variant=variant, i=c[0], j=c[1]) for c in components}
     return max(
-        Weighted(at.weight.item(), at.error.item(), component, bool(at.vanishes))
+        WeightedError(at.weight.item(), at.error.item(), component, bool(at.vanishes))
         for component, at in by_component.items()
     )
 
@@ -439,7 +442,7 @@ def within(share: float) -> str:
 
 def closest(results: Results, errors: xr.Dataset) -> Iterator[str]:
     """Yield the variants closest to C in each component that does not vanish, with their error."""
-    worst, variants = worst_errors(results, errors), computed(results)
+    worst, variants = worst_errors(results, errors), computed_variants(results)
     for component in results.scene.components if variants else ():
         at = worst.sel(i=component[0], j=component[1])
         if not at.vanishes:

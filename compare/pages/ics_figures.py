@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from skfem import MeshTri
 
 from compare.report import static, views
-from compare.report.charts import Chart, Curve, Panel, chart_of, marked
+from compare.report.charts import Chart, Curve, Panel, chart_of, mark_points
 from compare.report.looks import Look, drawing_order, looks_of, symbol_of
 from compare.report.parts import Picture
 from compare.report.static import RC
@@ -132,12 +132,12 @@ def along_line(dataset: xr.Dataset, line: str, body: str, component: str, units:
     on_line = dataset.isel(point=np.flatnonzero(dataset.line.values == line))
     along = "x" if np.ptp(on_line.s.values) == 0 else "s"
     curve = on_line.sel(body=body, i=component[0], j=component[1])
-    return _scaled(curve, units.length * on_line[along].values, units).assign_attrs(
+    return _scale(curve, units.length * on_line[along].values, units).assign_attrs(
         across=f"{along}{units.across}"
     )
 
 
-def _scaled(curve: xr.Dataset, at: ArrayLike, units: Units) -> xr.Dataset:
+def _scale(curve: xr.Dataset, at: ArrayLike, units: Units) -> xr.Dataset:
     names = [name for name in ("ic", *ESTIMATES.values()) if name in curve]
     return (curve[names] * units.ic).assign_coords(at=("point", np.asarray(at)))
 
@@ -160,7 +160,7 @@ def _curve(part: xr.Dataset, name: str, look: Look) -> Curve:
     """Return a curve, with its estimate where it has one; C of the other engine as a few marks."""
     values, estimate = part.ic.sel(variant=name).values, ESTIMATES.get(name, "")
     band = part[estimate].values if estimate in part else None
-    return marked(Curve(symbol_of(name), part["at"].values, values, look, band))
+    return mark_points(Curve(symbol_of(name), part["at"].values, values, look, band))
 
 
 def minus_c(dataset: xr.Dataset) -> xr.Dataset:
@@ -180,7 +180,7 @@ def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:
     against the abscissas `at`.
     """
     units = dimensionless(curve)
-    static.draw_panel(axes, _panel(_scaled(curve, at, units), "", units))
+    static.draw_panel(axes, _panel(_scale(curve, at, units), "", units))
 
 
 def joints(scene: Scene, at: Array, units: Units) -> tuple[float, ...]:

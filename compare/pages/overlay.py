@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.pages.ics import COUNTS, Weighted, body_name, heaviest, row_name, within
+from compare.pages.ics import COUNTS, WeightedError, body_name, heaviest, row_name, within
 from compare.pages.ics_figures import (
     INVISIBLE,
     along_line,
@@ -92,7 +92,7 @@ def _measure(overlay: Overlay) -> str:
 
 def decisive_components(overlay: Overlay) -> list[str]:
     """Return nn and the other component with the heaviest error, among the common ones."""
-    components, variants = overlay.common.components, _summarised(overlay) or overlay.common.variants
+    components, variants = overlay.common.components, _summarised_variants(overlay) or overlay.common.variants
     others = [component for component in components if component != "nn"]
     is_any = bool(others and variants)
     heavy = [_heaviest_of_all(worst_errors(overlay), variants, others)[2].component] if is_any else []
@@ -133,7 +133,7 @@ def _differences_table(overlay: Overlay) -> Table:
     return Table("key" if rows else "key (nothing differs)", texts("scene", "value"), rows)
 
 
-def _summarised(overlay: Overlay) -> list[str]:
+def _summarised_variants(overlay: Overlay) -> list[str]:
     return [variant for variant in SUMMARISED if variant in overlay.common.variants]
 
 
@@ -149,7 +149,7 @@ def worst_errors(overlay: Overlay) -> dict[str, xr.Dataset]:
 def summary(overlay: Overlay) -> str:
     """Return how far A and B-hat are from C in nn and, by weight, elsewhere, and how good C is."""
     body, components = main_body(overlay.common.bodies), overlay.common.components
-    variants, errors = _summarised(overlay), worst_errors(overlay)
+    variants, errors = _summarised_variants(overlay), worst_errors(overlay)
     sentences = []
     if variants and "nn" in components:
         sentences.append(_nn_sentence(errors, variants, body))
@@ -192,7 +192,7 @@ def _others_sentence(
 
 def _heaviest_of_all(
     errors: Mapping[str, xr.Dataset], variants: Sequence[str], components: Sequence[str]
-) -> tuple[str, str, Weighted]:
+) -> tuple[str, str, WeightedError]:
     """Return the scene, the variant and the error with the largest weight in some components."""
     weighted = [
         (name, variant, heaviest(of_scene, variant, components))

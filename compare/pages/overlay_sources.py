@@ -198,7 +198,7 @@ def differences(overlay: Overlay) -> Iterator[Difference]:
     keys = dict.fromkeys(key for setting in settings for key in setting)
     tables = list(dict.fromkeys(key.rpartition(".")[0] for key in keys))
     for key in sorted(keys, key=lambda key: tables.index(key.rpartition(".")[0])):
-        values = [_shown(setting.get(key, ABSENT_TEXT)) for setting in settings]
+        values = [_value_text(setting.get(key, ABSENT_TEXT)) for setting in settings]
         if len(set(values)) > 1:
             yield Difference(key, meanings.get(key.rpartition(".")[2], ""), values)
 
@@ -244,7 +244,7 @@ def _meanings() -> dict[str, str]:
     return {key: next(iter(texts)) for key, texts in descriptions.items() if len(texts) == 1}
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     if isinstance(value, list | tuple):
-        return ", ".join(_shown(entry) for entry in value)
+        return ", ".join(_value_text(entry) for entry in value)
     return DEFAULT_TEXT if value is None else f"{value:g}" if isinstance(value, float) else str(value)

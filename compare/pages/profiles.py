@@ -85,11 +85,17 @@ def answer_table(understood: Understood) -> Table:
         tightest = int(np.argmax(sign * figure.curvature))
         if sign * figure.curvature[tightest] > 0:
             rows.append(
-                Row(f"least radius, {name} [mm]", [radius_text(figure, tightest), *_at(figure, tightest)])
+                Row(
+                    f"least radius, {name} [mm]",
+                    [radius_text(figure, tightest), *_place_at(figure, tightest)],
+                )
             )
     steepest = int(np.argmax(np.abs(figure.inclination)))
     rows.append(
-        Row("steepest [deg]", [f"{np.degrees(figure.inclination[steepest]):.2f}", *_at(figure, steepest)])
+        Row(
+            "steepest [deg]",
+            [f"{np.degrees(figure.inclination[steepest]):.2f}", *_place_at(figure, steepest)],
+        )
     )
     return Table("", numbers("value", "at s", "at y, z"), rows)
 
@@ -114,7 +120,7 @@ def _smoothing(figure: ProfileFigure) -> str:
     return next(note for note in figure.notes if note.startswith((SMOOTHED, THROUGH)))
 
 
-def _at(figure: ProfileFigure, k: int) -> list[str | Cell]:
+def _place_at(figure: ProfileFigure, k: int) -> list[str | Cell]:
     return _place(figure.s[k], figure.curve[:, k])
 
 

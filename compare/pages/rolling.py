@@ -9,7 +9,7 @@ import xarray as xr
 from compare.pages.friction import (
     MotionPage,
     by_friction,
-    covered,
+    covered_ranges,
     curves_by_ics,
     difference,
     difference_unit,
@@ -19,7 +19,7 @@ from compare.pages.friction import (
     places,
     quantity_label,
     reference_symbol,
-    signed,
+    signed_text,
     worst_friction,
 )
 from compare.report.charts import Chart, Curve, Panel
@@ -68,10 +68,10 @@ def _verdict(dataset: xr.Dataset) -> str:
     enough, unsure = _sorted_out(dataset)
     near = f"within {SUFFICES:.0%} of friction times load from the creep-force curve with {symbol}"
     open_question = (
-        f"whether {_named(unsure, largest)} {_verb('is', unsure)} within {SUFFICES:.0%}, too, estimates"
+        f"whether {_list_names(unsure, largest)} {_verb('is', unsure)} within {SUFFICES:.0%}, too, estimates"
     )
     if enough:
-        begun = f"{_named(enough, largest)} {_verb('suffices', enough)}: {near} at all creepages"
+        begun = f"{_list_names(enough, largest)} {_verb('suffices', enough)}: {near} at all creepages"
         known = max(estimates[name] for name in unsure) if unsure else 0.0
         return f"{begun}; {open_question} (± {known:.1%}) leave open." if unsure else f"{begun}."
     if unsure:
@@ -86,7 +86,7 @@ def _verdict(dataset: xr.Dataset) -> str:
     return f"None is {near} at all creepages; {symbol_of(best)} is the nearest, with {largest[best]:.1%}."
 
 
-def _named(names: Sequence[str], largest: dict[str, float]) -> str:
+def _list_names(names: Sequence[str], largest: dict[str, float]) -> str:
     """Return ICs with the largest distances of their curves."""
     return join_words(f"{symbol_of(name)} ({largest[name]:.1%})" for name in names)
 
@@ -111,7 +111,7 @@ def _further(dataset: xr.Dataset) -> str:
         if abs(largest[name] - largest[best]) <= max(estimates[name], estimates[best])
     ]
     clauses = [
-        *([f"{_named(off, largest)} {_verb('is', off)} further off"] if off else []),
+        *([f"{_list_names(off, largest)} {_verb('is', off)} further off"] if off else []),
         *([f"{join_words(map(symbol_of, tie))} tie within their estimates"] if len(tie) > 1 else []),
     ]
     return f"{'; '.join(clauses)}." if clauses else ""
@@ -149,21 +149,21 @@ def answer(dataset: xr.Dataset) -> Table:
         curve, is_reference = at.sel(ics=name), name == reference_of(dataset)
         cells = [
             "" if is_reference else with_estimate(100 * largest[name], 100 * estimates[name]),
-            _estimated(curve, "zero_creepage", zero.factor),
+            _estimate_text(curve, "zero_creepage", zero.factor),
             ""
             if is_reference
-            else signed(
+            else signed_text(
                 zero.factor * (curve.zero_creepage - reference.zero_creepage),
                 zero.factor * reference.estimate_zero_creepage,
             ),
-            _estimated(curve, "slope", slope.factor),
+            _estimate_text(curve, "slope", slope.factor),
             "" if is_reference else number_text(percent_change(curve.slope, reference.slope), "+.1f"),
         ]
         rows.append(Row(symbol_of(name), cells))
     return Table("ICs", columns, rows)
 
 
-def _estimated(curve: xr.Dataset, name: str, factor: float) -> str:
+def _estimate_text(curve: xr.Dataset, name: str, factor: float) -> str:
     return with_estimate(factor * curve[name], factor * curve[f"estimate_{name}"])
 
 
@@ -223,7 +223,7 @@ def centre_line(dataset: xr.Dataset) -> Chart:
         float(dataset.s[strip]),
     )
     pressed = dataset.p.sel(direction="n").max("friction") > 0
-    along = along.isel(x=covered(pressed)["x"])
+    along = along.isel(x=covered_ranges(pressed)["x"])
 
     def panels(of_friction: xr.DataArray) -> list[Panel]:
         friction, reference = float(of_friction.friction), reference_of(dataset)
@@ -266,7 +266,7 @@ def _free_table(dataset: xr.Dataset) -> Table:
     columns = [*(Column(number.symbol, number.unit) for number in named.values()), displaced]
     rows = []
     for title, curve in _by_friction_and_ics(dataset, ics_of(dataset)):
-        cells = [_estimated(curve, key, number.factor) for key, number in named.items()]
+        cells = [_estimate_text(curve, key, number.factor) for key, number in named.items()]
         moved = 100 * float(curve[f"{DISPLACED}zero_creepage"])
         rows.append(Row(title, [*cells, Cell(moved, ".3g"), Cell(float(curve.seconds), ".3g")]))
     return Table("curve", [*columns, Column("contacts took", "s")], rows)
@@ -275,7 +275,7 @@ def _free_table(dataset: xr.Dataset) -> Table:
 def _distance_table(dataset: xr.Dataset) -> Table:
     """Return the distances of curves from the reference's by friction and ICs."""
     rows = [
-        Row(title, [_estimated(curve, name, 100.0) for name in ("largest", "rms")])
+        Row(title, [_estimate_text(curve, name, 100.0) for name in ("largest", "rms")])
         for title, curve in _by_friction_and_ics(dataset, others_of(dataset))
     ]
     sizes = numbers("largest", "root mean square", unit=difference_unit(dataset))
@@ -299,7 +299,7 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
         p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {signed(extreme(zero), known)}% and change p_max by "
+            f"without force by {signed_text(extreme(zero), known)}% and change p_max by "
             f"{number_text(extreme(p_max), '+.1%')}, with {reference_symbol(dataset)}."
         )
     for name in ics_of(dataset):

@@ -52,7 +52,7 @@ def compared_quantities(dataset: xr.Dataset) -> tuple[Quantity, ...]:
     return (P_MAX, *OF_ROLLING) if "F_x" in dataset else (P_MAX,)
 
 
-def ranked(dataset: xr.Dataset) -> list[str]:
+def rank_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs from the best to the least good as a reference; planar contact is never one."""
     names = [str(name) for name in dataset.ics.values if name != PLANAR]
     best = [name for name in ORDER if name in names]
@@ -61,7 +61,7 @@ def ranked(dataset: xr.Dataset) -> list[str]:
 
 def reference_values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
     """Return a quantity with the best ICs of each contact, over shift and side."""
-    first, *others = ranked(dataset)
+    first, *others = rank_ics(dataset)
     values = dataset[quantity].sel(ics=first, drop=True)
     for name in others:
         values = values.fillna(dataset[quantity].sel(ics=name, drop=True))
@@ -71,7 +71,7 @@ def reference_values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
 def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArray:
     """Return the names of the best ICs of each contact, empty where there is none."""
     result = xr.full_like(dataset[quantity].isel(ics=0, drop=True), "", dtype=object)
-    for name in reversed(ranked(dataset)):
+    for name in reversed(rank_ics(dataset)):
         result = result.where(np.isnan(dataset[quantity].sel(ics=name, drop=True)), name)
     return result
 
@@ -87,16 +87,16 @@ def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.
     return ((own - best) / scale).where(reference_names(dataset, quantity.name) != ics)
 
 
-def compared(dataset: xr.Dataset) -> list[str]:
+def compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with better ones: half-spaces first, planar contact last."""
-    names = [*reversed(ranked(dataset)), *(PLANAR for name in dataset.ics.values if name == PLANAR)]
+    names = [*reversed(rank_ics(dataset)), *(PLANAR for name in dataset.ics.values if name == PLANAR)]
     return [name for name in names if np.isfinite(difference(dataset, name)).any()]
 
 
 def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:
     """Return the best ICs in words: all that are a reference anywhere."""
     names = reference_names(dataset, quantity).values
-    used = [name for name in ranked(dataset) if np.any(names == name)]
+    used = [name for name in rank_ics(dataset) if np.any(names == name)]
     return " or ".join(symbol_of(name) for name in used)
 
 

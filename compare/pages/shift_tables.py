@@ -13,10 +13,10 @@ from compare.pages.shift_figures import (
     P_MAX,
     WORK,
     Quantity,
-    compared,
+    compared_ics,
     compared_quantities,
     difference,
-    ranked,
+    rank_ics,
     reference_label,
     reference_names,
     reference_values,
@@ -42,30 +42,30 @@ def summary(dataset: xr.Dataset) -> str:
 def _good_enough(dataset: xr.Dataset) -> str:
     names, planar = _ics(dataset), _planar(dataset)
     if not names:
-        name = symbol_of(ranked(dataset)[0])
+        name = symbol_of(rank_ics(dataset)[0])
         return f"Only one kind of ICs, {name}, was used, so nothing is said about half-space ICs{planar}."
     name = names[0]
     parts = [f"within {100 * limit:.0f} % {shifts_within(dataset, name, limit)}" for limit in LIMITS]
-    unique = _merged(parts)
+    unique = _merge(parts)
     best = reference_label(dataset)
     return f"Half-space ICs ({symbol_of(name)}) give p_max as {best} does {join_words(unique)}{planar}."
 
 
 def _ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs on the curved surface that are compared with better ones."""
-    return [name for name in compared(dataset) if name != PLANAR]
+    return [name for name in compared_ics(dataset) if name != PLANAR]
 
 
 def _planar(dataset: xr.Dataset) -> str:
     """Return the largest difference of planar contact in words; nothing where it was not solved."""
-    if PLANAR not in compared(dataset):
+    if PLANAR not in compared_ics(dataset):
         return ""
     own = worst_of(dataset, PLANAR)
     share = _difference_at(dataset, own, PLANAR)
     return f"; planar contact is off by up to {number_text(100 * share, '+.2g')} % ({_where(own)})"
 
 
-def _merged(parts: list[str]) -> list[str]:
+def _merge(parts: list[str]) -> list[str]:
     """Return the limits and shifts; from the first limit that holds at all shifts on, no more."""
     complete = [k for k, part in enumerate(parts) if part.endswith("at all shifts")]
     return parts[: complete[0] + 1] if complete else parts
@@ -176,7 +176,7 @@ def whole_shifts_refused(dataset: xr.Dataset) -> list[str]:
 def answer_table(dataset: xr.Dataset) -> Table:
     """Return for each ICs and quantity at which shifts they are good to 1, 5 and 10 %, and the worst."""
     quantities, rows = compared_quantities(dataset), []
-    for name in compared(dataset):
+    for name in compared_ics(dataset):
         for quantity in quantities:
             if np.isfinite(difference(dataset, name, quantity)).any():
                 label = f"{symbol_of(name)}: {quantity.label}" if len(quantities) > 1 else symbol_of(name)
@@ -274,10 +274,10 @@ def pressure_table(dataset: xr.Dataset) -> Table:
     rows = []
     for label, own in _rows(dataset):
         cells = [Cell(float(own.p_max.sel(ics=n)), ".1f", _estimate(own, n)) for n in names]
-        shares = [Cell(100 * _difference_at(dataset, own, n), "+.2f") for n in compared(dataset)]
+        shares = [Cell(100 * _difference_at(dataset, own, n), "+.2f") for n in compared_ics(dataset)]
         rows.append(Row(label, [*cells, *shares]))
     heads = [Column(f"p_max, {symbol_of(name)}", "MPa") for name in names]
-    further = [Column(f"{symbol_of(name)} differs", "%") for name in compared(dataset)]
+    further = [Column(f"{symbol_of(name)} differs", "%") for name in compared_ics(dataset)]
     return Table("shift, wheel", [*heads, *further], rows)
 
 

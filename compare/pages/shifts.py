@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.pages.shift_figures import forces, geometry, places, pressures, ranked, reference_names, rolling
+from compare.pages.shift_figures import (
+    forces,
+    geometry,
+    places,
+    pressures,
+    rank_ics,
+    reference_names,
+    rolling,
+)
 from compare.pages.shift_tables import (
     answer_table,
     each_patch_table,
@@ -92,7 +100,7 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
 
 
 def _reading(dataset: xr.Dataset) -> str:
-    best = ranked(dataset)
+    best = rank_ics(dataset)
     of_best = (
         "B̂ is itself an approximation: it is the reference where C was not computed (contact.c_above_deg). "
         if "Bhat" in best and np.any(reference_names(dataset).values == "Bhat")

@@ -60,7 +60,7 @@ def summary(dataset: xr.Dataset) -> str:
     return " ".join(sentences)
 
 
-def settled(rolling: xr.Dataset) -> float:
+def settling_distance(rolling: xr.Dataset) -> float:
     """Return the distance [mm] from which on F_x is within `NEAR` of the steady force, or NaN."""
     steady = float(rolling[f"{STEADY}F_x"])
     outside = np.flatnonzero(~(abs(rolling.F_x.values - steady) <= NEAR * abs(steady)))
@@ -70,7 +70,7 @@ def settled(rolling: xr.Dataset) -> float:
 
 def _reached(rolling: xr.Dataset) -> str:
     """Return where the force with some ICs reaches the steady one."""
-    distance = settled(rolling)
+    distance = settling_distance(rolling)
     return "nowhere" if np.isnan(distance) else f"from {distance:.3g} mm on"
 
 
@@ -92,7 +92,7 @@ def answer(dataset: xr.Dataset) -> Table:
         cells: list[Cell | str] = [
             with_estimate(force.factor * end.F_x, force.factor * end.estimate_F_x),
             with_estimate(*(force.factor * end[f"{prefix}F_x"] for prefix in (STEADY, f"estimate_{STEADY}"))),
-            Cell(settled(rolling), ".3g"),
+            Cell(settling_distance(rolling), ".3g"),
             "" if is_reference else with_estimate(largest.sel(ics=name), known.sel(ics=name)),
         ]
         rows.append(Row(symbol_of(name), cells))

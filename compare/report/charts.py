@@ -199,13 +199,13 @@ def curves_of(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | 
     """
     looks = looks_of_labels(values)
     return [
-        marked(Curve(label, at, curve, looks[label], estimate if label == "C" else None))
+        mark_points(Curve(label, at, curve, looks[label], estimate if label == "C" else None))
         for label, curve in values.items()
         if not np.all(np.isnan(curve))
     ]
 
 
-def marked(curve: Curve) -> Curve:
+def mark_points(curve: Curve) -> Curve:
     """Return a curve, with a few of its points where these are marks without a line."""
     step = max(1, np.size(curve.x) // MARKS)
     if curve.look.dash or step == 1:

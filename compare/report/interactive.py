@@ -80,7 +80,10 @@ def _panel(panel: Panel) -> dict[str, Any]:
     layout: dict[str, Any] = {
         "xaxis": _axis(panel.across, log=panel.log_x, names=panel.names_x),
         "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
-        "shapes": [*(_dotted("x", mark) for mark in panel.marks), *(_dotted("y", at) for at in panel.levels)],
+        "shapes": [
+            *(_draw_dotted("x", mark) for mark in panel.marks),
+            *(_draw_dotted("y", at) for at in panel.levels),
+        ],
     }
     for number, axis in enumerate(("xaxis", "yaxis")):
         if "dtick" in layout[axis]:
@@ -121,7 +124,7 @@ def _share_scale(layout: dict[str, Any]) -> None:
     layout["xaxis"] |= {"constrain": "domain"}
 
 
-def _dotted(axis: str, at: float) -> dict[str, Any]:
+def _draw_dotted(axis: str, at: float) -> dict[str, Any]:
     other, line = "y" if axis == "x" else "x", {"color": "grey", "dash": "dot", "width": 1}
     ends = {f"{axis}0": at, f"{axis}1": at, f"{other}0": 0, f"{other}1": 1}
     return {"type": "line", **ends, f"{other}ref": "paper", "line": line}

@@ -109,7 +109,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["kind"] = lambda block: type(block).__name__
-    environment.filters["embedded"] = lambda block: _embedded(block, figures, prefix)
+    environment.filters["embedded"] = lambda block: _embed(block, figures, prefix)
     environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
     environment.filters["explorable"] = interactive.as_json
     environment.filters["typeset"] = _typeset
@@ -128,7 +128,7 @@ def _typeset(text: str) -> Markup:
     return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def _embedded(block: Picture, folder: Path, prefix: str) -> str:
+def _embed(block: Picture, folder: Path, prefix: str) -> str:
     """Return the file of a picture as a data URL; it is written unless it exists."""
     path = folders.make(folder) / f"{_file(block.name, prefix)}.png"
     return _data_url(save(block.figure, path) if isinstance(block.figure, Figure) else block.figure)

@@ -126,14 +126,15 @@ def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -
     power = _power(max(abs(value), estimate))
     last = first - (estimate < ROUGH * abs(value))
     if round(value, -last) == 0:
-        return f"0 ± {_rounded(estimate, first - 1)}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
+        return f"0 ± {_rounded_text(estimate, first - 1)}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
     if LEAST_POWER <= power <= LARGEST_POWER:
-        return f"{_rounded(value, last)} ± {_rounded(estimate, last)}"
+        return f"{_rounded_text(value, last)} ± {_rounded_text(estimate, last)}"
     scale = 10.0**power
-    return f"({_rounded(value / scale, last - power)} ± {_rounded(estimate / scale, last - power)})e{power}"
+    value_text, estimate_text = (_rounded_text(one / scale, last - power) for one in (value, estimate))
+    return f"({value_text} ± {estimate_text})e{power}"
 
 
-def _rounded(value: float, last: int) -> str:
+def _rounded_text(value: float, last: int) -> str:
     """Return a number rounded to a power of ten, with no further digits."""
     return number_text(round(value, -last), f".{max(-last, 0)}f")
 

@@ -236,12 +236,10 @@ def block(loaded: LoadedBody) -> tuple[Dataset, Dataset]:
     """Return the surface of the block around the load with its fields, and the rim of its contact surface."""
     normals = np.array([(1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
     cells = near_cells(loaded, 3 * loaded.reach)
-    skin = _clipped(surface(cells, 1), loaded, normals)
+    skin = _clip(surface(cells, 1), loaded, normals)
     straight = cells.triangulate()
     faces = [
-        _clipped(
-            straight.slice(n, origin=loaded.centre + loaded.reach * n), loaded, normals[normals @ n == 0]
-        )
+        _clip(straight.slice(n, origin=loaded.centre + loaded.reach * n), loaded, normals[normals @ n == 0])
         for n in normals
     ]
     contact = skin.extract_cells(skin.cell_centers().points[:, 0] > 1e-6 * loaded.reach)
@@ -249,7 +247,7 @@ def block(loaded: LoadedBody) -> tuple[Dataset, Dataset]:
     return pyvista.merge([skin, *(face for face in faces if face.n_cells)], merge_points=False), rim
 
 
-def _clipped(shape: Dataset, loaded: LoadedBody, normals: Array) -> Dataset:
+def _clip(shape: Dataset, loaded: LoadedBody, normals: Array) -> Dataset:
     """Return the part of a shape inside of planes with some normals, at `reach` from the centre."""
     for normal in normals:
         shape = shape.clip(normal, origin=loaded.centre + loaded.reach * normal)

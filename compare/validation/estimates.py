@@ -247,7 +247,7 @@ def frictionless(case: RandomContact) -> GridComparison:
 def rolling(case: RandomContact) -> GridComparison:
     """Solve steady rolling at given creepages, or without force along x; raises Failure likewise."""
     of_regime, fine, *larger = _rolled_on_grids(case)
-    finer = _rolled(case.finer, case.finer.problem)[1].numbers
+    finer = _roll(case.finer, case.finer.problem)[1].numbers
     estimates = without_exact(errors(kinds(OF_ROLLING), fine, larger), fine)
     return GridComparison(fine.numbers, finer, larger[0].numbers, estimates, of_regime)
 
@@ -256,7 +256,7 @@ def differences(case: RandomContact) -> GridComparison:
     """Solve steady rolling with A and with B-hat, and compare the differences of their numbers."""
     cases = {name: replace(case, ics=name) for name in ("A", "Bhat")}
     on_grids = {name: _rolled_on_grids(one) for name, one in cases.items()}
-    finer = {name: _rolled(one.finer, one.finer.problem)[1].numbers for name, one in cases.items()}
+    finer = {name: _roll(one.finer, one.finer.problem)[1].numbers for name, one in cases.items()}
     of_regime, known = on_grids["A"][:2]
     tables = {
         "": [own.numbers for _, own, *_ in on_grids.values()],
@@ -303,7 +303,7 @@ def _difference(name: str) -> Difference:
     return lambda dataset: dataset[name].sel(ics="A") - dataset[name].sel(ics="Bhat")
 
 
-def _rolled(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measured]:
+def _roll(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measured]:
     """Return the regime and the numbers of rolling on the grid of a problem."""
     forces, rolling = {"longitudinal": 0.0} if case.free else {}, case.rolling(problem)
     rolled = rolling.contact(case.creepages, Loading(case.load), forces=forces, tolerance=TOLERANCE)
@@ -312,7 +312,7 @@ def _rolled(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measu
 
 def _rolled_on_grids(case: RandomContact) -> tuple[str, Measured, Measured, Measured]:
     """Return the regime, and the numbers on the grid and on elements twice and four times as large."""
-    (of_regime, fine), (_, coarse), (_, coarser) = (_rolled(case, problem) for problem in grids(case))
+    (of_regime, fine), (_, coarse), (_, coarser) = (_roll(case, problem) for problem in grids(case))
     return of_regime, fine, coarse, coarser
 
 
@@ -384,11 +384,13 @@ def by_regime(comparisons: Iterable[GridComparison]) -> dict[str, list[GridCompa
 def comparisons(study: Study, seed: int, ics: Sequence[str] = ICS) -> Iterator[GridComparison]:
     """Yield random contacts, endlessly; contacts without a solution on one of the grids are left out."""
     return (
-        comparison for number in count() if (comparison := compared(study, seed, number, ics)) is not None
+        comparison
+        for number in count()
+        if (comparison := compare_contact(study, seed, number, ics)) is not None
     )
 
 
-def compared(study: Study, seed: int, number: int, ics: Sequence[str] = ICS) -> GridComparison | None:
+def compare_contact(study: Study, seed: int, number: int, ics: Sequence[str] = ICS) -> GridComparison | None:
     """Return the random contact of a number; None where it has no solution on one of the grids."""
     try:
         return study(random_contact(seed, number, ics))
@@ -421,7 +423,7 @@ def _part(number: int) -> str:
 
 
 def _compared_by_number(name: str, seed: int, number: int) -> tuple[int, GridComparison | None]:
-    return number, compared(STUDIES[name], seed, number)
+    return number, compare_contact(STUDIES[name], seed, number)
 
 
 def _arrays(comparison: GridComparison | None) -> Arrays:

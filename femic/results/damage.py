@@ -44,9 +44,9 @@ class Damage:
 
 def compute_damage(rolling: EstimatedRolling, specification: DamageSpecification) -> Damage:
     """Return the wear and fatigue numbers of a contact in steady rolling, with their estimated errors."""
-    own = _solved(rolling.own, specification)
+    own = _solve(rolling.own, specification)
     others = [
-        [None if one is None else _solved(one, specification) for one in ones]
+        [None if one is None else _solve(one, specification) for one in ones]
         for ones in (rolling.larger, rolling.changed)
     ]
     sliding = sliding_of(rolling.own.contact, specification.rolling_speed)
@@ -60,7 +60,7 @@ def compute_damage(rolling: EstimatedRolling, specification: DamageSpecification
     )
 
 
-def _solved(solution: RollingSolution, specification: DamageSpecification) -> Solved:
+def _solve(solution: RollingSolution, specification: DamageSpecification) -> Solved:
     """Return a contact with its wear and fatigue numbers."""
     contact = solution.contact
     sliding = sliding_of(contact, specification.rolling_speed)

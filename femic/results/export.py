@@ -260,7 +260,7 @@ def contact_settings(exported: Export) -> str:
 
 def to_contact(scene: Scene, ics: Array) -> ContactFile:
     """Return a file with a matrix per loaded strip, from combined ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
-    return _scaled(scene, contact_file.by_offsets(ics))
+    return _scale(scene, contact_file.by_offsets(ics))
 
 
 def approximated(scene: Scene, variant: str) -> ContactFile:
@@ -279,10 +279,10 @@ def approximated(scene: Scene, variant: str) -> ContactFile:
     ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
     first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
     inner = contact_file.common_by_offsets(matrix(variant, pair, longer))
-    return _scaled(scene, np.concatenate([first, inner, last], axis=1))
+    return _scale(scene, np.concatenate([first, inner, last], axis=1))
 
 
-def _scaled(scene: Scene, values: Array) -> ContactFile:
+def _scale(scene: Scene, values: Array) -> ContactFile:
     values *= scene.pair.constants.G
     return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
 

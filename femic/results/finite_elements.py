@@ -47,7 +47,7 @@ def compute_fe_contact(
     failed: list[str] = []
     for load in scene.contact.loads:
         try:
-            solved.append(_solved(scene, load, options, cells))
+            solved.append(_solve_or_load(scene, load, options, cells))
         except Failure as failure:
             failed.append(f"{load:g} N: {failure}")
             options.watch.on_stage(f"  left out: {failed[-1]}")
@@ -55,7 +55,7 @@ def compute_fe_contact(
     if len(failed) == len(solved):
         raise Failure("; ".join(failed))
     rigid = _rigid_compliance(scene, options)
-    return joined(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
+    return join_finite_elements(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
 
 
 def stored_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
@@ -67,7 +67,7 @@ def stored_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Da
     rigid = store.get(_rigid_key(scene, store))
     if rigid is None or len(missing) == len(solved):
         return None
-    dataset = joined(contacts, list(solved.values()), CELLS, float(rigid.compliance))
+    dataset = join_finite_elements(contacts, list(solved.values()), CELLS, float(rigid.compliance))
     return dataset.assign_attrs(left_out="; ".join(missing))
 
 
@@ -106,13 +106,13 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
     return [(given, remedy) for suitable, given, remedy in requirements if not suitable]
 
 
-def _solved(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.Dataset:
+def _solve_or_load(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.Dataset:
     """Return the contact under a load [N] by finite elements, from the store if it is there."""
     key = _key(scene, load, cells, options.store)
     stored = options.store.get(key)
     if stored is None:
         options.watch.on_stage(f"  {load:g} N by finite elements")
-        stored = _labelled(fe_contact(meshed_bodies(scene.contact_problem), load, cells=cells))
+        stored = _label(fe_contact(meshed_bodies(scene.contact_problem), load, cells=cells))
         options.store.put(key, stored)
     seconds, unknowns = float(stored.seconds.sum()), int(stored.unknowns.max())
     options.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
@@ -144,7 +144,7 @@ def _rigid_key(scene: Scene, store: Store) -> str:
     return store.key("fe_contact", "rigid", results_digest(), *given)
 
 
-def _labelled(contact: FEContact) -> xr.Dataset:
+def _label(contact: FEContact) -> xr.Dataset:
     """Return a contact as labelled arrays; angles in degrees."""
     estimates = {f"estimate_{name}": value for name, value in _in_degrees(contact.estimate).items()}
     checks = {name: getattr(contact, name) for name in CHECKS}
@@ -178,7 +178,7 @@ NUMBERS = (*OF_PATCH, APPROACH, *OF_PLACE)
 CHECK_NAMES = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
 
 
-def joined(
+def join_finite_elements(
     contacts: xr.Dataset, fe_contacts: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
 ) -> xr.Dataset:
     """Return numbers with estimates of all ICs and of finite elements, and checks of the latter.

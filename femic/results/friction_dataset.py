@@ -129,7 +129,7 @@ Norm = Callable[[xr.DataArray], xr.DataArray]
 
 def on_larger_elements(dataset: xr.Dataset) -> xr.Dataset:
     """Return numbers and tractions on elements twice as large, by the same names; NaN where missing."""
-    names = _varied(dataset, LARGER)
+    names = _varied_names(dataset, LARGER)
     places = [name for name in ("x", "s") if LARGER + name in dataset.coords]
     return dataset[[LARGER + name for name in names]].rename(
         {LARGER + name: name for name in (*names, *places)}
@@ -139,7 +139,7 @@ def on_larger_elements(dataset: xr.Dataset) -> xr.Dataset:
 def with_floors(dataset: xr.Dataset, ics: str) -> xr.Dataset:
     """Return the contacts with the numbers of some ICs plus their floors."""
     at = dataset.ics == ics
-    names = _varied(dataset, FLOOR)
+    names = _varied_names(dataset, FLOOR)
     return dataset.assign({name: dataset[name] + dataset[FLOOR + name].where(at, 0.0) for name in names})
 
 
@@ -148,7 +148,7 @@ def with_changed_ics(dataset: xr.Dataset, ics: str, sign: float) -> xr.Dataset:
     at = dataset.ics == ics
     changed = {
         name: dataset[name] + sign * dataset[CHANGE + name].where(at, 0.0)
-        for name in _varied(dataset, CHANGE)
+        for name in _varied_names(dataset, CHANGE)
     }
     return dataset.assign(changed)
 
@@ -161,7 +161,7 @@ def estimate_of_difference(dataset: xr.Dataset, difference: Difference, norm: No
     """
     given = difference(dataset)
     estimate = SAFETY * norm(difference(on_larger_elements(dataset)) - given) + MISSED * norm(given)
-    if _varied(dataset, FLOOR):
+    if _varied_names(dataset, FLOOR):
         for ics in ics_of(dataset):
             estimate = estimate + norm(difference(with_floors(dataset, ics)) - given)
     for ics in _with_known_errors(dataset):
@@ -170,14 +170,14 @@ def estimate_of_difference(dataset: xr.Dataset, difference: Difference, norm: No
     return estimate
 
 
-def _varied(dataset: xr.Dataset, prefix: str) -> list[str]:
+def _varied_names(dataset: xr.Dataset, prefix: str) -> list[str]:
     """Return the names of what a prefix gives a variation of."""
     return [str(name).removeprefix(prefix) for name in dataset.data_vars if str(name).startswith(prefix)]
 
 
 def _with_known_errors(dataset: xr.Dataset) -> list[str]:
     """Return the ICs by which anything changes; those of unknown changes, NaN, are among them."""
-    changes = [dataset[CHANGE + name] for name in _varied(dataset, CHANGE)]
+    changes = [dataset[CHANGE + name] for name in _varied_names(dataset, CHANGE)]
     return [name for name in ics_of(dataset) if any(bool((one.sel(ics=name) != 0).any()) for one in changes)]
 
 
@@ -232,7 +232,9 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
     by_angle = pair.specification.friction_by_angle
     frictions, ics = pair.specification.coefficients, pair.problem.specification.ics
     parts = {
-        (friction, name): _stored(pair, friction, name, labelled) for name in ics for friction in frictions
+        (friction, name): _solve_or_load(pair, friction, name, labelled)
+        for name in ics
+        for friction in frictions
     }
     rows = [xr.concat([parts[friction, name] for name in ics], "ics") for friction in frictions]
     joined = xr.concat(rows, "friction").assign_coords(
@@ -248,7 +250,7 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
     return joined.drop_attrs(deep=False).assign_attrs(c_quality | exact | words)
 
 
-def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
+def _solve_or_load(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
     """Return a solution, from the store if it is there."""
     store, solve = pair.options.store, pair.motion.solve
     assert solve is not None

@@ -217,11 +217,10 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     """
     bodies = results.scene.compared
     refinement = [
-        _stacked(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values))
-        for body in bodies
+        _stack(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values)) for body in bodies
     ]
     measured = _measured(dataset, {body: measure_of(results, body) for body in bodies})
-    return _described(measured.assign(estimate_refinement=(("body", "line", "i", "j"), np.stack(refinement))))
+    return _describe(measured.assign(estimate_refinement=(("body", "line", "i", "j"), np.stack(refinement))))
 
 
 def errors_in(dataset: xr.Dataset) -> xr.Dataset:
@@ -231,7 +230,7 @@ def errors_in(dataset: xr.Dataset) -> xr.Dataset:
     """
     if "C" not in dataset.variant:
         raise WrongInput("ics: without C there is nothing to compare with: compute it, too")
-    return _described(
+    return _describe(
         _measured(dataset, {str(body): _measure_in(dataset.sel(body=body)) for body in dataset.body.values})
     )
 
@@ -262,7 +261,7 @@ def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Datase
     )
 
 
-def _described(measured: xr.Dataset) -> xr.Dataset:
+def _describe(measured: xr.Dataset) -> xr.Dataset:
     """Return errors with their meanings."""
     for name in measured:
         meaning = ERRORS[str(name)][1]
@@ -274,9 +273,9 @@ def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
     ic, estimate = body_dataset.ic, body_dataset.estimate
     deviations = (ic - ic.sel(variant="C", drop=True)).where(ic.variant != "C", estimate).values
     values = {
-        "error": _stacked(measure.shares(deviations)),
-        "rms": _stacked(measure.rms(deviations)),
-        "weight": _stacked(measure.weights(deviations)),
+        "error": _stack(measure.shares(deviations)),
+        "rms": _stack(measure.rms(deviations)),
+        "weight": _stack(measure.weights(deviations)),
         "vanishes": measure.vanishing,
     }
     return xr.Dataset(
@@ -290,7 +289,7 @@ def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
     )
 
 
-def _stacked(by_line: Mapping[str, Array]) -> Array:
+def _stack(by_line: Mapping[str, Array]) -> Array:
     """Return values of all lines, (..., 3, 3) each, as one array (..., line, i, j)."""
     return np.stack(list(by_line.values()), axis=-3)
 

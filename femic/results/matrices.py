@@ -129,12 +129,12 @@ class MatrixResults:
 
 def columns_of(scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> dict[str, EstimatedICs]:
     """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-    return _compared(
+    return _combine_bodies(
         scene, solved, strip, {body: reference.column(strip) for body, reference in solved.items()}
     )
 
 
-def _compared(
+def _combine_bodies(
     scene: Scene,
     solved: Mapping[str, MatrixReference],
     strip: int,
@@ -166,7 +166,7 @@ class Strip:
         of_solved: Mapping[str, EstimatedICs],
     ) -> "Strip":
         """Return what follows from the columns of the solved bodies under loads on a strip."""
-        columns = _compared(scene, solved, strip, of_solved)
+        columns = _combine_bodies(scene, solved, strip, of_solved)
         by_source = of_solved
         if scene.discount != SOURCE:
             by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}

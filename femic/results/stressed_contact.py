@@ -155,7 +155,7 @@ def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenI
     def solve(pair: PairWithFriction) -> Contacts:
         if problem.specification.motion == "rolling":
             return _rolling(pair)
-        return _compressed(pair)
+        return _compress(pair)
 
     return solve_with_friction(problem, solve, options, given)
 
@@ -188,19 +188,19 @@ def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[s
 
 
 def _rolling(pair: PairWithFriction) -> Contacts:
-    solved = {name: _rolls(pair, name) for name in pair.problem.specification.ics}
+    solved = {name: _roll(pair, name) for name in pair.problem.specification.ics}
     tractions = {name: one.own.contact.p for name, one in solved.items()}
     return Contacts(pair.problem, pair.on_grid, tractions, solved, f"{pair.loads[0]:g} N")
 
 
-def _rolls(pair: PairWithFriction, name: str) -> EstimatedRolling:
+def _roll(pair: PairWithFriction, name: str) -> EstimatedRolling:
     """Return the contact at the prescribed longitudinal force."""
     friction = pair.specification.coefficients[0]
     problem, label = pair.frictional(pair.operator(name), friction), f"friction {friction:g}, {name}"
     own = _with_force(pair, problem, label)
     pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
     larger = on_larger_elements(pair, problem, label, _with_force)
-    changed: list[Callable[[], RollingSolution | None]] = [partial(_displaced, pair, own, label)]
+    changed: list[Callable[[], RollingSolution | None]] = [partial(_displace, pair, own, label)]
     if pair.perturbed(name) is not None:
         changed += [partial(with_perturbed_ics, pair, friction, name, label, _with_force)]
     in_estimates = partial(if_possible, pair, "not in estimates")
@@ -215,7 +215,7 @@ def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) 
     return RollingSolution(along.problem, rolling, pair.loads[0], _slope(along, share, rolling))
 
 
-def _displaced(pair: PairWithFriction, own: RollingSolution, label: str) -> RollingSolution:
+def _displace(pair: PairWithFriction, own: RollingSolution, label: str) -> RollingSolution:
     """Return a contact with the distance of the displaced bodies, under the same longitudinal force."""
     along = Continuation(pair, own.problem, f"{label}, exact distance")
     force = pair.specification.equal_force * along.largest
@@ -233,7 +233,7 @@ def _slope(along: Continuation, share: float, rolling: RollingContact) -> float:
     return float((share - less) * along.largest / rise)
 
 
-def _compressed(pair: PairWithFriction) -> Contacts:
+def _compress(pair: PairWithFriction) -> Contacts:
     friction, tractions = pair.specification.coefficients[0], {}
     for name in pair.problem.specification.ics:
         problem = pair.frictional(pair.operator(name), friction)

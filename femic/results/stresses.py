@@ -222,7 +222,7 @@ def to_dataset(results: StressResults) -> xr.Dataset:
     parts = [numbers.assign_coords(body=names)]
     parts += [_fields(name, one) for name, one in results.bodies.items()]
     parts += [_damage(results)] if results.damage else []
-    parts += [_worn(results)] if results.worn else []
+    parts += [_wear(results)] if results.worn else []
     return xr.merge(parts, compat="no_conflicts").assign_attrs(_attributes(results))
 
 
@@ -291,7 +291,7 @@ def _numbers(body: BodyStresses, contacts: Contacts) -> xr.Dataset:
     numbers = numbers.assign_coords(source=list(body.on_lattice.stresses))
     numbers["x_section"] = float(lattice.x[section])
     numbers["middle"] = (), float(lattice.s[lattice.middle]), {"units": "mm"}
-    return _labelled(numbers, contacts)
+    return _label(numbers, contacts)
 
 
 def _fatigue(body: BodyStresses, source: str) -> dict[str, float]:
@@ -300,7 +300,7 @@ def _fatigue(body: BodyStresses, source: str) -> dict[str, float]:
     return Peak.find(body.lattice, *values).numbers("dang_van")
 
 
-def _labelled(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
+def _label(numbers: xr.Dataset, contacts: Contacts) -> xr.Dataset:
     """Return numbers with units, differences to the true body, and largest values over p_max."""
     for name, quantity in OF_STRESS.items():
         if name not in numbers:
@@ -404,7 +404,7 @@ def _damage(results: StressResults) -> xr.Dataset:
     return arrays
 
 
-def _worn(results: StressResults) -> xr.Dataset:
+def _wear(results: StressResults) -> xr.Dataset:
     """Return what is worn off both bodies after all passages, and the worn contact, by ICs."""
     worn = list(results.worn.values())
     meaning = "depth worn after all passages and revolutions"

@@ -24,7 +24,7 @@ from femic.results.wheelset_contacts import (
     contacts,
     grids_in,
     is_mirrored,
-    labelled,
+    label_contacts,
     top_of,
     without_grid_reports,
 )
@@ -68,7 +68,7 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     parts = [
         geometry.wheelset(specification, positions),
         geometry.touching(layout, specification, positions),
-        labelled(study, solved),
+        label_contacts(study, solved),
         geometry.sections(layout),
         geometry.conicity(layout, specification, options.watch, alike=study.alike),
     ]
@@ -261,14 +261,14 @@ def rolling_wheelsets(
         if not sides:
             continue
         if may_mirror and -shift in solved and shift != 0 and is_mirrored(positions, shift):
-            solved[shift] = mirrored(solved[-shift])
+            solved[shift] = mirror(solved[-shift])
         else:
             label = f"shift {shift:g} mm ({count} of {len(positions)}), rolling"
-            solved[shift] = _stored(study, rolling, sides, label)
+            solved[shift] = _solve_or_load(study, rolling, sides, label)
         yield shift, solved[shift]
 
 
-def mirrored(entry: xr.Dataset) -> xr.Dataset:
+def mirror(entry: xr.Dataset) -> xr.Dataset:
     """Return the wheelset at the opposite shift: its sides change places."""
     swapped = entry.sel(side=entry.side.values[::-1]).assign_coords(side=entry.side.values)
     swapped = swapped.assign({name: -swapped[name] for name in MIRRORED})
@@ -287,7 +287,7 @@ def _side(study: Study, where: Place, contact: xr.Dataset) -> RollingSide:
     return RollingSide(where, problem, grids, approach, C in contact.ics.values)
 
 
-def _stored(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:
+def _solve_or_load(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:
     """Return the wheelset in a position as a dataset, from the store where it is there."""
     options = study.options
     key = options.store.key(

@@ -266,7 +266,7 @@ def contacts(
             else:
                 label = f"shift {shift:g} mm ({count} of {len(positions)}), {side}"
                 try:
-                    entry = _stored(study, Place(study.layout, position, side), label)
+                    entry = _solve_or_load(study, Place(study.layout, position, side), label)
                 except Failure as failure:
                     entry, refused[f"{shift:g}, {side}"] = None, str(failure)
                     study.options.watch.on_stage(f"{label} is left out: {failure}")
@@ -280,7 +280,7 @@ def is_mirrored(positions: Mapping[float, Position], shift: float) -> bool:
     return abs(positions[-shift].roll + positions[shift].roll) <= SAME_ROLL
 
 
-def _stored(study: Study, where: Place, label: str) -> xr.Dataset:
+def _solve_or_load(study: Study, where: Place, label: str) -> xr.Dataset:
     """Return a contact as a dataset, from the store where it is there. Raises Failure."""
     k, options = SIDES.index(where.side), study.options
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
@@ -318,7 +318,7 @@ def _entry(contact: SideContact) -> xr.Dataset:
     of_patches = {
         PATCH + name: (
             ("ics", "patch"),
-            np.array([_padded([_of_patch(patch, name) for patch in row.patches], most) for row in rows]),
+            np.array([_pad([_of_patch(patch, name) for patch in row.patches], most) for row in rows]),
         )
         for name in OF_PATCH
     }
@@ -362,7 +362,7 @@ def _of_patch(patch: PatchNumbers, name: str) -> float:
     return float(np.degrees(value)) if name == "angle" else value
 
 
-def _padded(values: list[float], length: int) -> list[float]:
+def _pad(values: list[float], length: int) -> list[float]:
     """Return values with NaN behind them."""
     return values + [np.nan] * (length - len(values))
 
@@ -376,18 +376,18 @@ def _outline(row: ICsNumbers) -> Array:
     ]
     points = np.concatenate(closed, axis=1)
     if points.shape[1] > POINTS:  # every second strip
-        return _outline(replace(row, patches=tuple(_thinned(patch) for patch in row.patches)))
+        return _outline(replace(row, patches=tuple(_thin(patch) for patch in row.patches)))
     return np.pad(points, ((0, 0), (0, POINTS - points.shape[1])), constant_values=np.nan)
 
 
-def _thinned(patch: PatchNumbers) -> PatchNumbers:
+def _thin(patch: PatchNumbers) -> PatchNumbers:
     """Return a patch with every second point of its outline, and the ends."""
     outline = patch.outline
     inner = outline[:, 1:-1][:, ::2]
     return replace(patch, outline=np.concatenate([outline[:, :1], inner, outline[:, -1:]], axis=1))
 
 
-def labelled(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> xr.Dataset:
+def label_contacts(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> xr.Dataset:
     """Return numbers and outlines of all contacts by shift, side and ICs; outlines from the rails' tops."""
     shifts = study.specification.shifts
     names = [*dict.fromkeys(str(name) for entry in solved.values() for name in entry.ics.values)]

@@ -48,7 +48,7 @@ class ContactKeys(SceneTable):
         return self
 
 
-def _declared() -> dict[str, Any]:
+def _declared_keys() -> dict[str, Any]:
     """Return the keys that the specifications declare, with the keys of friction in place of `friction`."""
     files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
     friction_keys = keys_of(FrictionSpecification)
@@ -58,7 +58,7 @@ def _declared() -> dict[str, Any]:
     return {key: declared for part in parts for key, declared in part.items()}
 
 
-ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared())
+ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared_keys())
 AnyContact = Annotated[
     SerializeAsAny[ContactKeys],
     PlainValidator(ContactTable.model_validate),

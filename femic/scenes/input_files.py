@@ -52,7 +52,7 @@ def replace_files(table: MutableMapping[str, Any], keys: type[BaseModel], new: C
 
     What is of another type than declared stays for the validation to refuse.
     """
-    for key, (prefixes, tables) in _declared(keys).items():
+    for key, (prefixes, tables) in _declared_files(keys).items():
         if key in table:
             table[key] = _with_files(table[key], prefixes, tables, new)
 
@@ -72,7 +72,7 @@ def _with_files(value: Any, prefixes: Prefixes, tables: Tables, new: Callable[[s
 
 
 @cache
-def _declared(keys: type[BaseModel]) -> Mapping[str, tuple[Prefixes, Tables]]:
+def _declared_files(keys: type[BaseModel]) -> Mapping[str, tuple[Prefixes, Tables]]:
     """Return the prefixes of files and the tables that the keys of a model declare, of those that do."""
     declared = {}
     for name, field in keys.model_fields.items():

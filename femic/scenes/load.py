@@ -360,7 +360,7 @@ def message(detail: ErrorDetails) -> str:
         similar = get_close_matches(key, sorted(_keys() - {key}), n=1)
         hint = f"did you mean {similar[0]!r}?" if similar else "see `femic scenes --show flat` for all keys"
         return f"{field}: unknown key; {hint}"
-    value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
+    value = "" if kind == "missing" else f" = {_value_text(detail['input'])}"
     remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
     return f"{field}{value}: {_reason(detail)}{remedy}"
 
@@ -375,7 +375,7 @@ def _reason(detail: ErrorDetails) -> str:
     return REASONS.get(detail["type"], detail["msg"].removeprefix("Value error, "))
 
 
-def _shown(value: object) -> str:
+def _value_text(value: object) -> str:
     return str(value) if isinstance(value, Path) else repr(value)[:80]
 
 

@@ -83,11 +83,11 @@ def wants_of(specification: ContactSpecification) -> tuple[Want, ...]:
     """
     if not specification.loadings:
         return ()
-    prescribed = _prescribed(specification)
+    prescribed = _prescribed_numbers(specification)
     return tuple(want for want in WANTS.get(specification.motion, ()) if want.number not in prescribed)
 
 
-def _prescribed(specification: ContactSpecification) -> set[str]:
+def _prescribed_numbers(specification: ContactSpecification) -> set[str]:
     """Return the numbers that are the same with all ICs."""
     if specification.friction is not None:
         return set()

@@ -196,7 +196,7 @@ def within_chart(field: Field, plane: Plane) -> Chart:
             for row in drawing_order(field.rows)
             for line in plane.line(symbol_of(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
         ]
-        numbers = _numbered(sets[level].sel({COLUMN: column}), list(kinds))
+        numbers = _number_sets(sets[level].sel({COLUMN: column}), list(kinds))
         return plane.draw_kinds(column, numbers, dict(kinds.values()), lines)
 
     steps = {share(level): [draw_map(column, level) for column in field.columns] for level in LEVELS}
@@ -227,7 +227,7 @@ def _kinds(sets: Sequence[xr.DataArray], symbols: Sequence[str]) -> dict[int, tu
     return kinds | {0: (NONE, RED)}
 
 
-def _numbered(numbers: xr.DataArray, kinds: list[int]) -> xr.DataArray:
+def _number_sets(numbers: xr.DataArray, kinds: list[int]) -> xr.DataArray:
     """Return the places of sets of ICs among the kinds, NaN where nothing is known."""
     is_kind = [numbers == kind for kind in kinds]
     rare = float(kinds.index(RARE)) if RARE in kinds else np.nan

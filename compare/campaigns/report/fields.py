@@ -98,7 +98,7 @@ def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
     return [axis for axis in axes if len(axis.values) > 1]
 
 
-def prepared(dataset: xr.Dataset) -> xr.Dataset:
+def prepare(dataset: xr.Dataset) -> xr.Dataset:
     """Return the dataset with ascending numbers along each axis of a grid, without dims of one value.
 
     Text is as in NetCDF: NumPy cannot cast the text of zarr. Where lists of ICs differ between scenes, they

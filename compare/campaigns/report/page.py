@@ -33,7 +33,7 @@ from compare.campaigns.report.fields import (
     is_grid,
     plain,
     point_of,
-    prepared,
+    prepare,
     share,
     swept,
     text_of,
@@ -45,7 +45,6 @@ from compare.campaigns.report.summary import (
     advised_chart,
     answer_note,
     answer_table,
-    exceeded,
     extreme_crossings,
     files,
     judgement,
@@ -54,6 +53,7 @@ from compare.campaigns.report.summary import (
     lines_of,
     main_axis,
     over_level,
+    ranges_above,
     summary,
 )
 from compare.report.looks import symbol_of
@@ -77,7 +77,7 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
     folders.make(out)
     for old in [*(out / "figures").glob("sweep_*"), *out.glob(CROSSINGS)]:
         old.unlink()
-    dataset = prepared(dataset)
+    dataset = prepare(dataset)
     fields = fields_of(dataset)
     if _has_crossings(dataset, fields):
         write_crossings([field for field in fields if field.rates_ics], axes_of(dataset), out / CROSSINGS)
@@ -92,10 +92,10 @@ def page_of(dataset: xr.Dataset, fields: Sequence[Field]) -> Page:
     note = [Section("", [Note(answer_note(ratings[0], dataset))])] if ratings else []
     charts = sections(dataset, fields, advice)
     title, text = str(dataset.attrs["title"]), summary(dataset, fields, advice)
-    return Page(title, text, chain(note, charts, _folded(dataset, fields)), answer)
+    return Page(title, text, chain(note, charts, _folded_sections(dataset, fields)), answer)
 
 
-def _folded(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Folded | Section]:
+def _folded_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Folded | Section]:
     """Yield tables, failures, cost and the campaign, shown on request."""
     if not fields:
         yield Section("", ["Nothing is computed yet."])
@@ -308,7 +308,7 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
         for field in fields:
             for column, row, level in product(field.columns, field.rows, LEVELS):
                 for line in lines_of(field.sizes.sel({COLUMN: column, ROW: row}), axes):
-                    for part in exceeded(axis.values, line.sizes, level):
+                    for part in ranges_above(axis.values, line.sizes, level):
                         ends = ["" if end is None else f"{end:.6g}" for end in (part.start, part.end)]
                         place = line.place.values()
                         rows.writerow([field.name, plain(column), row, level, *place, *ends])

@@ -58,7 +58,7 @@ class Range:
         return f"from {start} on" if end is None else f"from {start} to {end}"
 
 
-def exceeded(at: Array, values: Array, level: float) -> list[Range]:
+def ranges_above(at: Array, values: Array, level: float) -> list[Range]:
     """Return the ranges in which values (n,) over an axis exceed a level, interpolated linearly.
 
     Values that are NaN are left out.
@@ -127,7 +127,7 @@ class Line:
                 return Crossing(EVERYWHERE if len(over) else NOWHERE, place)
             return Crossing(f"at {join_words(map(text_of, over))}", place)
         span = float(np.ptp(self.axis.values))
-        texts = [part.text(span) for part in exceeded(self.axis.values, self.sizes, level)] or [NOWHERE]
+        texts = [part.text(span) for part in ranges_above(self.axis.values, self.sizes, level)] or [NOWHERE]
         again = [f"again {texts[1]}"] if len(texts) > 1 else []
         further = [f"and {len(texts) - 2} times more"] if len(texts) > 2 else []
         return Crossing(texts[0], place, ", ".join([*again, *further]))
@@ -139,7 +139,7 @@ class Line:
         if not self.axis.is_number or np.ptp(at) == 0:
             return float(np.mean(self.sizes[known] > level))
         covered = 0.0
-        for part in exceeded(self.axis.at, self.sizes, level):
+        for part in ranges_above(self.axis.at, self.sizes, level):
             covered += at[-1] if part.end is None else part.end
             covered -= at[0] if part.start is None else part.start
         return covered / float(np.ptp(at))
@@ -387,17 +387,17 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | N
         counts = join_words(f"{name} in {count}" for name, count in advice.counts().items())
         sentences.append(f"The cheapest ICs that are good enough (scenes): {counts}.")
     if ratings := [field for field in fields if field.rates_ics]:
-        sentences += list(_ranked(dataset, ratings[0]))[: 2 - len(sentences)]
-    return "\n".join([*sentences, _counted(dataset, ratings[:1])])
+        sentences += list(_rank_ics(dataset, ratings[0]))[: 2 - len(sentences)]
+    return "\n".join([*sentences, _count_scenes(dataset, ratings[:1])])
 
 
-def _ranked(dataset: xr.Dataset, field: Field) -> Iterator[str]:
+def _rank_ics(dataset: xr.Dataset, field: Field) -> Iterator[str]:
     """Yield where the closest ICs fail, and how far others are off."""
     closest = field.closest
     verdict = _failing(dataset, field.select(rows=[closest]))
     same = [row for row in _known_rows(field) if _failing(dataset, field.select(rows=[row])) == verdict]
     note = f", the closest to {field.reference}," if len(field.rows) > 1 and len(same) == 1 else ""
-    yield f"{_named(same)}{note} {'is' if len(same) == 1 else 'are'} {verdict}"
+    yield f"{_join_symbols(same)}{note} {'is' if len(same) == 1 else 'are'} {verdict}"
     if others := [row for row in _known_rows(field) if row not in same]:
         texts = [f"{symbol_of(row)} by up to {_largest(field.select(rows=[row]))}" for row in others]
         yield f"Further off: {join_words(texts)}."
@@ -415,7 +415,7 @@ def _known_rows(field: Field) -> list[str]:
     return [row for row in field.rows if np.any(field.values.sel({ROW: row}).notnull())]
 
 
-def _named(rows: Sequence[str]) -> str:
+def _join_symbols(rows: Sequence[str]) -> str:
     return join_words(map(symbol_of, rows))
 
 
@@ -431,29 +431,29 @@ def judgement(dataset: xr.Dataset, field: Field) -> str:
     for row in _known_rows(field):
         verdicts.setdefault(_failing(dataset, field.select(rows=[row])), []).append(row)
     sentences = [
-        f"{_named(rows)} {'is' if len(rows) == 1 else 'are'} {text}" for text, rows in verdicts.items()
+        f"{_join_symbols(rows)} {'is' if len(rows) == 1 else 'are'} {text}" for text, rows in verdicts.items()
     ]
-    known = _known(field)
+    known = _accuracy_text(field)
     return " ".join([*sentences, *([f"{known[0].upper()}{known[1:]}."] if known else [])])
 
 
-def _known(field: Field) -> str:
+def _accuracy_text(field: Field) -> str:
     """Return how well the reference is known; empty where nothing says so."""
     if field.floor is None or not np.any(np.isfinite(field.floor)):
         return ""
     largest = field.floor.max([dim for dim in field.floor.dims if dim != COLUMN])
     if field.kind == "error":
-        return f"{field.reference} is known to {_rounded(float(largest.max()))} or better"
+        return f"{field.reference} is known to {_share_text(float(largest.max()))} or better"
     by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
-    known = [f"{_rounded(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
+    known = [f"{_share_text(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
     return f"the numbers with {field.reference} are known, at the worst scene, to {join_words(known)}"
 
 
-def _rounded(estimate: float) -> str:
+def _share_text(estimate: float) -> str:
     return share(float(f"{estimate:.2g}"))
 
 
-def _counted(dataset: xr.Dataset, ratings: Sequence[Field]) -> str:
+def _count_scenes(dataset: xr.Dataset, ratings: Sequence[Field]) -> str:
     """Return the numbers of scenes, the ranges of the axes, and how well the reference is known."""
     scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
     ranges = join_words(_range(axis) for axis in axes_of(dataset))
@@ -461,7 +461,7 @@ def _counted(dataset: xr.Dataset, ratings: Sequence[Field]) -> str:
     state = "all computed" if computed == scenes else f"{computed or 'none'} computed"
     state += f", {failed} failed" if failed else ""
     state += f", {missing} not computed yet" if missing else ""
-    known = "; ".join(filter(None, [state, *map(_known, ratings)]))
+    known = "; ".join(filter(None, [state, *map(_accuracy_text, ratings)]))
     return f"{scenes} scene{'s' if scenes > 1 else ''} over {ranges}: {known}."
 
 

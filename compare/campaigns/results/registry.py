@@ -28,7 +28,7 @@ KINDS: Mapping[str, ResultKind] = MappingProxyType(
 _EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "override"}
 
 
-def merged(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def merge(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return results of several kinds as one dataset; common variables are from the first kind."""
     joined = xr.Dataset()
     for part in parts.values():

@@ -146,7 +146,7 @@ def _relative(computed: float, parts: list[Number]) -> float:
 
 
 @dataclass(frozen=True)
-class Rotated:
+class RotatedElements:
     """Two elements on a surface of revolution, or on a prismatic one."""
 
     flank: float = 60.0  # degrees
@@ -168,7 +168,7 @@ class Rotated:
         return max(float(abs(float(computed[i, j]) - expected[i, j])) for i, j in np.ndindex(3, 3))
 
 
-Case = HalfSpaces | Rotated
+Case = HalfSpaces | RotatedElements
 BeyondCase = Callable[[], BeyondLimit]
 
 
@@ -222,9 +222,9 @@ def _rotation_limits(near: st.SearchStrategy[float]) -> list[Limit]:
     """Return the limits of flanks and rolling radii."""
     flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
     at_s = st.floats(-20, 20)
-    flanks = st.builds(Rotated, flank, prismatic, near, at_s, at_s, sides)
+    flanks = st.builds(RotatedElements, flank, prismatic, near, at_s, at_s, sides)
     wheels = st.builds(
-        lambda exponent, *rest: Rotated(30.0, 10**exponent, *rest),
+        lambda exponent, *rest: RotatedElements(30.0, 10**exponent, *rest),
         st.floats(1.4, 12),
         near,
         at_s,
@@ -232,13 +232,13 @@ def _rotation_limits(near: st.SearchStrategy[float]) -> list[Limit]:
         st.just(UPPER),
     )
     return [
-        _row("flank inclination", "any", flanks, [Rotated(89.9, s=100.0, s_load=-100.0)], []),
+        _row("flank inclination", "any", flanks, [RotatedElements(89.9, s=100.0, s_load=-100.0)], []),
         _row(
             "R_roll",
             "any",
             wheels,
-            [Rotated(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [refusal("R_roll = -1 mm", lambda: Rotated(rolling_radius=-1.0).error())],
+            [RotatedElements(30.0, radius) for radius in (25.0, 1e12, np.inf)],
+            [refusal("R_roll = -1 mm", lambda: RotatedElements(rolling_radius=-1.0).error())],
         ),
     ]
 

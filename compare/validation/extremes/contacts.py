@@ -32,7 +32,7 @@ NOTED = ("p_max", "a", "b", "approach", "F_x", "F_y")  # numbers shown with a ca
 
 
 @dataclass(frozen=True)
-class Solved:
+class ContactSolution:
     """A contact on its grid: its numbers, their estimates and the scales of errors, by name.
 
     `on` solves the same contact with the same ICs on another grid.
@@ -51,7 +51,7 @@ class Solved:
         return self.on(Grid(factor * grid.n_x, factor * grid.n_s, grid.dx / factor, grid.ds / factor, grid.s))
 
 
-Solver = Callable[[ContactProblem, RunOptions], Solved]
+Solver = Callable[[ContactProblem, RunOptions], ContactSolution]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Truth:
     """What numbers of a contact are compared with: by name, those that are compared alone."""
 
     name: str
-    of: Callable[[Solved], Numbers]
+    of: Callable[[ContactSolution], Numbers]
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class ContactCase:
         start = perf_counter()
         solved = self.solve(self.problem, options)
         seconds = perf_counter() - start
-        return compared(self.label, solved, self.truth.of(solved), self.truth.name, seconds)
+        return compare(self.label, solved, self.truth.of(solved), self.truth.name, seconds)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class BeyondContact:
     def result(self, options: RunOptions) -> BeyondLimit:
         """Return the message of femic."""
 
-        def solve() -> Solved:
+        def solve() -> ContactSolution:
             scene = load_scene(self.base, self.changes)
             require_solvable(scene)
             return self.solve(scene.contact_problem, options)
@@ -122,7 +122,7 @@ def problem_of(base: str, changes: Changes, gap: ExtraGap | None = None) -> Cont
     return replace(problem, specification=replace(problem.specification, extra_gap=gap))
 
 
-def compared(label: str, solved: Solved, truth: Numbers, against: str, seconds: float) -> WithinLimit:
+def compare(label: str, solved: ContactSolution, truth: Numbers, against: str, seconds: float) -> WithinLimit:
     """Return a case with the errors of the numbers that a truth has; its note names the worst.
 
     It has no estimate where elements twice as large have no solution.
@@ -170,7 +170,7 @@ def scales_of(measured: Measured, quantities: Mapping[str, Quantity]) -> dict[st
 def finer(*names: str, factor: int = FINER) -> Truth:
     """Return as truth some numbers of the same contact on smaller elements."""
 
-    def of(solved: Solved) -> dict[str, float]:
+    def of(solved: ContactSolution) -> dict[str, float]:
         numbers = solved.finer(factor)
         return {name: numbers[name] for name in names}
 
@@ -180,7 +180,7 @@ def finer(*names: str, factor: int = FINER) -> Truth:
 def same_as(name: str, other: ContactCase, options: RunOptions, factors: Numbers) -> Truth:
     """Return as truth the numbers of another case, times factors, by name."""
 
-    def of(_: Solved) -> dict[str, float]:
+    def of(_: ContactSolution) -> dict[str, float]:
         numbers = other.solve(other.problem, options).numbers
         return {name: factor * numbers[name] for name, factor in factors.items()}
 

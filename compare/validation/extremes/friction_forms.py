@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from compare.validation.extremes.bodies import hertz_of, one_of_two
-from compare.validation.extremes.contacts import Solved, Truth, scales_of
+from compare.validation.extremes.contacts import ContactSolution, Truth, scales_of
 from compare.validation.study import coefficients_of
 from femic.contact.estimates import Measured, Numbers, errors
 from femic.contact.exact.friction import StickingPoint, TractiveRolling
@@ -33,7 +33,7 @@ from geometries.patches import Grid
 STRIPS = 4001  # of an ellipse
 
 
-def kalker(solved: Solved) -> dict[str, float]:
+def kalker(solved: ContactSolution) -> dict[str, float]:
     """Return forces and moment of elastically similar bodies where nothing slips, and Hertz."""
     hertz = hertz_of(solved.problem)
     F_x, F_y, M_z = _sticking(solved.problem, hertz, asked_of(solved))
@@ -49,7 +49,7 @@ def _sticking(
     return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
 
 
-def sliding(solved: Solved) -> dict[str, float]:
+def sliding(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers where all slides in one direction: Coulomb's law, and Hertz."""
     asked, hertz = asked_of(solved), hertz_of(solved.problem)
     xi, upsilon = asked.longitudinal[-1], asked.lateral
@@ -63,7 +63,7 @@ def sliding(solved: Solved) -> dict[str, float]:
     }
 
 
-def turning(solved: Solved) -> dict[str, float]:
+def turning(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers of a circle that slides about its middle: M = 3 pi / 16 friction load a."""
     asked, hertz = asked_of(solved), hertz_of(solved.problem)
     moment = 3 * np.pi / 16 * asked.coefficients[0] * hertz.load * hertz.a
@@ -74,7 +74,7 @@ def turning(solved: Solved) -> dict[str, float]:
     }
 
 
-def carter(solved: Solved) -> dict[str, float]:
+def carter(solved: ContactSolution) -> dict[str, float]:
     """Return the force of strips along x, each a contact of cylinders: of patches much longer along s."""
     asked, hertz = asked_of(solved), hertz_of(solved.problem)
     s = (np.arange(STRIPS) + 0.5) / STRIPS * 2 - 1  # over b
@@ -85,7 +85,7 @@ def carter(solved: Solved) -> dict[str, float]:
     return {"F_x": float(np.mean(forces)) * 2 * hertz.b}
 
 
-def without_friction(solved: Solved) -> dict[str, float]:
+def without_friction(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers without friction on the same grid."""
     on_grid, load = solved.on_grid, solved.problem.specification.loads[-1]
     (name,) = solved.problem.specification.ics
@@ -93,7 +93,7 @@ def without_friction(solved: Solved) -> dict[str, float]:
     return {"approach": contact.approach, "p_max": float(np.max(contact.p)), "area": contact.area}
 
 
-def full_stick(solved: Solved) -> dict[str, float]:
+def full_stick(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers of unlike bodies with equal curvatures that stick wherever they touch."""
     hertz, constants = hertz_of(solved.problem), solved.problem.pair.constants
     beta = float(constants.mismatch_k / (1 - constants.nu))
@@ -102,14 +102,14 @@ def full_stick(solved: Solved) -> dict[str, float]:
     return {"approach": exact.approach(hertz.load), "a": radius, "b": radius}
 
 
-def two_of_kalker(solved: Solved) -> dict[str, float]:
+def two_of_kalker(solved: ContactSolution) -> dict[str, float]:
     """Return the force of two bumps far apart where nothing slips: each bears half of the load."""
     patch = one_of_two(solved.problem)
     F_x, _, _ = _sticking(solved.problem, patch, asked_of(solved))
     return {"F_x": 2 * F_x, "p_max": patch.p_max}
 
 
-def asked_of(solved: Solved) -> FrictionSpecification:
+def asked_of(solved: ContactSolution) -> FrictionSpecification:
     """Return the specification of friction and motion of a contact."""
     asked = solved.problem.specification.friction
     assert asked is not None
@@ -124,25 +124,25 @@ NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full st
 # --- solutions ------------------------------------------------------------------------------------------
 
 
-def rolled(problem: ContactProblem, options: RunOptions) -> Solved:
+def roll(problem: ContactProblem, options: RunOptions) -> ContactSolution:
     """Solve steady rolling at the last creepage of a problem, with its only ICs and friction."""
-    return solve_with_friction(problem, _rolled_on, options)
+    return solve_with_friction(problem, _roll_on, options)
 
 
-def _rolled_on(pair: PairWithFriction) -> Solved:
+def _roll_on(pair: PairWithFriction) -> ContactSolution:
     fine = _frictional(pair)
-    known = _rolled(pair, fine)
-    larger = on_larger_elements(pair, fine, pair.problem.name, lambda *of: _rolled(*of[:2]))
+    known = _roll_steadily(pair, fine)
+    larger = on_larger_elements(pair, fine, pair.problem.name, lambda *of: _roll_steadily(*of[:2]))
     estimates = errors(kinds(OF_ROLLING), known, larger)
 
     def on(grid: Grid) -> Numbers:
         other = _on(pair, grid)
-        return _rolled(other, _frictional(other)).numbers
+        return _roll_steadily(other, _frictional(other)).numbers
 
-    return _solved(pair, known, estimates, OF_ROLLING, on)
+    return _solution(pair, known, estimates, OF_ROLLING, on)
 
 
-def _rolled(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
+def _roll_steadily(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
     """Return the numbers of steady rolling; raises Failure."""
     asked = pair.specification
     creepages = Creepages(asked.longitudinal[-1], asked.lateral, asked.spin)
@@ -150,49 +150,51 @@ def _rolled(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
     return measured_rolling(pair.on_grid, rolling, rolling.contact(creepages, Loading(pair.loads[0])))
 
 
-def transient(problem: ContactProblem, options: RunOptions) -> Solved:
+def roll_from_rest(problem: ContactProblem, options: RunOptions) -> ContactSolution:
     """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
-    return solve_with_friction(problem, _transient_on, options)
+    return solve_with_friction(problem, _roll_from_rest_on, options)
 
 
-def _transient_on(pair: PairWithFriction) -> Solved:
+def _roll_from_rest_on(pair: PairWithFriction) -> ContactSolution:
     solved = solve_transient(pair, *_only(pair))
     asked = pair.specification
     steady = replace(asked, longitudinal=(-1.0, asked.creepage))
 
     def on(grid: Grid) -> Numbers:
         other = _on(_with(pair, friction=steady), grid)
-        return _rolled(other, _frictional(other)).numbers
+        return _roll_steadily(other, _frictional(other)).numbers
 
-    return _solved(pair, solved.path.steps[-1], solved.errors[-1], OF_ROLLING, on)
+    return _solution(pair, solved.path.steps[-1], solved.errors[-1], OF_ROLLING, on)
 
 
-def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
+def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
     """Solve a compression, and return the numbers under the last load.
 
     On other grids the steps of the load are half as large.
     """
-    return solve_with_friction(problem, _pressed_on, options)
+    return solve_with_friction(problem, _compress_on, options)
 
 
-def _pressed_on(pair: PairWithFriction) -> Solved:
+def _compress_on(pair: PairWithFriction) -> ContactSolution:
     solved = solve_compression(pair, *_only(pair))
 
     def on(grid: Grid) -> Numbers:
         other = _on(_with(pair, loads=tuple(in_halves(pair.loads))), grid)
         return in_steps(other, _frictional(other), "finer")[0][-1].numbers
 
-    return _solved(pair, solved.steps[-1], solved.errors[-1], OF_COMPRESSION, on)
+    return _solution(pair, solved.steps[-1], solved.errors[-1], OF_COMPRESSION, on)
 
 
-def _solved(
+def _solution(
     pair: PairWithFriction,
     known: Measured,
     estimates: Numbers,
     quantities: Mapping[str, Quantity],
     on: Callable[[Grid], Numbers],
-) -> Solved:
-    return Solved(pair.problem, pair.on_grid, known.numbers, estimates, scales_of(known, quantities), on)
+) -> ContactSolution:
+    return ContactSolution(
+        pair.problem, pair.on_grid, known.numbers, estimates, scales_of(known, quantities), on
+    )
 
 
 def _only(pair: PairWithFriction) -> tuple[float, str]:

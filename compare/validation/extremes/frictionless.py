@@ -19,7 +19,7 @@ from compare.validation.extremes.contacts import (
     BeyondContact,
     ContactCase,
     ContactLimit,
-    Solved,
+    ContactSolution,
     Truth,
     finer,
     same_as,
@@ -38,7 +38,7 @@ COARSE, FINE = 8, 16  # elements across a patch with C, and with a finer one,
 FINE_TOLERANCE = 0.03  # whose C has this tolerance
 
 
-def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
+def press(problem: ContactProblem, options: RunOptions) -> ContactSolution:
     """Solve the contact with the only ICs under the only load of a problem, as `femic contact` does."""
     ((loading, ics),) = (contacts := solve_frictionless(problem, options).contacts)
     contact = contacts[loading, ics]
@@ -49,7 +49,7 @@ def pressed(problem: ContactProblem, options: RunOptions) -> Solved:
         return numbers(other, other.solve(other.operator(ics), loading).normal)
 
     scales = scales_of(known, OF_FRICTIONLESS)
-    return Solved(problem, on_grid, known.numbers, contact.estimated_errors(), scales, on)
+    return ContactSolution(problem, on_grid, known.numbers, contact.estimated_errors(), scales, on)
 
 
 def limits(options: RunOptions) -> list[Limit]:
@@ -164,12 +164,12 @@ def _of_elements() -> list[ContactLimit]:
 
 def against_hertz(label: str, changes: Changes, base: str = "flat") -> ContactCase:
     """Return a case whose truth is Hertz."""
-    return ContactCase(label, base, changes, pressed, Truth("Hertz", lambda solved: _hertz(solved.problem)))
+    return ContactCase(label, base, changes, press, Truth("Hertz", lambda solved: _hertz(solved.problem)))
 
 
 def against_finer(label: str, changes: Changes, base: str = "geometry1") -> ContactCase:
     """Return a case whose truth is the same contact on elements four times smaller."""
-    return ContactCase(label, base, changes, pressed, finer(*SHAPE, "area"))
+    return ContactCase(label, base, changes, press, finer(*SHAPE, "area"))
 
 
 def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
@@ -181,9 +181,9 @@ def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
         "engine": {**changes["engine"], "tolerance": FINE_TOLERANCE},
     }
     fine = {**changes, **fine}
-    other = ContactCase(label, "geometry1", fine, pressed, finer(*SHAPE))
+    other = ContactCase(label, "geometry1", fine, press, finer(*SHAPE))
     truth = same_as("a finer C", other, options, dict.fromkeys(SHAPE, 1.0))
-    return ContactCase(label, "geometry1", coarse, pressed, truth)
+    return ContactCase(label, "geometry1", coarse, press, truth)
 
 
 def _hertz(problem: ContactProblem) -> dict[str, float]:
@@ -192,7 +192,7 @@ def _hertz(problem: ContactProblem) -> dict[str, float]:
 
 
 def _beyond(label: str, changes: Changes, base: str = "") -> BeyondContact:
-    return BeyondContact(label, base or base_of(changes), changes, pressed)
+    return BeyondContact(label, base or base_of(changes), changes, press)
 
 
 def _leaves(label: str, changes: Changes, base: str = "") -> BeyondContact:
@@ -234,7 +234,7 @@ def _two_patches(label: str, *, automatic: bool = False) -> ContactCase:
     Far apart, as points: approach + half of the load / (pi E* distance).
     """
 
-    def truth(solved: Solved) -> dict[str, float]:
+    def truth(solved: ContactSolution) -> dict[str, float]:
         one = one_of_two(solved.problem)
         pushed = 1 / (np.pi * one.surfaces.modulus * APART)  # mm/N
         return {
@@ -244,7 +244,7 @@ def _two_patches(label: str, *, automatic: bool = False) -> ContactCase:
         }
 
     changes = bumps(automatic=automatic)
-    return ContactCase(label, "flat", changes, pressed, Truth("two of Hertz", truth), two_bumps())
+    return ContactCase(label, "flat", changes, press, Truth("two of Hertz", truth), two_bumps())
 
 
 def _on_waves(label: str, depth: float) -> ContactCase:
@@ -268,7 +268,7 @@ def _in_other_units(unit: float, options: RunOptions) -> ContactCase:
     changes = crossed(100.0 * unit**2, crown=300.0 * unit, roller=500.0 * unit)
     factors = {"p_max": 1.0, "a": unit, "b": unit, "approach": unit, "stiffness": unit}
     truth = same_as("the same in mm", against_hertz("", crossed(100.0)), options, factors)
-    return ContactCase(f"lengths times {unit:g}", "flat", changes, pressed, truth)
+    return ContactCase(f"lengths times {unit:g}", "flat", changes, press, truth)
 
 
 def _mirrored(options: RunOptions) -> ContactCase:
@@ -279,7 +279,7 @@ def _mirrored(options: RunOptions) -> ContactCase:
     )
     factors = {**dict.fromkeys((*SHAPE, "area"), 1.0), "F_y": -1.0, "M_x": -1.0, "s_centre": -1.0}
     truth = same_as("its mirror image", against_finer("", there), options, factors)
-    return ContactCase("off the crown", "geometry1", here, pressed, truth)
+    return ContactCase("off the crown", "geometry1", here, press, truth)
 
 
 def _exchanged(options: RunOptions) -> ContactCase:
@@ -292,4 +292,4 @@ def _exchanged(options: RunOptions) -> ContactCase:
     truth = same_as(
         "materials exchanged", against_hertz("", there), options, dict.fromkeys((*SHAPE, "area"), 1.0)
     )
-    return ContactCase("aluminium and steel", "flat", here, pressed, truth)
+    return ContactCase("aluminium and steel", "flat", here, press, truth)

@@ -11,13 +11,13 @@ from compare.validation.extremes.contacts import (
     BeyondContact,
     ContactCase,
     ContactLimit,
-    Solved,
+    ContactSolution,
     Solver,
     Truth,
     finer,
 )
 from compare.validation.extremes.engines import Changes
-from compare.validation.extremes.friction_forms import FULL_STICK, NO_FRICTION, pressed, transient
+from compare.validation.extremes.friction_forms import FULL_STICK, NO_FRICTION, compress, roll_from_rest
 from compare.validation.extremes.rolling import LOAD, ROLLED, SLIDES, STICKS
 
 PRESSED = ("approach", "p_max", "sliding_share", "area")
@@ -39,15 +39,15 @@ def limits() -> list[ContactLimit]:
             "compression",
             "friction 0 … 1000",
             [
-                _case("like bodies", alike, NO_FRICTION, pressed),
+                _case("like bodies", alike, NO_FRICTION, compress),
                 _case(
                     "modulus ratio 0.01, ν = 0, friction 1000",
                     unlike,
                     FULL_STICK,
-                    pressed,
+                    compress,
                 ),
-                _case("conformal", _compressed(0.3), finer(*PRESSED, factor=2), pressed),
-                _case("conformal, friction 10", _compressed(10.0), finer(*PRESSED, factor=2), pressed),
+                _case("conformal", _compression(0.3), finer(*PRESSED, factor=2), compress),
+                _case("conformal, friction 10", _compression(10.0), finer(*PRESSED, factor=2), compress),
             ],
         ),
         ContactLimit(
@@ -58,10 +58,10 @@ def limits() -> list[ContactLimit]:
                     "three patches",
                     crossed(LOAD, **from_rest),
                     Truth("steady, elements 1/4", _steady),
-                    transient,
+                    roll_from_rest,
                 ),
             ],
-            [BeyondContact("1 km", "flat", crossed(LOAD, distance=1e6, **from_rest), transient)],
+            [BeyondContact("1 km", "flat", crossed(LOAD, distance=1e6, **from_rest), roll_from_rest)],
         ),
     ]
 
@@ -70,7 +70,7 @@ def _case(label: str, changes: Changes, truth: Truth, solve: Solver) -> ContactC
     return ContactCase(label, base_of(changes), changes, solve, truth)
 
 
-def _compressed(friction: float) -> Changes:
+def _compression(friction: float) -> Changes:
     """Return a wheel with a groove that is pressed on the arc of a rail in steps."""
     pressing: dict[str, Any] = {"motion": "compression", "friction": [friction], "elements": 8}
     changes = conformal(1e3, 0.01, **pressing)
@@ -89,7 +89,7 @@ def _growing(load: float) -> list[float]:
     return [load * ((number + 1) / STEPS) ** 3 for number in range(STEPS)]
 
 
-def _steady(solved: Solved) -> dict[str, float]:
+def _steady(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers of steady rolling on smaller elements."""
     numbers = solved.finer()
     return {name: numbers[name] for name in ROLLED}

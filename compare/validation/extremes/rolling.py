@@ -27,7 +27,7 @@ from compare.validation.extremes.friction_forms import (
     SLIDING,
     TURNING,
     TWO_OF_KALKER,
-    rolled,
+    roll,
 )
 from femic.reference.run_options import RunOptions
 
@@ -55,12 +55,12 @@ def rollers(xi: float = SMALL, friction: float = SLIDES, load: float = LOAD, **k
 
 def case(label: str, changes: Changes, truth: Truth) -> ContactCase:
     """Return a case of rollers, or of conformal bodies."""
-    return ContactCase(label, base_of(changes), changes, rolled, truth)
+    return ContactCase(label, base_of(changes), changes, roll, truth)
 
 
 def beyond(label: str, changes: Changes) -> BeyondContact:
     """Return a case beyond the limits of rolling."""
-    return BeyondContact(label, base_of(changes), changes, rolled)
+    return BeyondContact(label, base_of(changes), changes, roll)
 
 
 # --- limits ----------------------------------------------------------------------------------------------

@@ -133,7 +133,7 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """
     at = dataset.sel(friction=friction)
     force, reference = scaled_force(at.assign_coords(friction=friction)), reference_of(dataset)
-    by_c, own = (_known(force.sel(ics=name)) for name in (reference, ics))
+    by_c, own = (_solved_points(force.sel(ics=name)) for name in (reference, ics))
     if min(len(xi) for xi, _ in (by_c, own)) < 2:
         return np.nan
     moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=reference))
@@ -143,7 +143,7 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     return rms(left[both]) / rms(apart[both])
 
 
-def _known(force: xr.DataArray) -> tuple[Array, Array]:
+def _solved_points(force: xr.DataArray) -> tuple[Array, Array]:
     """Return creepages and forces where there is a contact."""
     known = force.dropna("xi")
     return known.xi.values, known.values

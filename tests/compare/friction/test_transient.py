@@ -8,7 +8,7 @@ from compare.campaigns.results.contact import NAMES
 from compare.campaigns.results.contact import contact as numbers_of
 from compare.pages import transient as transient_page
 from compare.pages.friction import worst_friction
-from compare.pages.transient import TRANSIENT, settled, summary
+from compare.pages.transient import TRANSIENT, settling_distance, summary
 from femic.contact.pairs.quantities import OF_ROLLING
 from femic.reference.run_options import RunOptions
 from femic.results.friction import compute_with_friction
@@ -82,7 +82,7 @@ def test_tables_have_some_distances_and_steady_rolling(dataset):
 
 def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
     one = dataset.isel(friction=0, ics=1)
-    at = settled(one)
+    at = settling_distance(one)
     text = summary(dataset)
     assert f"F_x with B̂ comes within 5% of steady rolling from {at:.3g} mm on with friction 0.2" in text
     assert text.count(". ") + 1 <= 3
@@ -90,9 +90,9 @@ def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
     assert bool(near.sel(distance=slice(at, None)).all())
     assert not bool(near.sel(distance=slice(None, at - 1e-6))[-1])
     short = dataset.isel(distance=slice(3))
-    assert np.isnan(settled(short.isel(friction=0, ics=1)))
+    assert np.isnan(settling_distance(short.isel(friction=0, ics=1)))
     assert "nowhere with friction 0.2" in summary(short)
-    assert np.isnan(settled(one.assign(steady_F_x=np.nan)))
+    assert np.isnan(settling_distance(one.assign(steady_F_x=np.nan)))
 
 
 def test_summary_states_how_far_forces_are_off_in_the_end(dataset):
@@ -111,7 +111,7 @@ def test_the_answer_has_the_numbers_of_the_arrays(dataset):
             value, estimate = map(float, text.split(" ± "))
             assert estimate == pytest.approx(np.ravel(rolling[f"estimate_{key}"])[-1], rel=0.05)
             assert value == pytest.approx(np.ravel(rolling[key])[-1], abs=estimate / 10)
-        assert float(distance) == pytest.approx(settled(rolling), rel=1e-2)
+        assert float(distance) == pytest.approx(settling_distance(rolling), rel=1e-2)
     away = (100 * (dataset.F_x.sel(ics="A") - dataset.F_x.sel(ics="Bhat")) / dataset.friction / 2e3).values
     largest, known = map(float, transient_page.answer(dataset).rows[0].cells[3].split(" ± "))
     assert largest == pytest.approx(np.abs(away).max(), abs=known / 10)

@@ -19,7 +19,7 @@ from compare.report.charts import (
     Surface,
     chart_of,
     curves_of,
-    marked,
+    mark_points,
 )
 from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, looks_of, looks_of_labels, symbol_of
 from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
@@ -323,13 +323,13 @@ def test_curves_by_labels_have_the_estimate_at_c_and_leave_out_what_was_not_comp
 @pytest.mark.parametrize("band", [None, np.arange(100.0), np.arange(200.0).reshape(2, 100)])
 def test_marks_without_a_line_are_few(band):
     x = np.arange(100.0)
-    few = marked(Curve("FE", x, x**2, OWN["FE"], band))
+    few = mark_points(Curve("FE", x, x**2, OWN["FE"], band))
     assert MARKS <= len(few.x) < 2 * MARKS
     np.testing.assert_array_equal(few.y, few.x**2)
     if band is not None:
         np.testing.assert_array_equal(few.band, band[..., few.x.astype(int)])
     for curve in (Curve("C", x, x, OWN["C"]), Curve("FE", X, X, OWN["FE"])):
-        assert marked(curve) is curve
+        assert mark_points(curve) is curve
 
 
 def test_colours_of_positive_differences_are_red_on_pages_as_on_paper():

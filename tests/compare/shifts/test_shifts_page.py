@@ -11,7 +11,7 @@ from compare.pages import shift_figures as figures
 from compare.pages import shift_tables as answers
 from compare.pages import shift_tables as tables
 from compare.pages import shifts as page
-from compare.pages.shift_figures import compared, difference, reference_names, reference_values
+from compare.pages.shift_figures import compared_ics, difference, reference_names, reference_values
 from compare.report.interactive import as_json
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -209,7 +209,7 @@ def with_planar(dataset, share):
 
 def test_planar_contact_is_compared_and_never_a_reference(dataset):
     planar = with_planar(dataset, -0.5)
-    assert compared(planar)[-1] == "planar"
+    assert compared_ics(planar)[-1] == "planar"
     assert "planar" not in reference_names(planar).values
     text = answers.summary(planar)
     assert text.startswith("Half-space ICs (A)")

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.report.fields import fields_of, prepared
+from compare.campaigns.report.fields import fields_of, prepare
 from compare.campaigns.report.page import page_of
 from compare.report import interactive
 from compare.report.charts import Chart
@@ -96,7 +96,7 @@ def with_failures(dataset, failing):
 
 def charts(dataset):
     """The charts of the page of a dataset, by name, as the browser gets them."""
-    dataset = prepared(dataset)
+    dataset = prepare(dataset)
     sections = page_of(dataset, fields_of(dataset)).sections
     return {chart.name: json.loads(interactive.as_json(chart)) for chart in _charts_in(sections)}
 

@@ -3,12 +3,12 @@
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.report.fields import ShownAxis, prepared
+from compare.campaigns.report.fields import ShownAxis, prepare
 from tests.compare.campaigns.report.datasets import FLANKS
 
 
 def test_values_are_sorted(grid):
-    mixed = prepared(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
+    mixed = prepare(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
     xr.testing.assert_identical(mixed, grid)
 
 

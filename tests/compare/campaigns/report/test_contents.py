@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns.report.fields import COLUMN, ROW, fields_of, prepared
+from compare.campaigns.report.fields import COLUMN, ROW, fields_of, prepare
 from compare.campaigns.report.page import worst_table, write_sweep
 from compare.campaigns.report.summary import summary
 from tests.compare.campaigns.report.datasets import ESTIMATE, error
@@ -77,7 +77,7 @@ def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp
 
 
 def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
-    mixed = prepared(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
+    mixed = prepare(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
     (field,) = fields_of(mixed)
     assert field.rows == ["ICs 1", "ICs 2"]
     np.testing.assert_array_equal(

@@ -14,10 +14,10 @@ from compare.campaigns.report.summary import (
     NOWHERE,
     Crossing,
     Line,
-    exceeded,
     extreme_crossings,
     known_count,
     lines_of,
+    ranges_above,
 )
 from compare.report.tables import Cell
 from tests.compare.campaigns.report.datasets import RATIOS, SHARES, crossing
@@ -27,7 +27,7 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
     at = np.array([0.0, 1.0, 3.0, 4.0])
 
     def ends(values, level):
-        return [(one.start, one.end) for one in exceeded(at, np.array(values), level)]
+        return [(one.start, one.end) for one in ranges_above(at, np.array(values), level)]
 
     assert ends([0.0, 1.0, 3.0, 4.0], 2.0) == [(2.0, None)]
     assert ends([4.0, 3.0, 1.0, 0.0], 2.0) == [(None, 2.0)]

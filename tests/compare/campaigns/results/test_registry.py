@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.campaigns.results.contact import DISTANCES, END_OF_CURVE
-from compare.campaigns.results.registry import KINDS, merged
+from compare.campaigns.results.registry import KINDS, merge
 from compare.studies.frontier import AS_CHEAP, cheapest
 from femic.cache.store import Store
 from femic.reference.run_options import Level, RunOptions
@@ -152,7 +152,7 @@ def test_stresses_equal_those_of_a_single_run(under_rolling):
 def test_stresses_and_contacts_of_a_scene_are_one_dataset(under_rolling, options):
     scene, kept, _ = under_rolling
     contact = KINDS["contact"].compute(scene, options)
-    both = merged({"contact": contact, "stresses": kept})
+    both = merge({"contact": contact, "stresses": kept})
     assert {*contact.data_vars, *kept.data_vars} == {*both.data_vars}
     assert both.sizes["ics"] == 2
 

@@ -8,7 +8,7 @@ import pytest
 
 from compare.validation.extremes import analytic
 from compare.validation.extremes import analytic as exact
-from compare.validation.extremes.analytic import HalfSpaces, Rotated
+from compare.validation.extremes.analytic import HalfSpaces, RotatedElements
 from geometries.surfaces import LOWER, UPPER
 
 
@@ -40,7 +40,7 @@ def cases():
     """The cases whose error is computed, corners and drawn ones, by parameter."""
     computed, by_name = [], {}
     with pytest.MonkeyPatch.context() as patch:
-        for kind in (HalfSpaces, Rotated):
+        for kind in (HalfSpaces, RotatedElements):
             patch.setattr(kind, "error", lambda self: computed.append(self) or 0.0)
         for row in analytic.limits():
             by_name[row.name] = []
@@ -141,7 +141,7 @@ def test_an_error_of_a_millionth_is_detected_in_any_case(case, monkeypatch):
 @pytest.mark.parametrize("radius", [np.inf, 400.0])
 @pytest.mark.parametrize("side", [UPPER, LOWER])
 def test_rotations_of_surfaces_are_right_to_all_digits_and_wrong_ones_are_detected(side, radius, monkeypatch):
-    case = Rotated(30.0, radius, side=side)
+    case = RotatedElements(30.0, radius, side=side)
     assert case.error() < 1e-14
     right = exact.rotation
     monkeypatch.setattr(exact, "rotation", lambda i, j, theta, side: right(i + 1e-6, j, theta, side))

@@ -23,9 +23,9 @@ from compare.validation.extremes.cases import CONTACT, FRICTION, WithinLimit
 from compare.validation.extremes.contacts import (
     BeyondContact,
     ContactCase,
-    Solved,
+    ContactSolution,
     Truth,
-    compared,
+    compare,
     finer,
     problem_of,
     same_as,
@@ -44,13 +44,13 @@ FEWEST = {"elements": 8}
 def solved(numbers, estimates, scales=None):
     """A contact that is not solved."""
     scales = dict.fromkeys(numbers, 1.0) if scales is None else scales
-    return Solved(None, None, numbers, estimates, scales, None)
+    return ContactSolution(None, None, numbers, estimates, scales, None)
 
 
 def truth_of(case, **changes):
     """What a case is compared with, of a contact that is not solved."""
     problem = problem_of(case.base, {**case.changes, **changes}, case.gap)
-    return case.truth.of(Solved(problem, None, {}, {}, {}, None))
+    return case.truth.of(ContactSolution(problem, None, {}, {}, {}, None))
 
 
 @cache
@@ -71,7 +71,7 @@ def refused(part):
 def test_the_number_with_the_largest_share_of_its_estimate_is_named():
     """p_max is off by more, b by more than its estimate."""
     known = solved({"p_max": 1100.0, "b": 2.02}, {"p_max": 200.0, "b": 0.01})
-    result = compared("here", known, {"p_max": 1000.0, "b": 2.0}, "Hertz", 1.0)
+    result = compare("here", known, {"p_max": 1000.0, "b": 2.0}, "Hertz", 1.0)
     assert (result.error, result.estimate, result.used) == pytest.approx((0.1, 0.2, 2.0))
     assert result.note == "p_max 1100, b 2.02; worst: b"
     assert not result.honest
@@ -84,14 +84,14 @@ def test_forces_are_shares_of_the_force_and_vanishing_ones_of_the_largest_possib
     scales = {"F_x": 30.0, "F_y": 30.0, "M_z": 2.0, "sliding_share": 1.0}
     for name, share in (("F_x", 0.0005), ("F_y", 0.0005), ("M_z", 0.001), ("sliding_share", 0.002)):
         others = {other: numbers[name] if other == name else value for other, value in truth.items()}
-        result = compared("", solved(others, dict.fromkeys(truth, 0.004), scales), truth, "", 0.0)
+        result = compare("", solved(others, dict.fromkeys(truth, 0.004), scales), truth, "", 0.0)
         assert result.error == pytest.approx(share), name
         assert result.used == pytest.approx(0.5)
 
 
 def test_numbers_without_estimates_have_errors_alone():
     known = solved({"p_max": 101.0, "a": 2.0}, {"p_max": np.nan, "a": 0.1})
-    result = compared("", known, {"p_max": 100.0, "a": 2.0}, "", 0.0)
+    result = compare("", known, {"p_max": 100.0, "a": 2.0}, "", 0.0)
     assert (result.estimate, result.used) == (None, None)
     assert result.error == pytest.approx(0.01)
     assert "worst: p_max, without an estimate" in result.note
@@ -268,7 +268,7 @@ def test_a_contact_of_few_elements_is_hertzs_within_its_estimates():
 
 
 def test_finer_contacts_are_nearer_to_hertz():
-    known = frictionless.pressed(problem_of("flat", crossed(100.0, **FEWEST)), ALONE)
+    known = frictionless.press(problem_of("flat", crossed(100.0, **FEWEST)), ALONE)
     exact = hertz_of(known.problem).approach
     coarse, fine = (abs(numbers["approach"] / exact - 1) for numbers in (known.numbers, known.finer(2)))
     assert fine < coarse / 2
@@ -277,7 +277,7 @@ def test_finer_contacts_are_nearer_to_hertz():
 
 def test_rolling_of_few_elements_has_kalkers_force():
     case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=closed_forms.KALKER)
-    known = motions.rolled(case.problem, ALONE)
+    known = motions.roll(case.problem, ALONE)
     found, exact = known.numbers, case.truth.of(known)
     assert found["F_x"] == pytest.approx(exact["F_x"], rel=0.03)
     assert found["F_x"] == pytest.approx(known.on(known.on_grid.grid)["F_x"], rel=1e-5)
@@ -288,7 +288,7 @@ def test_rolling_of_few_elements_has_kalkers_force():
 def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodies():
     changes = histories._pressed_on_circle(0.3, {})
     changes = {**changes, "contact": {**changes["contact"], **FEWEST, "loads": [50.0, 100.0]}}
-    known = motions.pressed(problem_of("flat", changes), ALONE)
+    known = motions.compress(problem_of("flat", changes), ALONE)
     without = closed_forms.without_friction(known)
     assert known.numbers["p_max"] == pytest.approx(without["p_max"], rel=1e-5)
     assert known.numbers["p_max"] == pytest.approx(hertz_of(known.problem).p_max, rel=0.05)
@@ -302,7 +302,7 @@ def test_loads_of_a_compression_let_its_radius_grow_in_equal_steps():
 
 def test_full_stick_of_like_bodies_is_hertz():
     changes = histories._pressed_on_circle(1000.0, {})
-    like = Solved(problem_of("flat", changes), None, {}, {}, {}, None)
+    like = ContactSolution(problem_of("flat", changes), None, {}, {}, {}, None)
     hertz = hertz_of(like.problem)
     found = closed_forms.full_stick(like)
     assert (found["a"], found["approach"]) == pytest.approx((hertz.a, hertz.approach), rel=1e-6)
