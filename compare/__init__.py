@@ -1,4 +1,5 @@
-"""Scenes, error measures, figures, reports and the command line `femic`.
+"""Comparisons: studies, campaigns, validation, and a page for each question.
 
-May import all other packages; none of them imports this one.
+It may import `geometries`, `approx` and `femic`, of which only the command line, `femic.cli`, imports it. Some
+names of `femic` are handed out from here when they are used.
 """

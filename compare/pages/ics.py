@@ -13,20 +13,28 @@ import xarray as xr
 
 from compare.pages.fields import write_fields
 from compare.pages.ics_figures import COST, CURVES, SCENE, RunOutput, figures, main_body
-from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row, percent
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, error_row, percent
 from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache import files as folders
 from femic.cache.digests import PAGE_FOLDERS, results_digest, versions
 from femic.cache.files import write_dataset, write_text
+from femic.ic_errors.error_measure import ROUNDING
 from femic.reference.discount import AXES
 from femic.reference.engine import Cost
 from femic.reference.job import component_of
 from femic.reference.result import worst
 from femic.reference.run_options import DEFAULT, RunOptions, factors
 from femic.results import ics_dataset as data
-from femic.results.ics import Results, agreement, compute, measure_of, reference_of, refinement_scales_of
+from femic.results.ics import (
+    Results,
+    compute,
+    engine_differences,
+    measure_of,
+    reference_of,
+    refinement_scales_of,
+)
 from femic.results.ics_dataset import settings
 from femic.scenes import receipts
 from femic.scenes.plausibility import warnings
@@ -215,7 +223,7 @@ def _accuracy(results: Results) -> Iterator[Block]:
     yield Table("body", list(results.jobs), rows, is_text=True)
     if results.checks:
         yield AGREEMENT
-        yield _agreement_table(results)
+        yield agreement_table(results)
 
 
 def _accuracy_texts(results: Results, name: str) -> dict[str, str]:
@@ -248,12 +256,24 @@ def _largest_estimate(results: Results, body: str) -> str:
     return largest + (f"; vanishing: {', '.join(vanishing)}" if vanishing else "")
 
 
-def _agreement_table(results: Results) -> Table:
-    heads = ["largest difference", "closest to the sum of the estimates", "within"]
-    rows = [
-        Row(f"{row.body}, {row.line}", [row.largest, row.closest, "yes" if row.within else "no"])
-        for row in agreement(results)
-    ]
+def agreement_table(results: Results) -> Table:
+    """Return the differences between C of both engines, and whether all are within their estimates."""
+    heads, rows = ["largest difference", "closest to the sum of the estimates", "within"], []
+    for body in results.scene.compared:
+        differences, allowed = engine_differences(results, body)
+        vanishing = measure_of(results, body).vanishing
+        marks = {c: VANISHING if component_of(vanishing, c) else "" for c in results.scene.components}
+        for line in results.lines:
+            both = {c: tuple(component_of(of[line], c) for of in (differences, allowed)) for c in marks}
+            closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
+            largest = max(both, key=lambda c: (not marks[c], both[c][0]))
+            within = all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values())
+            cells = [
+                f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
+                f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
+                "yes" if within else "no",
+            ]
+            rows.append(Row(f"{body}, {line}", cells))
     return Table("body, line", heads, rows, is_text=True)
 
 

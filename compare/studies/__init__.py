@@ -1,1 +1,1 @@
-"""Studies, which need many solutions: frontiers, advice, crossings, overlays."""
+"""Studies, which need many solutions: frontiers, advice, crossings."""

@@ -1,10 +1,10 @@
-"""ICs of a scene: C, its check with the solid engine, and approximations; their errors and agreement.
+"""ICs of a scene: C, its check with the solid engine, and approximations; their errors and differences.
 
 Errors are shares: of C's components, of max |C_nn|, and on the scale of refinement. `body` is "lower",
 "upper", or "combined" for both together.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -14,9 +14,9 @@ import numpy as np
 
 from approx.pair import Pair, Solid
 from approx.variants import needs_effective
-from femic.ic_errors.error_measure import ROUNDING, Measure, far_from
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.engine import Cost, Points
-from femic.reference.job import Job, component_of
+from femic.reference.job import Job
 from femic.reference.matrix.reference import MatrixReference
 from femic.reference.plan import ModelPlan, plans
 from femic.reference.refinement import references
@@ -224,36 +224,3 @@ def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict
         line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
         for line, part in results.lines.items()
     }
-
-
-# --- agreement of both engines --------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """Differences of C of a body on a line, in words; `within`: all are within the estimates."""
-
-    body: str
-    line: str
-    largest: str
-    closest: str  # to the sum of the estimates
-    within: bool
-
-
-def agreement(results: Results) -> Iterator[Agreement]:
-    """Yield differences between C of both engines; nothing where only one ran."""
-    for body in results.scene.compared if results.checks else ():
-        differences, allowed = engine_differences(results, body)
-        vanishing = measure_of(results, body).vanishing
-        marks = {c: " †" if component_of(vanishing, c) else "" for c in results.scene.components}
-        for line in results.lines:
-            both = {c: tuple(component_of(of[line], c) for of in (differences, allowed)) for c in marks}
-            closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
-            largest = max(both, key=lambda c: (not marks[c], both[c][0]))
-            yield Agreement(
-                body,
-                line,
-                f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
-                f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
-                all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values()),
-            )

@@ -1,13 +1,15 @@
 """Geometry 1: known accuracy, and the signs that the theory predicts."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 
+from compare.pages.ics import agreement_table
 from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
-from femic.results.ics import agreement, compute, refinement_scales_of
+from femic.results.ics import compute, refinement_scales_of
 from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from tests.coarse import coarse_sections
@@ -69,14 +71,14 @@ def test_solid_engine_agrees_within_sum_of_estimates(geometry1_checked, body):
 @pytest.mark.slow
 def test_agreement_table_tells_whether_engines_agree(geometry1_checked):
     results, _, _ = geometry1_checked
-    rows = list(agreement(results))
-    assert [row.body for row in rows] == [body for body in results.scene.compared for _ in range(3)]
-    assert all(row.within for row in rows)
+    rows = agreement_table(results).rows
+    assert [row.name for row in rows] == list(map(", ".join, product(results.scene.compared, results.lines)))
+    assert [row.cells[-1] for row in rows] == ["yes"] * len(rows)
     off = {
         name: replace(check, c=replace(check.c, ic=1.05 * check.c.ic))
         for name, check in results.checks.items()
     }
-    assert not all(row.within for row in agreement(replace(results, checks=off)))
+    assert "no" in [row.cells[-1] for row in agreement_table(replace(results, checks=off)).rows]
 
 
 @pytest.mark.parametrize("body", BODIES)
