@@ -1,5 +1,5 @@
 """Comparisons: studies, campaigns, validation, and a page for each question.
 
-It may import `geometries`, `approx` and `femic`, of which only the command line, `femic.cli`, imports it. Some
-names of `femic` are handed out from here when they are used.
+It may import `geometries`, `approx` and `femic`, of which only the command line, `femic.cli`, imports it.
+`femic` hands out some names from here when they are used.
 """

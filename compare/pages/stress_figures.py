@@ -1,6 +1,6 @@
 """Charts of stresses below a contact: maps of sections, curves into depth, the load cycle, wear."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +10,8 @@ from compare.pages.stress_answers import bodies, source_label, sources
 from compare.report.charts import Cell, Chart, Curve, Map, Panel
 from compare.report.looks import OWN, Look, looks_of, symbol_of
 from femic.results.contact import ics_of
-from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE
-from femic.stresses.field import principal_values, tresca, von_mises
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS, TRUE
+from femic.stresses.field import von_mises
 from geometries.arrays import Array
 
 LOOKS = {TRUE: OWN["C"], HALF_SPACE: OWN["A"], HALF_SPACE_OF_A: OWN["B"]}
@@ -135,13 +135,9 @@ def _into_depth(dataset: xr.Dataset, body: str) -> list[Panel]:
     place = worst(dataset, body)
     line = below(dataset, body, place).sel(x=place["x"], method="nearest")
     where = f"x = {place['x']:.2g}, s = {place['s']:.2g} mm"
-    measures: dict[str, Callable[[Array], Array]] = {
-        "σ_Mises": von_mises,
-        "σ_Tresca": tresca,
-        "σ_1": lambda stress: np.asarray(principal_values(stress)[..., 2]),
-    }
     panels = []
-    for symbol, measure in measures.items():
+    for name, measure in MEASURES.items():
+        symbol = OF_STRESS[name].symbol
         curves = [
             Curve(
                 source_label(dataset, source),

@@ -35,7 +35,7 @@ with lazy_imports():
     from compare.pages import fields, overlay_sources
     from compare.pages import ics as ics_run
     from compare.pages import overlay as page
-    from compare.studies import frontier as choice
+    from compare.studies import frontier
     from femic.cli import plan as plan_tables
     from femic.cli import points
 
@@ -48,7 +48,7 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     announce(report, console)
     if loaded.ics == AUTO:
         with work.options(work.folder(loaded), console) as options:
-            chosen = choice.choose(scene, choice.question_of(loaded), options)
+            chosen = frontier.choose(scene, frontier.question_of(loaded), options)
         console.print(chosen.sentence, soft_wrap=True)
 
 
