@@ -135,18 +135,23 @@ def _of_quantity(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
 
 
 def _values(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
-    own, looks = dataset.sel(side=side), looks_of(dataset.ics.values)
-    curves = [
-        Curve(
-            symbol_of(name),
-            dataset["shift"].values,
-            quantity.per_unit * own[quantity.name].sel(ics=name).values,
-            looks[name],
-            quantity.per_unit * own[f"estimate_{quantity.name}"].sel(ics=name).values,
-        )
-        for name in drawing_order(dataset.ics.values)
-    ]
+    curves = _by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit)
     return Panel(f"{side} wheel", SHIFT, quantity.label, curves)
+
+
+def _by_ics(dataset: xr.Dataset, name: str, per_unit: float) -> list[Curve]:
+    """Return a number over the shift with all ICs, with its estimates."""
+    looks = looks_of(dataset.ics.values)
+    return [
+        Curve(
+            symbol_of(ics),
+            dataset["shift"].values,
+            per_unit * dataset[name].sel(ics=ics).values,
+            looks[ics],
+            per_unit * dataset[f"estimate_{name}"].sel(ics=ics).values,
+        )
+        for ics in drawing_order(dataset.ics.values)
+    ]
 
 
 def _difference(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
@@ -168,26 +173,12 @@ def _difference(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
 
 def rolling(dataset: xr.Dataset) -> Chart:
     """Return the creepage of the wheelset and its steering moment over the shift."""
+    creepage, moment = _by_ics(dataset, "xi_0", 1e3), _by_ics(dataset, "steering", 1e-6)
     panels = [
-        _of_axle(dataset, "xi_0", 1e3, "creepage at the nominal radius", "ξ_0 [10⁻³]"),
-        _of_axle(dataset, "steering", 1e-6, "steering moment", "steering moment [kN m]"),
+        Panel("creepage at the nominal radius", SHIFT, "ξ_0 [10⁻³]", creepage),
+        Panel("steering moment", SHIFT, "steering moment [kN m]", moment),
     ]
     return Chart("axle", {"": panels}, 2, alt="Creepage and steering moment of the wheelset over the shift")
-
-
-def _of_axle(dataset: xr.Dataset, name: str, per_unit: float, title: str, up: str) -> Panel:
-    looks = looks_of(dataset.ics.values)
-    curves = [
-        Curve(
-            symbol_of(ics),
-            dataset["shift"].values,
-            per_unit * dataset[name].sel(ics=ics).values,
-            looks[ics],
-            per_unit * dataset[f"estimate_{name}"].sel(ics=ics).values,
-        )
-        for ics in drawing_order(dataset.ics.values)
-    ]
-    return Panel(title, SHIFT, up, curves)
 
 
 def geometry(dataset: xr.Dataset) -> Chart:
