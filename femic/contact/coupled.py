@@ -2,11 +2,11 @@
 
 The unknowns are pressures, tangential tractions, amplitudes of free slips and, where a load is given, the
 approach. Each step decides which elements are in contact (those with pressure or overlap) and which of these
-stick (`friction.law`), makes gaps, law, forces and load linear there, and solves all of them by GMRES. Its
-preconditioner takes pressures from gaps (on a ring of half-spaces), then tangential tractions from the law
-(`friction.strips`) at the bounds of these pressures. It is the method of Alart and Curnier (1991), Computer
-Methods in Applied Mechanics and Engineering 92, 353-375; for the contact area see Hintermueller, Ito and
-Kunisch (2003), SIAM Journal on Optimization 13, 865-888. Steps are full ones, so it should begin near the
+stick (`femic.contact.friction.law`), makes gaps, law, forces and load linear there, and solves all of them by
+GMRES. Its preconditioner takes pressures from gaps (on a ring of half-spaces), then tangential tractions from
+the law (`StripInverse`) at the bounds of these pressures. It is the method of Alart and Curnier (1991),
+Computer Methods in Applied Mechanics and Engineering 92, 353-375; for the contact area see Hintermueller, Ito
+and Kunisch (2003), SIAM Journal on Optimization 13, 865-888. Steps are full ones, so it should begin near the
 contact, and may not find it.
 """
 

@@ -1,4 +1,4 @@
-"""Estimates of errors of contact results, from the same contact on elements twice and four times as large.
+"""Estimates of errors of contact results: from larger elements, and from elements in an uncertain state.
 
 As in Roache's grid convergence index (1994, Journal of Fluids Engineering 116, 405-413), the error of a
 number q on elements of size h is taken as
@@ -12,30 +12,28 @@ edges move from element to element, and a difference may be small by luck. There
 
 - Each number has a *scale*, of which its differences are shares: the number itself, the largest possible
   contribution of tractions to a force or a moment, or 1 for a share. A force near 0 has no error near 0.
-- *Floors* are added: what elements that could be in another state contribute to the number
-  (`femic.contact.estimates`), and the accuracy of readings of edges. Where a number has a floor of its
-  own, half of its change counts: both are parts of the same error.
+- *Floors* are added: what elements that could be in another state contribute to the number, and the accuracy
+  of readings of edges. Where a number has a floor of its own, half of its change counts: both are parts of
+  the same error.
 - Where a number has none, the largest change of related numbers (a `group`) counts by a share.
 - What is left is rounding: tractions are found to `ROUNDING` of the largest pressure. A number that is
   prescribed, or vanishes by symmetry, has nothing else: this is known from the problem (`Measured.exact`),
   never guessed from numbers that agree.
 
-The shares in floors are such that estimates hold in 95 % of random contacts or more. They were found with one
-set of these, and checked with another, by `benchmarks/contact_estimates.py`.
-
-Floors and scales of error estimates: elements whose state is uncertain, the largest possible forces.
-
 The floor of a quantity is what single elements contribute to it where they could be otherwise: those at the
 edge of the contact, those at the border of stick and slip, and, at the leading edge, those that take the
-direction of the traction behind them (`friction.leading_edge`). Each has the quantity's own lever: an element
-that matters to F_y may not matter to M_z. Elements at edges and borders are cut at random, and errors of
-single ones add up like random numbers; the turn of the traction that a leading edge misses is the same in all
-rows, and is added up with its sign.
+direction of the traction behind them (`LeadingEdge`). Each has the quantity's own lever: an element that
+matters to F_y may not matter to M_z. Elements at edges and borders are cut at random, and errors of single
+ones add up like random numbers; the turn of the traction that a leading edge misses is the same in all rows,
+and is added up with its sign.
 
 Whether an element slides or sticks is uncertain where the deciding quantity could vanish within the element:
 the slip of a sliding element, or the distance of a sticking one's traction from its bound, is less than its
 change to a neighbour. Elements beside others in another state are always among them. Where elements slide and
 none beside them sticks, all of them may be a place of sticking that the grid is too coarse to show.
+
+The shares in floors are such that estimates hold in 95 % of random contacts or more. They were found with one
+set of these, and checked with another, by `benchmarks/contact_estimates.py`.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -47,6 +45,8 @@ import numpy as np
 from femic.contact.patch import Extent
 from geometries.arrays import Array, Indices, Mask
 from geometries.patches import N
+
+# --- errors from larger elements ---
 
 LEAST_ORDER, MOST_ORDER = 1.0, 1.5
 SAFETY = 1.25  # Roache's factor for three grids
@@ -218,6 +218,8 @@ def _share(error: float, scale: float) -> float:
     return error / scale if scale != 0 else 0.0 * error
 
 
+# --- floors: elements in an uncertain state ---
+
 OF_STATE, OF_WORK, OF_EDGE = 0.1, 0.15, 0.05  # part of tractions on open elements that all may lack
 OF_CUT, OF_RUBBED = 0.1, 0.03  # part of the force on an element at the edge: of all of it, of its friction
 OF_OPEN, ACROSS = 0.6, 0.2  # part of friction on an open element: of what it contributes, in any direction
@@ -351,6 +353,9 @@ def readings(patch: Extent) -> dict[str, float]:
     }
 
 
+# --- floors and scales of forces and moments ---
+
+
 @dataclass(frozen=True, eq=False)
 class Places:
     """Elements: x (n_x,), y, z (n_s,) [mm], their normals' sine and cosine (n_s,), and area [mm^2]."""
@@ -458,6 +463,9 @@ def scales(pressures: Array, friction: Array | float, at: Places) -> dict[str, S
         "about_z": Scale(of_friction(about_z) + apart(x * tilt), load * reach(about_z)),
         "centre": Scale(apart(of_y) / load, reach(np.abs(of_y))),
     }
+
+
+# --- neighbours of elements ---
 
 
 def _beside(mask: Mask) -> Mask:

@@ -1,11 +1,12 @@
 """Contact with friction on a curvilinear grid: normal and tangential tractions, with any ICs.
 
-Both are sought at once (`coupled`), beginning with the contact on elements twice as large, or with a given
-one. Where there is none to begin with, or it does not lead to the contact, pressures for given tangential
-tractions (`bound_constrained`) and tangential tractions for given pressures (`friction.coulomb`) are found in
-turn until neither changes (Panagiotopoulos 1975, Ingenieur-Archiv 44, 421-432): ICs couple both, bounds are
-friction times pressure, and tangential tractions on inclined places carry load. Where tractions of an element
-oscillate, as at edges with large friction, its steps become smaller.
+Both are sought at once (`femic.contact.coupled`), beginning with the contact on elements twice as large, or
+with a given one. Where there is none to begin with, or it does not lead to the contact, pressures for given
+tangential tractions (`femic.contact.normal`) and tangential tractions for given pressures
+(`femic.contact.friction.coulomb`) are found in turn until neither changes (Panagiotopoulos 1975,
+Ingenieur-Archiv 44, 421-432): ICs couple both, bounds are friction times pressure, and tangential tractions
+on inclined places carry load. Where tractions of an element oscillate, as at edges with large friction, its
+steps become smaller.
 """
 
 from dataclasses import dataclass, replace
@@ -111,9 +112,9 @@ class FrictionalContact:
     def dissipation(self) -> Array:
         """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
 
-        It is not negative but on elements whose tractions follow others (`friction.leading_edge`).
+        It is not negative but on elements whose tractions follow others (`LeadingEdge`).
         In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
-        motion, the pressures' included (`contact.rolling`).
+        motion, the pressures' included (`femic.contact.rolling`).
         """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
@@ -155,9 +156,8 @@ def solve(
     `start` is an initial guess; without one the solution begins on coarser grids, where the motion has a form
     on these.
 
-    Raises WrongInput for bad input, and Failure as `bound_constrained.pressures` and `coulomb.tractions` do,
-    where both do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the
-    grid.
+    Raises WrongInput for bad input, and Failure as `normal.pressures` and `coulomb.tractions` do, where both
+    do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the grid.
     """
     contact = _Solution(problem, motion, loading, tolerance).from_start(start)
     if ends := near_ends(contact.in_contact, problem.margin):

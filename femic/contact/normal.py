@@ -1,16 +1,14 @@
-"""Conjugate gradients for contact pressures: a quadratic energy with bounds, for given approach or load.
+"""Contact without friction on a curvilinear grid, with any ICs: conjugate gradients for pressures.
 
-Wanted are pressures p >= 0 with gaps g = S p + h - zeta c >= 0 and p g = 0: the minimum of p S p / 2 + h p
-where the load, the sum of c p, is given (zeta is its multiplier), or of p S p / 2 + (h - zeta c) p. The
-method is that of Polonsky and Keer (1999), Wear 231, 206-219, preconditioned as by Vollebregt (2014), Journal
-of Computational Physics 257, 333-351. Elements with overlap join at once, with the next direction, and where
-the load is given, directions do not change it.
-
-Frictionless contact on a curvilinear grid: pressures that lift two surfaces apart, with any ICs.
-
-The gap along the normals of the lower surface is g = S p + h - zeta cos(delta), h the undeformed distance and
-zeta the vertical approach; p >= 0, g >= 0, p g = 0. Source: [BVSV] section 6;
+The gap along the normals of the lower surface is g = S p + h - zeta c with c = cos(delta), h the undeformed
+distance and zeta the vertical approach. Pressures only push the surfaces apart: p >= 0, g >= 0, p g = 0.
+Where the load is given, the sum of c p, this is the minimum of p S p / 2 + h p, and zeta is the multiplier of
+the load; where the approach is given, it is that of p S p / 2 + (h - zeta c) p. Source: [BVSV] section 6;
 docs/theory/contact.md.
+
+The method is that of Polonsky and Keer (1999), Wear 231, 206-219, preconditioned as by Vollebregt (2014),
+Journal of Computational Physics 257, 333-351. Elements with overlap join at once, with the next direction,
+and where the load is given, directions do not change it.
 """
 
 from collections.abc import Callable
@@ -28,6 +26,8 @@ from femic.contact.patch import MARGIN, Extent, block_mean, extents, near_ends
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
+
+# --- pressures of least energy ---
 
 TOLERANCE = 1e-7  # of pressures, as a share of the largest
 MOST_ITERATIONS = 500
@@ -189,11 +189,13 @@ def _share(z: Array, p: Array) -> float:
     return largest / pressure if pressure > 0 else np.inf
 
 
+# --- contact on a grid ---
+
 COARSEST = 4  # elements along x or s below which pressures are not sought on a coarser grid first
 
 
 class PotentialAreaTooSmall(Failure):
-    """A contact under `loading` that comes too near to some ends of its grid: `ends`, of `edges.ENDS`.
+    """A contact under `loading` that comes too near to some ends of its grid: `ends`, of `ENDS`.
 
     `ics` is the name of its ICs, where it is known.
     """
@@ -376,7 +378,7 @@ def solve(
 ) -> NormalContact:
     """Return the contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
 
-    Raises WrongInput as `Loading`, and Failure as `bound_constrained.pressures` does and where the contact
+    Raises WrongInput as `Loading`, and Failure as `pressures` does and where the contact
     comes closer than `MARGIN` elements to an end of the grid, with the ends named.
     """
     loading = Loading(load, approach)

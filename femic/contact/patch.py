@@ -1,21 +1,17 @@
-"""Values on elements twice as large.
+"""Contact patches on a grid: boxes around them, resultants of their tractions, and their edges.
 
-A rectangular part of a grid, to which a contact is confined.
+Forces and moments, about the contact centre, are those on the upper body, in global axes. Theory:
+docs/theory/contact.md.
 
-Forces and moments of the tractions of a contact, about its centre, and its centre of pressure.
-
-All are those on the upper body, in global axes. Theory: docs/theory/contact.md.
-
-The edges of contact patches, interpolated within elements, and the ends of the grid that they come near.
-
-Two readings. From gaps: beyond the edge of smooth surfaces the gap grows as distance^(3/2), so gap^(2/3) at
-the second and third element without contact gives a straight line that starts at the edge. It is right to
-0.05 elements, but off by 0.3 at the tips of slender patches, whose edge is curved within these elements. From
-pressures: the squared pressure vanishes at the edge; the parabola through it at the third to fifth element
-from the edge (nearer ones are partly covered) is exact for Hertz's, but off by half an element where
-pressures fall otherwise. Where both are there, their mean is taken, and their difference is added to its
-accuracy. A reading from gaps alone, on short lines, has an accuracy of its own; and where another patch lies
-beyond on the same line the gap grows and falls again, and tells the edge to an element.
+Edges are interpolated within elements, from two readings. From gaps: beyond the edge of smooth surfaces the
+gap grows as distance^(3/2), so gap^(2/3) at the second and third element without contact gives a straight
+line that starts at the edge. It is right to 0.05 elements, but off by 0.3 at the tips of slender patches,
+whose edge is curved within these elements. From pressures: the squared pressure vanishes at the edge; the
+parabola through it at the third to fifth element from the edge (nearer ones are partly covered) is exact for
+Hertz's, but off by half an element where pressures fall otherwise. Where both are there, their mean is taken,
+and their difference is added to its accuracy. A reading from gaps alone, on short lines, has an accuracy of
+its own; and where another patch lies beyond on the same line the gap grows and falls again, and tells the
+edge to an element.
 """
 
 from dataclasses import dataclass
@@ -27,6 +23,8 @@ from scipy.ndimage import find_objects, label
 from geometries.arrays import Array, Mask
 from geometries.contours import Contour
 from geometries.patches import N, S, X
+
+# --- parts of a grid, and larger elements ---
 
 
 def block_mean(values: Array) -> Array:
@@ -100,6 +98,9 @@ def _inner(ends: tuple[int, int], n: int, margin: int) -> tuple[int, int]:
     return first + margin * (first > 0), last - margin * (last < n)
 
 
+# --- resultants ---
+
+
 @dataclass(frozen=True, eq=False)
 class Resultant:
     """Force [N] and moment about the contact centre (0, 0, 0) [N mm] on the upper body, shape (3,) each."""
@@ -132,6 +133,8 @@ def centre_of_pressure(p: Array, s: Array) -> float:
     """Return the mean arc length [mm] of pressures (n_x, n_s) [MPa] on strips at s (n_s,)."""
     return float(np.sum(p * s) / np.sum(p))
 
+
+# --- edges of patches ---
 
 ACCURACY = 0.05  # of two readings, in elements, at least
 ALONE, BESIDE = 0.3, 1.0  # accuracy of a reading from gaps alone, and of one beside another patch

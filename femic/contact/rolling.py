@@ -1,21 +1,21 @@
-"""A wheel that rolls on a rail: tractions for given creepages, or for given forces, and their work.
+"""Contact with friction in rolling, from rest or steady, and in compression by steps of the load.
 
-Transient rolling begins at rest and proceeds in steps of one element.
+A wheel rolls on a rail at given creepages, or at those that follow from given forces. Transient rolling
+begins at rest and proceeds in steps of one element.
 
 In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is lost
 to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind it, and
 where tractions along x cause displacements along n, pressures ahead and behind differ. With reciprocal ICs
-that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
-du_n/dx = -dh/dx, h the undeformed distance. So
+that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed, du_n/dx =
+-dh/dx, h the undeformed distance. So
 
     sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
 
 and a wheel that rotates as a rigid body has dh/dx = -w_n, nearly x cos(delta) / R.
 
-Static compression with friction: bodies pressed on each other in steps, without rolling.
-
-A vertical approach moves surfaces on inclined places along s, so that they slip or stick there even where
-bodies are of equal material. Each step is a shift from the displacements of the step before.
+In compression the bodies are pressed on each other in steps, without rolling. A vertical approach moves
+surfaces on inclined places along s, so that they slip or stick there even where bodies are of equal material.
+Each step is a shift from the displacements of the step before.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,6 +40,8 @@ from femic.contact.loading import Loading
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import N
+
+# --- rolling ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class RollingProblem:
 
         `forces` [N, for spin N mm] are prescribed forces on the upper body by the names of the creepages that
         follow from them: longitudinal for F_x, lateral for F_y, spin for M_z about the contact centre. The
-        values in `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
+        values in `creepages` are then the first guess. Raises as `solve`, and WrongInput for other
         names.
         """
         if unknown := set(forces) - set(NAMES):
@@ -99,7 +101,7 @@ class RollingProblem:
     def at_rest(self, loading: Loading) -> FrictionalContact:
         """Return the contact of a wheel that was pressed on without tangential tractions.
 
-        Raises as `frictional.solve`.
+        Raises as `solve`.
         """
         still = np.zeros((*self.problem.distance.shape, 2))
         pressed = solve(replace(self.problem, friction=0.0), Shift(still), loading)
@@ -108,7 +110,7 @@ class RollingProblem:
     def transient(self, creepages: Creepages, loading: Loading, steps: int) -> Iterator[RollingContact]:
         """Yield the contact at rest, then after each step of rolling by the length of an element.
 
-        Raises as `frictional.solve`.
+        Raises as `solve`.
         """
         rigid, dx = self.rolling.rigid_slip(creepages), self.problem.grid.dx
         contact = self.at_rest(loading)
@@ -166,11 +168,14 @@ class RollingProblem:
         return weights
 
 
+# --- compression ---
+
+
 def compressed(problem: FrictionalProblem, steps: Sequence[Loading]) -> Iterator[FrictionalContact]:
     """Yield the contact after each of some steps of vertical load or approach, from none on.
 
     Elements that come into contact in a step slip from where they were before it: the error is of the first
-    order in the steps. Raises WrongInput for no steps, and otherwise as `frictional.solve`.
+    order in the steps. Raises WrongInput for no steps, and otherwise as `solve`.
     """
     if not steps:
         raise WrongInput("steps of the load: give one at least")

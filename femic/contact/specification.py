@@ -1,8 +1,7 @@
-"""A gap [mm] that is added to the undeformed distance: a profile over s, or known at points of the surface.
+"""The specification of a contact: bodies, loads, ICs and motion, and how C is computed.
 
-It is linear between the points, and 0 beyond them.
-
-The specification of a contact: bodies, loads, ICs and motion, and how C is computed.
+A gap [mm] may be added to the undeformed distance: a profile over s, or known at points of the surface. It is
+linear between the points, and 0 beyond them.
 """
 
 from collections.abc import Mapping
@@ -35,6 +34,8 @@ from geometries.arrays import Array
 from geometries.bodies import Body, common_extent
 from geometries.errors import WrongInput
 from geometries.patches import Grid
+
+# --- extra gap ---
 
 ON_A_LINE = 1e-9  # width of points over their length below which they lie on one line
 
@@ -112,6 +113,8 @@ def _require_apart(places: Array) -> None:
         where = ", ".join(f"{place:g}" for place in places[first - 1])
         raise WrongInput(f"points {first} and {second} are at the same place ({where}): remove one")
 
+
+# --- what is solved ---
 
 APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
 CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0

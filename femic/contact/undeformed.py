@@ -1,20 +1,18 @@
-"""The undeformed distance of two surfaces, along the normals of the lower one.
+"""The undeformed distance of two surfaces: along the normals of the lower one, or of a tangent plane.
 
 The lower surface is prismatic, the upper one prismatic or of revolution. The upper one is moved along y,
-comes down along z until both touch, and by the approach zeta [mm] beyond that. Source: [BVSV];
-docs/theory/contact.md.
+comes down along z until both touch, and by the approach zeta [mm] beyond that. `Undeformed` has the distance
+along the normals of the lower surface. Source: [BVSV]; docs/theory/contact.md.
 
-Two surfaces over the plane that is tangent to both where they touch, as planar contact sees them.
-
-Programs for planar contact lay its elements into this plane: one contact angle delta_0 for all of them. Both
-sections are heights along the normal of the plane over the coordinate in it, and the undeformed distance is
-their difference,
+`TangentPlane` sees the surfaces as programs for planar contact do: they lay all elements into the plane that
+is tangent to both where they touch, with one contact angle delta_0. Both sections are heights along the
+normal of the plane over the coordinate in it, and the undeformed distance is their difference,
 
     h(x, s) = eta_upper(x, s) - eta_lower(s),
 
 here without an approximation: that of a surface of revolution in each plane of constant x, at all x. Where a
 section turns beyond the normal of the plane it is no function of s, and the distance ends: it is infinite
-there, so that no contact is possible. Theory: docs/theory/contact.md.
+there, so that no contact is possible.
 """
 
 from collections.abc import Callable
@@ -29,6 +27,8 @@ from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.surfaces import LOWER, Surface
+
+# --- along the normals of the lower surface ---
 
 SAMPLES = 2001  # arc lengths among which the first touching point and first guesses are sought
 NEWTON_STEPS = 40  # largest number
@@ -178,6 +178,8 @@ def _arc_length_at(contour: Contour, y: Array) -> Array:
             break
     return np.asarray(t)
 
+
+# --- over a tangent plane ---
 
 Points = Array | tuple[Array, Array]  # (y, z) [mm]
 FAR_SAMPLES = 101  # on each flank beyond

@@ -1,7 +1,8 @@
-"""Carter: steady tractive rolling of long cylinders of elastically similar materials, in plane strain.
+"""Closed forms of contact with friction: tractive rolling, shifted Hertz contacts, and full stick.
 
-The cylinders roll towards +x, across the line on which they touch, with the creepage xi = omega R / V - 1,
-positive where the upper one is driven. Per rolled distance the upper surface slips over the lower one by
+**Carter**: steady tractive rolling of long cylinders of elastically similar materials, in plane strain. They
+roll towards +x, across the line on which they touch, with the creepage xi = omega R / V - 1, positive where
+the upper one is driven. Per rolled distance the upper surface slips over the lower one by
 
     slip = -xi - du/dx, u = upper - lower,
 
@@ -15,10 +16,9 @@ constant slope there:
 Source: Carter (1926), Proceedings of the Royal Society A 112, 151-157; Johnson (1985), Contact Mechanics,
 section 8.3. Normal and tangential problem are apart only for equal (1 - 2 nu) / G of both bodies (K = 0).
 
-Cattaneo and Mindlin: a Hertz contact that is shifted by a growing tangential force at a constant load.
-
-In the middle of the contact the surfaces stick, around it they slip. The traction is that of sliding,
-friction p_n, less the same of a smaller Hertz contact: its size is k times the contact's, of the same shape,
+**Cattaneo and Mindlin**: a Hertz contact that is shifted by a growing tangential force at a constant load. In
+the middle of the contact the surfaces stick, around it they slip. The traction is that of sliding, friction
+p_n, less the same of a smaller Hertz contact: its size is k times the contact's, of the same shape,
 
     k = (1 - F / (f N))^(1/3) at a point,  k = (1 - F / (f N))^(1/2) along a line.
 
@@ -31,22 +31,21 @@ along x,
 
 over t = 0 ... pi/2, in elliptic integrals; of a circle 3 f N (2 - nu) / (8 G a) (1 - k^2). Along s, sin(t)^2.
 
-Exact in two dimensions and, at a point, for nu = 0. Otherwise it neglects the displacements across the
-force in the slip zone: there the slip of a circle is off the direction of the traction by about
-nu / (4 - 2 nu) rad (Johnson). Tractions of the exact solution differ by little, most of it across the force
-(Munisamy, Hills and Nowell 1994, Journal of Applied Mechanics 61, 278-283): compare at 1 %. Normal and
-tangential problem are apart only for equal (1 - 2 nu) / G of both bodies (K = 0).
+Exact in two dimensions and, at a point, for nu = 0. Otherwise it neglects the displacements across the force
+in the slip zone: there the slip of a circle is off the direction of the traction by about nu / (4 - 2 nu) rad
+(Johnson). Tractions of the exact solution differ by little, most of it across the force (Munisamy, Hills and
+Nowell 1994, Journal of Applied Mechanics 61, 278-283): compare at 1 %. Normal and tangential problem are
+apart only for equal (1 - 2 nu) / G of both bodies (K = 0).
 
 Sources: Cattaneo (1938), Rendiconti dell'Accademia dei Lincei 27, 342-348; Mindlin (1949), Journal of Applied
 Mechanics 16, 259-268; Deresiewicz (1957), Journal of Applied Mechanics 24, 623-624; Vermeulen and Johnson
 (1964), the same 31, 338-340; Johnson (1985), Contact Mechanics, section 7.2.
 
-Full stick: dissimilar bodies pressed together with so much friction that nothing slips, in closed form.
-
-Where (1 - 2 nu) / G differ, pressures also move the two surfaces over each other. Without slip each particle
-keeps the tangential displacement that it has on entering the contact, so the history counts: here the load
-grows from 0, with a gap curvature r^2 / 2, and contacts of all sizes are alike. From one size to the next the
-bodies approach as on a flat punch without slip, and the tractions are sums of those of punches. In terms of
+**Full stick**: dissimilar bodies pressed together with so much friction that nothing slips. Where (1 - 2 nu)
+/ G differ, pressures also move the two surfaces over each other. Without slip each particle keeps the
+tangential displacement that it has on entering the contact, so the history counts: here the load grows from
+0, with a gap curvature r^2 / 2, and contacts of all sizes are alike. From one size to the next the bodies
+approach as on a flat punch without slip, and the tractions are sums of those of punches. In terms of
 
     beta = K / (1 - nu) with combined constants (Dundurs' second constant), epsilon = artanh(beta) / pi,
 
@@ -60,8 +59,8 @@ of E* = G / (1 - nu), and of the half-width or radius a:
 Without mismatch J = 1 and I = 1/2: Hertz. Tractions of the punches: along a line p + i q is proportional to
 exp(i L(x / a)) / sqrt(a^2 - x^2). Axisymmetric p and q are Hankel transforms of the cosine transform of phi
 and of the sine transform of psi, and phi + i psi is proportional to exp(i L(t / a)). That the surfaces touch
-where the contact grows to gives I and J. Of a punch on one body that is rigid,
-artanh(beta) / beta = (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) with the nu of the other one.
+where the contact grows to gives I and J. Of a punch on one body that is rigid, artanh(beta) / beta = (1 - nu)
+ln(3 - 4 nu) / (1 - 2 nu) with the nu of the other one.
 
 The traction q on the upper body points outwards for K > 0. It needs a friction of |q| / p, which grows
 without bound towards the edge: any friction leaves a ring of slip there. Still nearer to the edge, as near as
@@ -84,6 +83,8 @@ from femic.contact.exact.hertz import LineContact, LoadedPoint, require_positive
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import S, X
+
+# --- tractive rolling: Carter ---
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,9 @@ class TractiveRolling:
         beyond = max(abs(self.creepage) - self.largest_creepage, 0.0)
         slips = np.where(x < self.stick_start, slope + beyond, 0.0)
         return np.asarray(np.where(np.abs(x) <= self.half_width, -direction * slips, np.nan))
+
+
+# --- shifted Hertz contacts: Cattaneo and Mindlin ---
 
 
 @dataclass(frozen=True)
@@ -290,6 +294,8 @@ def _check(nu: float, friction: float, force: float, load: float, direction: int
     if direction not in (X, S):
         raise WrongInput(f"direction = {direction!r}: must be {X} (x) or {S} (s)")
 
+
+# --- full stick: Mossakovskii and Spence ---
 
 Complex = NDArray[np.complex128]
 

@@ -1,6 +1,4 @@
-"""The check that an argument is positive.
-
-Hertz: frictionless contact of half-spaces with quadratic gaps, at a point or along a line.
+"""Hertz: frictionless contact of half-spaces with quadratic gaps, at a point or along a line.
 
 The undeformed gap is curvature_x x^2 / 2 + curvature_s s^2 / 2. Displacements under the pressures of an
 ellipse are elliptic integrals; Carlson's symmetric ones hold for circles, too. Source: Johnson (1985),
@@ -18,13 +16,6 @@ from scipy.special import elliprd, elliprf
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import Material
-
-
-def require_positive(name: str, value: float) -> None:
-    """Raise WrongInput for what is not a positive number."""
-    if not 0 < value < np.inf:
-        raise WrongInput(f"{name} = {value!r}: must be positive and finite")
-
 
 MOST_SLENDER = 1e8  # largest ratio of the semi-axes that is sought
 
@@ -138,3 +129,9 @@ class LineContact:
         ratio = np.maximum(np.abs(s) / half_width, 1)
         grown = ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio)
         return np.asarray(self.curvature * half_width**2 / 2 * grown)
+
+
+def require_positive(name: str, value: float) -> None:
+    """Raise WrongInput for what is not a positive number."""
+    if not 0 < value < np.inf:
+        raise WrongInput(f"{name} = {value!r}: must be positive and finite")

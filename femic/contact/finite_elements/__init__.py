@@ -6,8 +6,8 @@
     contact = fe_contact(Bodies(lower, upper, s_range=lower.contour.limits), load=58e3)
     contact.numbers.p_max, contact.estimate.p_max
 
-Modules: `bodies` (mesh, stiffness, multigrid), `overlap` and `coupling` (mortar), `saddle` (displacements,
-pressures and approach for a given contact area), `active_set` (the area), `extent` (its edges),
-`meshed_contact` (a contact on one pair of meshes), `result` (meshes made for the patch, and estimates),
-`supports` (bodies of a contact problem). Imports femic, approx, geometries.
+Modules: `bodies` (mesh, stiffness, multigrid), `coupling` (mortar), `saddle` (displacements, pressures and
+approach for a given contact area, and this area), `meshed_contact` (a contact on one pair of meshes, its
+edges; bodies of a contact problem), `result` (meshes made for the patch, and estimates), `fineness`. Imports
+femic, approx, geometries.
 """

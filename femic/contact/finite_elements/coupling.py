@@ -1,23 +1,22 @@
-"""The common refinement of two triangulations of a plane: quadrature on the overlaps of their triangles.
-
-A field that is a polynomial on each triangle of the one and of the other is one on each overlap, so that
-products of both are integrated exactly. An overlap is convex: the triangles from its middle to its sides.
-
-Mortar coupling: weighted gaps of two meshed surfaces, and the forces of pressures on both bodies.
+"""Mortar coupling: weighted gaps of two meshed surfaces, and the forces of pressures on both bodies.
 
 The gap along the lower normals n, between points opposite each other along n,
 
     g = h - zeta cos(delta) + (u_upper - u_lower).n,
 
-is weighted with functions psi_i of the vertices of the lower surface, in its chart (x, s): g_i = integral
-of psi_i g >= 0. The pressures are p = sum of p_i psi_i, with p_i >= 0 and g_i p_i = 0. These are the
-conditions of least energy with bounds, so both bodies feel the same pressures.
+is weighted with functions psi_i of the vertices of the lower surface, in its chart (x, s): g_i = integral of
+psi_i g >= 0. The pressures are p = sum of p_i psi_i, with p_i >= 0 and g_i p_i = 0. These are the conditions
+of least energy with bounds, so both bodies feel the same pressures.
 
-The psi_i are dual to the linear hat functions phi_i: on a triangle 4 phi_i - 1, so that the integral of
-psi_i phi_j vanishes for i != j, and that of psi_i phi_i is that of phi_i, the area of the vertex. So p_i is
-the mean of p near a vertex: where the field of displacement is linear, the vertex bears p_i times its area.
-(Hat functions themselves, p = sum of p_i phi_i, give pressures that alternate by 15 % of the largest one at
-the edge of a patch; these do not.) Source: Wohlmuth (2011), Acta Numerica 20, 569-734.
+The psi_i are dual to the linear hat functions phi_i: on a triangle 4 phi_i - 1, so that the integral of psi_i
+phi_j vanishes for i != j, and that of psi_i phi_i is that of phi_i, the area of the vertex. So p_i is the
+mean of p near a vertex: where the field of displacement is linear, the vertex bears p_i times its area. (Hat
+functions themselves, p = sum of p_i phi_i, give pressures that alternate by 15 % of the largest one at the
+edge of a patch; these do not.) Source: Wohlmuth (2011), Acta Numerica 20, 569-734.
+
+Integrals are taken on the overlaps of the triangles of both surfaces, their common refinement. A field that
+is a polynomial on each triangle of the one and of the other is one on each overlap, so that products of both
+are integrated exactly. An overlap is convex: the triangles from its middle to its sides.
 """
 
 from dataclasses import dataclass
@@ -33,6 +32,8 @@ from femic.contact.undeformed import Undeformed
 from femic.reference.solid.mesh import Trace
 from geometries.arrays import Array, Indices, Mask
 from geometries.errors import Failure
+
+# --- overlaps of two triangulations ---
 
 ORDER = 5  # of the quadrature on each part of an overlap
 ROUNDING = 1e-12  # of barycentric coordinates
@@ -133,6 +134,8 @@ def _parts(corners: Array) -> tuple[Array, Indices]:
     parts = np.stack([np.broadcast_to(middle[:, None], ring.shape), ring, following], axis=1)
     return parts.reshape(2, 3, -1), np.tile(pairs, ring.shape[1])
 
+
+# --- weighted gaps ---
 
 COVERED = 1e-6  # share of the area of the lower surface that overlaps may miss, or cover twice
 ROOM = 0.1  # around the part of the upper surface opposite the zone, as a share of its lengths

@@ -1,17 +1,18 @@
-"""The linear problem of a contact whose contact area is given: displacements, pressures and approach.
+"""Contact of two coupled bodies: the linear problem of a given contact area, and this area by an active set.
+
+With a given contact area, displacements, pressures and approach follow from
 
     K_l u_l + B_l^T p = 0,   K_u u_u - B_u^T p = 0,   B_l u_l - B_u u_u + c zeta = h,   c.p = N
 
 on the vertices in contact. It is symmetric and indefinite: MINRES, with a block diagonal preconditioner of
-one multigrid cycle per body; the inverse of the compliance of the surface, which is about the square root
-of a Laplacian; and a stiffness for the approach. Source: Elman, Silvester and Wathen (2014),
-Finite Elements and Fast Iterative Solvers, chapter 4.
+one multigrid cycle per body; the inverse of the compliance of the surface, which is about the square root of
+a Laplacian; and a stiffness for the approach. Source: Elman, Silvester and Wathen (2014), Finite Elements and
+Fast Iterative Solvers, chapter 4.
 
-Which vertices are in contact: a primal-dual active set, a semismooth Newton method.
-
-Source: Hintermueller, Ito and Kunisch (2003), SIAM Journal on Optimization 13, 865-888. Each step solves a
-linear problem; vertices with tension leave, vertices with penetration join. Problems are solved
-roughly as long as many do.
+Which vertices are in contact is found by a primal-dual active set, a semismooth Newton method. Source:
+Hintermueller, Ito and Kunisch (2003), SIAM Journal on Optimization 13, 865-888. Each step solves a linear
+problem; vertices with tension leave, vertices with penetration join. Problems are solved roughly as long as
+many do.
 """
 
 from collections.abc import Callable
@@ -28,6 +29,8 @@ from femic.contact.finite_elements.coupling import Coupling
 from femic.reference.job import NotConverged
 from geometries.arrays import Array, Mask
 from geometries.materials import Material
+
+# --- given contact area ---
 
 MOST_ITERATIONS, MOST_AT_ONCE = 1000, 300
 SCIPY_S = 1 / 30  # SciPy's measure of residuals over ours, about
@@ -176,6 +179,8 @@ def _operators(pair: CoupledBodies, active: Mask) -> tuple[LinearOperator, Linea
 
     return operator(multiplied), operator(preconditioned)
 
+
+# --- active set ---
 
 MOST_STEPS = 40
 ROUGH, FINE = 1e-3, 1e-6  # relative residuals of linear problems

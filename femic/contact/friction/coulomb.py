@@ -1,22 +1,20 @@
-"""Whether friction can supply prescribed forces.
-
-With bounds g of tractions |p|, weighted sums W p reach the forces f if and only if c f <= sum g |c W| for all
-c. The least of sum g |c W| with c f = 1 is the factor by which all the forces may grow. It is found by least
-squares with weights g / |c W| (Weiszfeld 1937, Tohoku Mathematical Journal 43, 355-386); each c on the way
-gives a factor that is not too small.
-
-Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
+"""Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
 
 The unknowns are tractions p with |p| <= g on each element; the slip s = L p + w + B c vanishes where |p| < g,
 and is opposite to p elsewhere. The steps are
 
-1. it is decided which elements stick, and which slip (`law`);
+1. it is decided which elements stick, and which slip (`Law`);
 2. their equations are made linear, with those of the forces that determine free amplitudes c;
-3. they are solved by GMRES, preconditioned by the same equations of strips on half-spaces (`strips`);
+3. they are solved by GMRES, preconditioned by the same equations of strips on half-spaces (`StripInverse`);
 4. the step is halved until the residual falls.
 
 Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SIAM Journal on Optimization 13,
 865-888). L need not be symmetric: in steady rolling it is not.
+
+Prescribed forces are first checked against friction. With bounds g of tractions |p|, weighted sums W p reach
+the forces f if and only if c f <= sum g |c W| for all c. The least of sum g |c W| with c f = 1 is the factor
+by which all the forces may grow. It is found by least squares with weights g / |c W| (Weiszfeld 1937, Tohoku
+Mathematical Journal 43, 355-386); each c on the way gives a factor that is not too small.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,50 +28,7 @@ from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
-STEPS = 50
-SMALLEST = 1e-9  # of |c W|, and of eigenvalues, as shares of the largest
-
-
-class ForcesBeyondFriction(Failure):
-    """Prescribed forces that no tractions within the bounds of friction supply."""
-
-
-def require_attainable(weights: Array, bound: Array, targets: Array) -> None:
-    """Raise ForcesBeyondFriction where no tractions within bounds (n_x, n_s) supply forces `targets` (k,).
-
-    The forces are the sums of weights (k, n_x, n_s, 2) times tractions.
-    """
-    factor = attainable_factor(weights, bound, targets)
-    if factor <= 1:
-        raise ForcesBeyondFriction(
-            "prescribed forces exceed what friction can supply: together they may be no more than "
-            f"{factor:.4g} times as large; use smaller forces, a larger load, or more friction"
-        )
-
-
-def attainable_factor(weights: Array, bound: Array, targets: Array) -> float:
-    """Return the factor by which forces may grow; infinite for none, 0 where there are no tractions."""
-    loaded = bound > 0
-    largest = np.sum(bound * np.linalg.norm(weights, axis=-1), axis=(1, 2))
-    if not np.all(largest > 0):
-        return 0.0
-    if not np.any(targets):
-        return np.inf
-    contributions = (
-        np.moveaxis(weights[:, loaded], 0, -1) / largest
-    )  # (m, 2, k), of forces as shares of their largest
-    shares, g = targets / largest, bound[loaded]
-    c, least = shares / (shares @ shares), np.inf
-    for _ in range(STEPS):
-        size = np.linalg.norm(contributions @ c, axis=1)
-        least = min(least, float(g @ size))
-        each = g / np.maximum(size, max(SMALLEST * float(np.max(size)), 1e-300))
-        matrix = np.einsum("e,eik,eil->kl", each, contributions, contributions)
-        matrix += SMALLEST * np.trace(matrix) * np.eye(len(c))
-        c = np.linalg.solve(matrix, shares)
-        c /= shares @ c
-    return least
-
+# --- tractions by Newton steps ---
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest bound
 SCALES = 1.0, 3.0  # of r, tried in turn: any will do, but steps to and fro with one may end with another
@@ -311,3 +266,50 @@ class _Bordered:
         q = self.inverse(v[: 2 * m].reshape(m, 2))
         c = self.of_forces @ (v[2 * m :] - self.newton.forces(q))
         return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])
+
+
+# --- whether friction can supply the forces ---
+
+STEPS = 50
+SMALLEST = 1e-9  # of |c W|, and of eigenvalues, as shares of the largest
+
+
+class ForcesBeyondFriction(Failure):
+    """Prescribed forces that no tractions within the bounds of friction supply."""
+
+
+def require_attainable(weights: Array, bound: Array, targets: Array) -> None:
+    """Raise ForcesBeyondFriction where no tractions within bounds (n_x, n_s) supply forces `targets` (k,).
+
+    The forces are the sums of weights (k, n_x, n_s, 2) times tractions.
+    """
+    factor = attainable_factor(weights, bound, targets)
+    if factor <= 1:
+        raise ForcesBeyondFriction(
+            "prescribed forces exceed what friction can supply: together they may be no more than "
+            f"{factor:.4g} times as large; use smaller forces, a larger load, or more friction"
+        )
+
+
+def attainable_factor(weights: Array, bound: Array, targets: Array) -> float:
+    """Return the factor by which forces may grow; infinite for none, 0 where there are no tractions."""
+    loaded = bound > 0
+    largest = np.sum(bound * np.linalg.norm(weights, axis=-1), axis=(1, 2))
+    if not np.all(largest > 0):
+        return 0.0
+    if not np.any(targets):
+        return np.inf
+    contributions = (
+        np.moveaxis(weights[:, loaded], 0, -1) / largest
+    )  # (m, 2, k), of forces as shares of their largest
+    shares, g = targets / largest, bound[loaded]
+    c, least = shares / (shares @ shares), np.inf
+    for _ in range(STEPS):
+        size = np.linalg.norm(contributions @ c, axis=1)
+        least = min(least, float(g @ size))
+        each = g / np.maximum(size, max(SMALLEST * float(np.max(size)), 1e-300))
+        matrix = np.einsum("e,eik,eil->kl", each, contributions, contributions)
+        matrix += SMALLEST * np.trace(matrix) * np.eye(len(c))
+        c = np.linalg.solve(matrix, shares)
+        c /= shares @ c
+    return least

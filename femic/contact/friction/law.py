@@ -1,17 +1,17 @@
-"""What both Newton methods share: pressures and tractions together (`coupled`), and tractions (`coulomb`).
-
-Coulomb's law on free elements as equations, and these made linear.
+"""Coulomb's law on free elements as equations, their linear form, and its approximate inverse.
 
 Tractions q with |q| <= g are the projection of q - r s onto the disc of radius g, for any r > 0, s the slip:
 elements stick where |q - r s| <= g, with r s = 0, and slip elsewhere, with q = g (q - r s) / |q - r s| (Alart
 and Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375).
 
-An approximate inverse of the law of friction made linear: exact within strips, by waves between them.
+The inverse of the linear form is exact within strips, and by waves between them. In a strip slip depends on
+where rolling begins and on which elements stick, so that an inverse for the whole plane is a bad
+approximation there. So the equations of each strip are solved directly, as on half-spaces without other
+strips. These are accounted for before: slip where elements stick is changed, wave by wave on a ring, to that
+which the same tractions cause with each strip alone. What couples x with s is left out.
 
-In a strip slip depends on where rolling begins and on which elements stick, so that an inverse for the whole
-plane is a bad approximation there. So the equations of each strip are solved directly, as on half-spaces
-without other strips. These are accounted for before: slip where elements stick is changed, wave by wave on a
-ring, to that which the same tractions cause with each strip alone. What couples x with s is left out.
+Both Newton methods take their steps from here: that for pressures and tractions together
+(`femic.contact.coupled`) and that for tractions (`femic.contact.friction.coulomb`).
 """
 
 from collections.abc import Callable, Sequence
@@ -28,48 +28,7 @@ from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.operators.convolution import Convolution, Waves
 from geometries.arrays import Array, Indices, Mask
 
-LOOSEST = 0.1  # relative residual of the linear equations
-MOST_VECTORS = 80  # of GMRES
-SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
-
-
-def correction(
-    residual: Array,
-    derivative: Callable[[Array], Array],
-    inverse: Callable[[Array], Array],
-    relative_residual: float,
-) -> Array:
-    """Return the change (n,) of the unknowns that takes a residual (n,) away, by preconditioned GMRES.
-
-    `derivative` returns the change of residuals, `inverse` approximately the change of unknowns.
-    """
-    size = (len(residual),) * 2
-    solution, _ = gmres(
-        LinearOperator(size, matvec=derivative, dtype=float),
-        -residual,
-        rtol=relative_residual,
-        restart=MOST_VECTORS,
-        maxiter=1,
-        M=LinearOperator(size, matvec=inverse, dtype=float),
-    )
-    return np.asarray(solution, dtype=float)
-
-
-def inverse_of_amplitudes(forces: Sequence[Array]) -> Array:
-    """Return the inverse (k, k) of how amplitudes change forces, where they do.
-
-    `forces` (k,) are those of the tractions that undo the residuals of a unit amplitude, amplitude by
-    amplitude.
-    """
-    k = len(forces)
-    return np.asarray(np.linalg.pinv(-np.reshape(forces, (k, k)).T, rcond=SINGULAR), dtype=float)
-
-
-def idle(errors: Sequence[float], steps: int) -> bool:
-    """Return whether the last errors, as many as `steps`, are all larger than one before."""
-    before, last = errors[:-steps], errors[-steps:]
-    return bool(before) and min(last) > min(before)
-
+# --- the law and its linear form ---
 
 TINY = 1e-300
 
@@ -173,6 +132,8 @@ class Law:
         return own, behind
 
 
+# --- approximate inverse by strips ---
+
 Single = NDArray[np.float32]
 
 
@@ -259,3 +220,48 @@ class StripInverse:
             of_row = of_slip[..., 0] * here[:, :, row] + of_slip_behind[..., 0] * behind[:, :, row]
             matrices[:, :, np.searchsorted(rows, followed[row])] += ratio[row].astype(np.float32) * of_row
         return matrices
+
+
+# --- steps of Newton's method ---
+
+LOOSEST = 0.1  # relative residual of the linear equations
+MOST_VECTORS = 80  # of GMRES
+SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
+
+
+def correction(
+    residual: Array,
+    derivative: Callable[[Array], Array],
+    inverse: Callable[[Array], Array],
+    relative_residual: float,
+) -> Array:
+    """Return the change (n,) of the unknowns that takes a residual (n,) away, by preconditioned GMRES.
+
+    `derivative` returns the change of residuals, `inverse` approximately the change of unknowns.
+    """
+    size = (len(residual),) * 2
+    solution, _ = gmres(
+        LinearOperator(size, matvec=derivative, dtype=float),
+        -residual,
+        rtol=relative_residual,
+        restart=MOST_VECTORS,
+        maxiter=1,
+        M=LinearOperator(size, matvec=inverse, dtype=float),
+    )
+    return np.asarray(solution, dtype=float)
+
+
+def inverse_of_amplitudes(forces: Sequence[Array]) -> Array:
+    """Return the inverse (k, k) of how amplitudes change forces, where they do.
+
+    `forces` (k,) are those of the tractions that undo the residuals of a unit amplitude, amplitude by
+    amplitude.
+    """
+    k = len(forces)
+    return np.asarray(np.linalg.pinv(-np.reshape(forces, (k, k)).T, rcond=SINGULAR), dtype=float)
+
+
+def idle(errors: Sequence[float], steps: int) -> bool:
+    """Return whether the last errors, as many as `steps`, are all larger than one before."""
+    before, last = errors[:-steps], errors[-steps:]
+    return bool(before) and min(last) > min(before)

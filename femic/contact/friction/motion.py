@@ -1,42 +1,12 @@
-"""How a rigid wheel that rolls on a rail moves over it, per unit of rolled distance.
+"""How surfaces slip over each other: the rigid motion, and slip by a shift or in rolling.
 
-Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions
-x, s, n of the latter; those along x and s are the rigid slip.
+Velocities of a rigid wheel are those of the upper surface over the lower one per unit of rolled distance, in
+the local directions x, s, n of the latter; those along x and s are the rigid slip w. Rolling is towards +x.
 Theory: docs/theory/friction.md. Source: Kalker (1990), Three-dimensional elastic bodies in rolling contact,
 section 1.3.
 
-Friction that depends on the contact angle, as on a lubricated flange: a factor of the coefficient.
-
-The contact angle of an element is the magnitude of the inclination of the lower surface there, in the axes in
-which this surface is given. The factor is linear between pairs of angle and factor, and constant beyond them.
-
-Slip at the centres of elements, from that which is known half way between them and the next ones ahead.
-
-Friction opposes the slip at an element, while s is known ahead of it, and s' behind it, both to the second
-order. Their mean is that of the element. But where s vanishes the element has to stick, and the law must have
-a solution on any grid: so the slip of an element,
-
-    s + w (s' - s) / 2,   w = 4 max(0, s . s') / (|s| + |s'|)^2,
-
-vanishes only with s, changes continuously, and is the mean up to errors of the second order where slip is
-smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
-
-Elements at the leading edge of a rolling contact, whose tractions follow those behind them.
-
-A surface that rolls into contact takes up tangential tractions from zero, in proportion to the pressures at
-first: their ratio is smooth there, while both rise like the square root of the distance from the edge.
-Elements of constant traction follow this rise badly: where slip is made zero on the outermost ones, forces
-have errors of the first order, which depend on how the edge cuts elements. So the last `DEPTH` elements of
-each row take the same share of their bounds as the one behind them.
-
-In short rows bounds hardly fall between these elements: then their tractions, raised together, would move the
-followed one ahead instead of back, and no tractions at all might obey Coulomb's law. So only one element
-follows in rows of less than two times `LEAST_PER_DEPTH` elements, and none in rows of less than that.
-
-How surfaces slip over each other: by a shift, in a step of rolling, in steady rolling.
-
-Slip follows from the rigid slip w and the displacement differences u (upper less lower body). Particles run
-through a rolling contact from its leading edge at large x to its trailing edge.
+Slip follows from w and the displacement differences u (upper less lower body). Particles run through a
+rolling contact from its leading edge at large x to its trailing edge.
 
     shift           s = w + u - u'                     [mm], u' before the shift
     step of rolling s = w + (u(x) - u'(x + dx)) / dx   per unit of rolled distance, u' a step before
@@ -44,7 +14,30 @@ through a rolling contact from its leading edge at large x to its trailing edge.
 
 The last two are right to the second order half way between an element and the next one ahead, where w is
 taken, too. Taken as the slip of the element, with its own w (`order` 1), this is the scheme of Kalker and of
-CONTACT (Kalker 1990, Three-dimensional elastic bodies in rolling contact, section 4.3).
+CONTACT (Kalker, section 4.3).
+
+**Slip at the centres of elements.** Friction opposes the slip at an element, while s is known ahead of it,
+and s' behind it, both to the second order. Their mean is that of the element. But where s vanishes the
+element has to stick, and the law must have a solution on any grid: so the slip of an element,
+
+    s + w (s' - s) / 2,   w = 4 max(0, s . s') / (|s| + |s'|)^2,
+
+vanishes only with s, changes continuously, and is the mean up to errors of the second order where slip is
+smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
+
+**Leading edge.** A surface that rolls into contact takes up tangential tractions from zero, in proportion to
+the pressures at first: their ratio is smooth there, while both rise like the square root of the distance from
+the edge. Elements of constant traction follow this rise badly: where slip is made zero on the outermost ones,
+forces have errors of the first order, which depend on how the edge cuts elements. So the last `DEPTH`
+elements of each row take the same share of their bounds as the one behind them.
+
+In short rows bounds hardly fall between these elements: then their tractions, raised together, would move the
+followed one ahead instead of back, and no tractions at all might obey Coulomb's law. So only one element
+follows in rows of less than two times `LEAST_PER_DEPTH` elements, and none in rows of less than that.
+
+**Friction by the contact angle**, as on a lubricated flange, is a factor of the coefficient. The contact
+angle of an element is the magnitude of the inclination of the lower surface there, in the axes in which this
+surface is given. The factor is linear between pairs of angle and factor, and constant beyond them.
 """
 
 from collections.abc import Callable, Sequence
@@ -61,6 +54,8 @@ from geometries.arrays import Array, Indices, Mask
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.patches import N
+
+# --- rigid motion of a wheel ---
 
 
 @dataclass(frozen=True)
@@ -123,6 +118,8 @@ class RollingKinematics:
         return self.rigid_slip(Creepages(**{name: 1.0})) - self.rigid_slip(Creepages())
 
 
+# --- friction by the contact angle ---
+
 Angle = Annotated[float, Field(ge=0, le=90)]  # deg
 Factor = Annotated[float, Field(ge=0, le=10)]
 Pairs = Sequence[tuple[float, float]]  # of an angle [deg] and the factor there
@@ -176,6 +173,8 @@ def largest_factor(pairs: Pairs) -> float:
     return max((factor for _, factor in pairs), default=1.0)
 
 
+# --- slip at the centres of elements ---
+
 Linear = Callable[[Array], Array]
 
 TINY = 1e-150
@@ -216,6 +215,8 @@ def _weights(slip: Array) -> tuple[Array, Array, Array]:
     of_product = np.where(product > 0, 4 / square, 0.0)
     return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b
 
+
+# --- leading edge ---
 
 DEPTH = 2  # elements of each row that follow
 LEAST_PER_DEPTH = 6  # elements of a row for each that follows
@@ -267,6 +268,9 @@ def _neighbours(mask: Mask) -> Indices:
     for row in range(1, len(mask)):
         counts[row] = np.where(mask[row - 1], counts[row - 1] + 1, 0)
     return counts
+
+
+# --- motions ---
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,12 @@ T^p A T^q is a sum of kernels of the lag times cosines and sines of (m p + n q) 
 these, of a difference, are sums of products. Forms of ICs that are no such product become an operator that is
 dense between strips. Source: [BVSV] sections 3 and 4; docs/theory/contact.md.
 
-ICs of a wheel for the slip of rolling: displacements along x as the rail sees them.
-
-The local directions of a wheel rotate with its surface. A particle that is raised by u_z is nearer to the
-axle and passes the contact more slowly, by u_z over the radius R of its rolling circle: in local directions
-the slip along x is w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of
-u_x. Then a rigid vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise
-the slip would depend on the rigid-body discount, by M_zz times load over R.
+In rolling, displacements of a wheel along x are taken as the rail sees them (`rolled`). The local directions
+of a wheel rotate with its surface. A particle that is raised by u_z is nearer to the axle and passes the
+contact more slowly, by u_z over the radius R of its rolling circle: in local directions the slip along x is
+w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of u_x. Then a rigid
+vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise the slip would
+depend on the rigid-body discount, by M_zz times load over R.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -228,6 +227,9 @@ def _at_all_lags(ics: Array) -> Array:
     sign_x, sign_s = (mirror_signs(direction)[:, :, None, None] for direction in (X, S))
     along_x = np.concatenate([sign_x * ics[:, :, :0:-1], ics], axis=2)
     return np.concatenate([sign_s * along_x[..., :0:-1], along_x], axis=3)
+
+
+# --- a wheel as the rail sees it ---
 
 
 def rolled(ics: Array, surface: Surface, grid: Grid) -> Array:

@@ -1,10 +1,8 @@
-"""Waves on a ring in x and s: preconditioners for contact on any ICs.
+"""Operators that are sums of 2D convolutions between factors that vary with s, and waves that invert them.
 
-Source: Vollebregt (2014), Journal of Computational Physics 257, 333-351. Beyond the lags of the grid
-the kernel keeps its value at the longest one: with zeros there some values of the spectrum would not be
-positive.
-
-Operators that are sums of 2D convolutions between factors that vary with s.
+Waves on a ring in x and s are preconditioners for contact on any ICs. Source: Vollebregt (2014), Journal of
+Computational Physics 257, 333-351. Beyond the lags of the grid the kernel keeps its value at the longest one:
+with zeros there some values of the spectrum would not be positive.
 """
 
 from collections.abc import Mapping
@@ -16,6 +14,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from geometries.arrays import Array, Indices
+
+# --- waves on a ring ---
 
 Complex = NDArray[np.complex128]
 
@@ -63,6 +63,8 @@ def _lags(size: int, n: int) -> Indices:
     lags = np.where(lags > size // 2, lags - size, lags)
     return np.asarray(n - 1 + np.clip(lags, 1 - n, n - 1))
 
+
+# --- sums of convolutions ---
 
 Factor = str  # name of a factor
 Place = tuple[int, Factor]  # a direction and the factor by which its displacement or traction is multiplied

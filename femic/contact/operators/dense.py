@@ -1,11 +1,8 @@
-"""An IC matrix as an operator from tractions to displacements on a grid, and its smallest eigenvalue.
+"""An IC matrix as an operator from tractions to displacements, its smallest eigenvalue, its reciprocity.
 
 The operator is a convolution along x (by FFT), because elements of a strip differ by their lag only, and a
-dense matrix between strips.
-
-The defect of reciprocity of a raw matrix: the largest one, and the largest away from joints.
-
-Operators on a part of their grid, in the form whose products are fastest there.
+dense matrix between strips. On a part of a grid any operator takes the form whose products are fastest there
+(`part_of`).
 """
 
 import warnings
@@ -28,6 +25,9 @@ from geometries.patches import DIRECTIONS, Grid, N, S, X, mirror_signs
 
 Real = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
+
+
+# --- matrix as operator ---
 
 PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
 EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least IC of an element on itself
@@ -250,6 +250,9 @@ def _frequencies(n: int) -> tuple[Indices, Indices]:
     return chosen, np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
 
 
+# --- reciprocity of a raw matrix ---
+
+
 def reciprocity_defects(ics: Array) -> Array:
     """Return largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
 
@@ -315,6 +318,8 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
         float(np.max(defects_without_joints)) if defects_without_joints.size else None,
     )
 
+
+# --- parts of a grid ---
 
 FEW_KERNELS = 9  # convolutions with no more are fast on any grid
 MOST_DENSE = 96  # strips up to which products of others are 3 to 10 times faster dense between strips

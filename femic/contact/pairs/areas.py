@@ -1,15 +1,15 @@
-"""Places beyond a grid at which two bodies touch, too, under the approach that a contact on the grid has.
-
-Contact of two bodies in several places at once: a grid on each, one approach, one load.
+"""Contact of two bodies in several places at once: a grid on each, one approach, one load.
 
 Patches may lie so far apart that one grid over all of them would hardly resolve any: tread and flange of a
 wheel. Each place has a grid of its own then, an *area*. The pressures of all areas are one bound-constrained
-problem: under one approach of the bodies they carry the load together. Within an area displacements are
-those of its ICs, between areas those of the same approximation (`Coupling`).
+problem: under one approach of the bodies they carry the load together. Within an area displacements are those
+of its ICs, between areas those of the same approximation (`Coupling`).
 
 Distances are those of the displaced bodies: the upper one comes down by the approach zeta along the direction
 of the load, and the distance along the normals of the lower surface is taken there, not linearised in zeta.
 Theory: docs/theory/contact.md.
+
+`touching_beyond` tells where bodies on one grid touch beyond it, too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,26 +38,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import Grid, N, Patch
 
-
-def touching_beyond(on_grid: PairOnGrid, contact: NormalContact) -> Array:
-    """Return arc lengths [mm] beyond the ends of a grid at which the bodies would overlap, (n,).
-
-    There the undeformed distance at x = 0 is less than the approach and the displacement of both surfaces, as
-    half-spaces have it at a distance from the load of the contact.
-    """
-    (start, end), grid = on_grid.undeformed.s_range, on_grid.grid
-    s = np.linspace(start, end, SAMPLES)
-    s = s[(s < grid.extent[0]) | (s > grid.extent[1])]
-    if not s.size:
-        return s
-    extra = 0.0 if on_grid.extra_gap is None else on_grid.extra_gap.at(np.zeros(1), s)
-    distance = on_grid.undeformed.distance(0.0, s) + extra
-    cosine = np.cos(on_grid.undeformed.lower.contour.inclination(s))
-    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
-    away = np.abs(s - centre_of_pressure(contact.p, grid.strips))
-    displacement = float(np.sum(contact.p)) * grid.area / (np.pi * modulus * away)
-    return np.asarray(s[contact.approach * cosine - distance > displacement])
-
+# --- contact in several areas ---
 
 NODES = 9  # of the interpolation between areas, along x and s of each
 POINT = 1e-4  # sides of the element that stands for a point force between areas, over their distance
@@ -163,7 +144,7 @@ class Areas:
     def solve(self, load: float, about: float = 0.0) -> "AreasContact":
         """Return the contact under a load [N] along the approach, of which `about` [mm] is a guess.
 
-        Raises Failure as `bound_constrained.pressures`, and where no approach goes with the distance that it
+        Raises Failure as `pressures`, and where no approach goes with the distance that it
         leads to; `AreaTooSmall` where a patch comes near the end of its grid.
         """
         before, steps = about, list[tuple[float, float]]()
@@ -334,6 +315,8 @@ def _next(steps: Sequence[tuple[float, float]], after: float) -> float:
     return secant if abs(secant - after) <= abs(f_1) else after
 
 
+# --- displacements between areas ---
+
 NO_COUPLING = Coupling((), {})
 
 
@@ -382,3 +365,26 @@ def _lagrange(at: Array, nodes: Array) -> Array:
     return np.stack(
         [np.prod(apart[:, rest] / (nodes[k] - nodes[rest]), axis=1) for k, rest in enumerate(others)], axis=-1
     )
+
+
+# --- places beyond a grid ---
+
+
+def touching_beyond(on_grid: PairOnGrid, contact: NormalContact) -> Array:
+    """Return arc lengths [mm] beyond the ends of a grid at which the bodies would overlap, (n,).
+
+    There the undeformed distance at x = 0 is less than the approach and the displacement of both surfaces, as
+    half-spaces have it at a distance from the load of the contact.
+    """
+    (start, end), grid = on_grid.undeformed.s_range, on_grid.grid
+    s = np.linspace(start, end, SAMPLES)
+    s = s[(s < grid.extent[0]) | (s > grid.extent[1])]
+    if not s.size:
+        return s
+    extra = 0.0 if on_grid.extra_gap is None else on_grid.extra_gap.at(np.zeros(1), s)
+    distance = on_grid.undeformed.distance(0.0, s) + extra
+    cosine = np.cos(on_grid.undeformed.lower.contour.inclination(s))
+    modulus = combined_modulus(on_grid.pair.upper.material, on_grid.pair.lower.material)
+    away = np.abs(s - centre_of_pressure(contact.p, grid.strips))
+    displacement = float(np.sum(contact.p)) * grid.area / (np.pi * modulus * away)
+    return np.asarray(s[contact.approach * cosine - distance > displacement])

@@ -1,6 +1,8 @@
 """Creep-force curves of a wheel: contacts from one creepage to the next, and at prescribed forces.
 
-Contact with friction with the distance of the displaced body, which is linearised otherwise.
+The distance of the bodies is linearised in the approach; what that does to the numbers is known from a few
+contacts with the distance of the displaced body (`displaced`) and from contact without friction
+(`Linearisation`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,6 +32,8 @@ from femic.contact.pairs.quantities import (
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.errors import Failure
 from geometries.patches import N
+
+# --- contacts along a curve ---
 
 MOST_HALVINGS = 2  # of a step of creepage that fails
 ACCURACY = 1e-9  # of creepages that are searched for
@@ -172,6 +176,8 @@ class Continuation:
         """Return the numbers of a contact, with what estimates need."""
         return measured_rolling(self.pair.on_grid, self.problem, rolling)
 
+
+# --- distance of the displaced body ---
 
 OF_DISPLACED: Mapping[str, Quantity] = {
     **OF_ROLLING,

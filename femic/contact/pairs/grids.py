@@ -1,10 +1,8 @@
-"""Where and how two bodies touch first: curvatures, the contact of Hertz, and a first guess of its size.
+"""Grids of a contact: as large as the contact with B-hat, and fine enough for the smallest patch.
 
-The size of a contact with B-hat, found on coarse grids.
-
-The size of grids: as large as the contact with B-hat, and fine enough for the smallest patch.
-
-Automatic grids of a problem, made longer where contacts need it.
+From the curvatures where two bodies touch first, Hertz's contact is a first guess of the size. The size with
+B-hat is found on coarse grids, and grids are made for it. They are made longer where contacts with other ICs
+need it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +24,8 @@ from femic.contact.specification import ContactProblem
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
+
+# --- first touch ---
 
 LEAST_CURVATURE = 1e-4  # relative, of bodies with which grids are tried first [1/mm]
 MOST_UNLIKE = 1e8  # ratio of these
@@ -64,6 +64,8 @@ def _curvatures(bodies: PairOnGrid) -> tuple[float, float]:
     least = max(of_x, of_s) / MOST_UNLIKE
     return max(of_x, least), max(of_s, least)
 
+
+# --- size of a contact ---
 
 SIZING = "Bhat"  # the ICs with which grids are sized
 TRIED = 32  # elements along x and s of the grids that are tried
@@ -260,6 +262,8 @@ def no_grid(loading: Loading) -> Failure:
     )
 
 
+# --- size of grids ---
+
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_ELEMENTS = 60_000  # of a grid that is made finer
@@ -322,7 +326,7 @@ class Sizing:
     def resolved(self, grid: Grid, loadings: Sequence[Loading], most_strips: int) -> Grid:
         """Return the grid with strips halved until they resolve the distance, or are more than `most_strips`.
 
-        What p_max lacks otherwise is part of its estimate (`quantities.lacking`).
+        What p_max lacks otherwise is part of its estimate (`lacking`).
         """
         while 2 * grid.n_s <= most_strips and 2 * grid.n_x * grid.n_s <= MOST_ELEMENTS:
             on_grid = replace(self.bodies, grid=grid)
@@ -373,6 +377,8 @@ def _rounded(n: float) -> int:
 def _fits(grid: Grid) -> bool:
     return grid.n_s <= MOST_STRIPS and grid.n_x <= MOST_ALONG_X
 
+
+# --- grids of a problem ---
 
 WITH_C, WITH_FRICTION, WITHOUT_C = 160, 256, 1024  # strips of grids that are made finer, at most
 COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin

@@ -1,16 +1,12 @@
-"""The jobs of C of both bodies of a contact: grid, components and far arc of each.
+"""ICs of both bodies of a contact by name: C, approximations, and others that the caller gives.
 
-C of each body on the grid of a contact, and their sum without the approach of the pair.
+C of each body is computed on the grid of the contact, and added without the approach of the pair. The
+approach that is subtracted moves the bodies as the approach of a contact does, along z and without a turn:
+tractions do not depend on it. (Each body's own would not cancel where contours differ: the bodies' M_zz are
+large and of opposite signs, and normals at equal arc lengths are not parallel.)
 
-The approach that is subtracted moves the bodies as the approach of a contact does, along z and without a
-turn: tractions do not depend on it. (Each body's own would not cancel where contours differ: the bodies' M_zz
-are large and of opposite signs, and normals at equal arc lengths are not parallel.)
-
-Whether C_nn is positive for the pressures that a contact may have: otherwise it has several solutions.
-
-C of both bodies on a grid as operators of contact, with its quality; approximations as operators.
-
-The ICs of a contact by name: C, which is computed, approximations, and others that the caller gives.
+C_nn must be positive for the pressures that a contact may have: otherwise it has several solutions
+(`require_positive`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,6 +29,8 @@ from geometries.arrays import Array
 from geometries.bodies import Domain
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS, Grid, N, S, X
+
+# --- jobs of C ---
 
 ASPECTS = (0.01, 100.0)  # least and largest dx / ds of a grid of C
 
@@ -81,6 +79,8 @@ def domain_on(problem: ContactProblem, grid: Grid) -> Domain:
     least = matrices_of.far_radius(problem.settings.tolerance, grid) if matrices_of else 0.0
     return Domain(max(least, *(body.domain.far_radius for body in problem.bodies.values())), np.inf)
 
+
+# --- C of each body, and the sum ---
 
 ALL, NORMAL = (X, S, N), (N,)  # directions of tractions with friction, and without
 
@@ -155,6 +155,8 @@ def _matrix(columns: list[Array], grid: Grid, directions: tuple[int, ...]) -> Ar
     return np.asarray(grid.area * np.stack(of_directions, axis=-1).transpose(2, 3, 4, 0, 1))
 
 
+# --- whether C_nn is positive ---
+
 SAME = 1e-6  # difference of mirrored ICs over the largest, to which they are the same
 
 
@@ -212,6 +214,9 @@ def _folded(ic: Array) -> Array:
         folded[..., -1] /= np.sqrt(2)
         folded[:, -1] /= np.sqrt(2)
     return np.asarray(folded)
+
+
+# --- operators of contact ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,6 +302,8 @@ def pair_operator(
 def _each_reciprocal(bodies: Mapping[str, BodyICs]) -> dict[str, BodyICs]:
     return {name: replace(body, ics=reciprocal(body.ics)) for name, body in bodies.items()}
 
+
+# --- ICs by name ---
 
 C = "C"
 Given = TypeVar("Given")

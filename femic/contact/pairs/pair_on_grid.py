@@ -157,7 +157,7 @@ class PairOnGrid:
         """Return the contact with nn ICs where the upper body is now, whatever lateral force that needs.
 
         `exact`: with the distance of the displaced upper body instead of the linearised one. Raises as
-        `contact.normal.solve`, and WrongInput where the bodies do not touch.
+        `femic.contact.normal.solve`, and WrongInput where the bodies do not touch.
         """
         if not np.any(np.isfinite(self.distance)):
             raise WrongInput(

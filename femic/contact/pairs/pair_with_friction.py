@@ -1,6 +1,7 @@
 """Two bodies on a grid with friction: ICs by name, and the contact problem with each.
 
-A motion solved again for its estimates: on larger elements, and with ICs plus their estimated errors.
+For estimates of errors a motion is solved again: on larger elements, and with ICs plus their estimated
+errors.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,6 +35,8 @@ from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
+
+# --- bodies and contact problems ---
 
 Outcome = TypeVar("Outcome")
 
@@ -143,6 +146,8 @@ def solve_with_friction(
 
     return on_fitting_grid(problem, grid, solve_on, longer=not own)
 
+
+# --- solved again for estimates ---
 
 Solution = TypeVar("Solution")
 Solve = Callable[[PairWithFriction, FrictionalProblem, str], Solution]  # the last is a label for messages

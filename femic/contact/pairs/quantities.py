@@ -1,6 +1,6 @@
 """The numbers of contacts, without and with friction: symbols, units, meanings, estimates of errors.
 
-The numbers of steady rolling, with what the work of friction is known to.
+Of steady rolling the work of friction is known to what the slip misses, besides.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -29,6 +29,8 @@ from femic.contact.rolling import RollingContact, RollingProblem
 if TYPE_CHECKING:
     from femic.contact.frictional import FrictionalContact
 
+
+# --- quantities ---
 
 LEAST = 1e-300  # of scales that are divided by
 Contact: TypeAlias = "NormalContact | FrictionalContact"
@@ -177,6 +179,9 @@ OF_CURVE: Mapping[str, Quantity] = {  # of a creep-force curve, besides its poin
 }
 
 
+# --- numbers of a contact, with scales and floors ---
+
+
 def numbers(
     on_grid: PairOnGrid, contact: Contact, quantities: Mapping[str, Quantity] = OF_FRICTIONLESS
 ) -> dict[str, float]:
@@ -240,6 +245,8 @@ def _places(on_grid: PairOnGrid) -> Places:
     (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
     return Places(on_grid.x, y, z, sin, cos, on_grid.grid.area)
 
+
+# --- steady rolling ---
 
 OF_EDGE = 0.015  # part of the work on elements at the edge
 FORCES = {"longitudinal": "F_x", "lateral": "F_y", "spin": "M_z"}  # that creepages bring about

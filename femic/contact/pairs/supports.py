@@ -1,10 +1,11 @@
-"""What the supports of the bodies do to a contact: C with a nearer far arc, and with flatter flanks.
+"""What a contact owes to the supports of its bodies, and displacements by A and B-hat compared on patches.
 
 Contact takes C with the supports of the bodies, of which only the rigid part of the approach is taken away.
 How far the far arc is, and how the flanks incline that stand for the rest of a body, is a convention: so its
-effect is stated beside the results.
+effect is stated beside the results, by C with a nearer far arc and with flatter flanks.
 
-Differences of displacements by A and by B-hat under given pressures, mapped from patch to patch.
+`sensitivities` are differences of displacements by A and by B-hat under given pressures, mapped from patch to
+patch.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,6 +28,8 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array, Mask
 from geometries.contours import Contour
 from geometries.errors import Failure
+
+# --- other supports ---
 
 FLATTER_DEG = 5.0  # by which flanks are flatter
 SAMPLES = 4001  # arc lengths among which flatter flanks begin
@@ -123,6 +126,8 @@ def with_flatter_flanks(contour: Contour) -> Contour:
     core = s[(delta >= -max(steepest[0], 0.0)) & (delta <= max(steepest[1], 0.0))]
     return replace(contour, limits=(float(core[0]), float(core[-1])))
 
+
+# --- A and B-hat under the same pressures ---
 
 REFERENCE = "Bhat"  # the ICs that A is compared with
 
