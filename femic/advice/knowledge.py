@@ -1,6 +1,6 @@
-"""Errors of approximate ICs in a studied scene, by ICs and number, with the names of `femic advise`.
+"""What is known: features and errors of random scenes, the rule of bounds, and how often these held.
 
-What is known: features and errors of random scenes, the rule of bounds, and how often these held.
+Errors of approximate ICs in a studied scene are by ICs and number, with the names of `femic advise`.
 """
 
 import json
@@ -17,6 +17,8 @@ from femic.advice.study import FEATURES, NORMAL_ICS, NORMAL_NUMBERS, PERTURBED, 
 from femic.cache.files import write_text
 from femic.contact.pairs.ics import C
 from geometries.arrays import Array, Indices
+
+# --- errors in a studied scene ---
 
 MIX, SAME_NORMAL = "mix", "Bhat"  # the mix has the nn ICs of B-hat
 PRESSURE_IN_ROLLING = "p_max in rolling"  # tangential tractions change pressures, too
@@ -76,6 +78,8 @@ def _rolling(entry: Mapping[str, Any], name: str) -> dict[str, float]:
         "slope": abs(own["slope"] / reference["slope"] - 1),
     }
 
+
+# --- knowledge of many scenes ---
 
 PACKAGED = Path(__file__).with_name("knowledge.json")
 DIGITS = 4  # of stored numbers

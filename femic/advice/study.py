@@ -1,13 +1,13 @@
-"""What is known of a contact before C is solved, and on what the errors of approximate ICs depend.
+"""Studies of random scenes: features of a contact, its solution with approximations and C, and their store.
 
-With B-hat alone: by what the patch turns and where it lies, how conformal the bodies are, what lies beyond
-the patch, materials, friction.
+Features are what is known of a contact with B-hat alone, before C is solved, and on what the errors of
+approximate ICs depend: by what the patch turns and where it lies, how conformal the bodies are, what lies
+beyond the patch, materials, friction.
 
-A random scene solved with approximations and with C on the same grid, without friction and rolling.
+A scene is solved with approximations and with C on the same grid, without friction and rolling. Errors of the
+elements are nearly the same with all ICs, and differences show those of the ICs.
 
-Errors of the elements are nearly the same with all ICs, and differences show those of the ICs.
-
-Studies of random scenes, one file each: solved once, in parallel processes, and read again.
+Studies are stored, one file each: solved once, in parallel processes, and read again.
 """
 
 import json
@@ -44,6 +44,8 @@ from femic.reference.meshing import Cells
 from femic.reference.run_options import RunOptions
 from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
+
+# --- features of a contact ---
 
 FLAT = 1e-6  # curvature [1/mm] below which a contour is flat
 INSIDE = 0.98  # of a patch, over which its curvatures are compared
@@ -142,6 +144,8 @@ def _beyond(problem: ContactProblem, ends: np.ndarray) -> float:
         turns += [float(ends[0] - left), float(right - ends[1])]
     return min(turns)
 
+
+# --- study of a scene ---
 
 NORMAL_ICS = ("A", "B", "Bbar", "Bhat")
 ROLLING_ICS = ("A", "B", "Bhat", "mix")
@@ -319,6 +323,8 @@ class _Curve:
             )
         return [by_share[share] for share in CREEPAGES]
 
+
+# --- store of studies ---
 
 Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its seed, number and why
 

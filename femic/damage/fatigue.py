@@ -1,8 +1,9 @@
-"""The shakedown map: the largest Hertz pressure over the yield stress in shear, by utilised friction.
+"""Shakedown, T-gamma, and indices of rolling contact fatigue of a contact.
 
-Beyond the limit each passage shears the surface or a layer under it a little further (ratchetting); below it
-residual stresses, once built up, keep all further passages elastic (Melan's theorem; elastic, perfectly
-plastic, Mises). Stresses that travel along x meet residual stresses that do not depend on x. The limit here,
+**Shakedown map**: the largest Hertz pressure over the yield stress in shear, by utilised friction. Beyond the
+limit each passage shears the surface or a layer under it a little further (ratchetting); below it residual
+stresses, once built up, keep all further passages elastic (Melan's theorem; elastic, perfectly plastic,
+Mises). Stresses that travel along x meet residual stresses that do not depend on x. The limit here,
 
     p_0 / k = 1 / max |tau_xz / p_0|,
 
@@ -23,9 +24,8 @@ Where friction is large, the shear on the surface decides, p_0 / k = 1 / mu, in 
 Limits: half-spaces, Hertz pressure, full slip along x at mu = utilised friction (a partly sticking contact
 has larger shear at its trailing side for the same force); small strains. Hardening only raises limits.
 
-T-gamma: the work of friction per rolled distance as forces times creepages, with and without spin.
-
-The rigid slip w of a contact is split into a mean motion, a rotation about the normal, and a rest,
+**T-gamma**: the work of friction per rolled distance as forces times creepages, with and without spin. The
+rigid slip w of a contact is split into a mean motion, a rotation about the normal, and a rest,
 
     w = w_0 + omega (-(s - s_0), x - x_0) + rest,
 
@@ -39,10 +39,9 @@ and the moment about the normal through the centre of pressure, friction takes p
 where the last is the work that pressures do on the distance of the surfaces (`femic.contact.rolling`).
 Engineers mostly count the first two (Pearce and Sherratt 1991, Wear 144, 343-351), or three.
 
-Indices of rolling contact fatigue from pressure, utilised friction and T-gamma.
-
-Surface and subsurface index are those of Ekberg, Kabo and Andersson (2002), Fatigue & Fracture of Engineering
-Materials & Structures 25, 899-909. In terms of load F_n and semi-axes a, b of a Hertz contact they are
+**Indices** follow from pressure, utilised friction and T-gamma. Surface and subsurface index are those of
+Ekberg, Kabo and Andersson (2002), Fatigue & Fracture of Engineering Materials & Structures 25, 899-909. In
+terms of load F_n and semi-axes a, b of a Hertz contact they are
 
     FI_surf = mu - 2 pi a b k / (3 F_n),   FI_sub = F_n / (4 pi a b) (1 + mu^2) + c_DV sigma_h,res,
 
@@ -66,6 +65,8 @@ from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import N
+
+# --- shakedown map ---
 
 LINE = 0.0  # aspect a / b of a line contact, which is endless along s
 SHALLOWEST, DEEPEST, REACH = 0.1, 1.6, 1.2  # of places, in half-lengths a
@@ -189,6 +190,9 @@ def ellipse_shears(x: Array, z: Array, b: float) -> tuple[Array, Array]:
     return by_pressure, np.asarray(by_traction)
 
 
+# --- T-gamma ---
+
+
 @dataclass(frozen=True)
 class TGamma:
     """Shares of the work of friction per rolled distance [N], signed; `creepages` and `spin_rate` of the fit.
@@ -252,12 +256,15 @@ def _slope(values: Array, direction: Array, weights: Array) -> float:
     return product / square if square > 0 else 0.0
 
 
+# --- indices of rolling contact fatigue ---
+
+
 def surface_index(p_max: ArrayLike, utilised: ArrayLike, yield_shear: float) -> Array:
     """Return FI_surf [-] at largest pressures [MPa] and utilised friction [-], of their joint shape.
 
     Above 0 the surface is beyond its shakedown limit and cracks start by ratchetting. `yield_shear` k [MPa]
     is that of the hardened surface. Limits: full slip; Hertz pressure; where utilised friction is below about
-    0.3, shakedown is lost below the surface first (`femic.damage.fatigue`), which this index does not see.
+    0.3, shakedown is lost below the surface first (`shakedown`), which this index does not see.
     """
     require_positive("yield_shear", yield_shear)
     p, mu = _pressures(p_max), _frictions(utilised)

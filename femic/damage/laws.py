@@ -77,7 +77,7 @@ class TwinDiscLaw:
     Dwyer-Joyce and Bruni (2006), Wear 261, 1253-1264: twin discs of wheel steel R8T on rail steel 900A. With
     T = T-gamma/A [N/mm^2] the worn mass per rolled distance and area [µg/m/mm^2] is `mild` T below the
     first of `transitions`, `severe` up to the second, and rises by `catastrophic` times T from there on. The
-    British Rail function of T-gamma has the same three regimes (`section_loss`). `density` [kg/m^3].
+    British Rail function of T-gamma has the same three regimes (`wear.SectionLoss`). `density` [kg/m^3].
 
     At the first transition the source jumps, from 55.1 to 55.0. Beyond the second one published forms differ:
     slope times T less a constant, which is printed so that it either goes on from 55 or falls to 0, or

@@ -1,18 +1,16 @@
-"""Where a rolling contact slides, and the work of friction there.
+"""Where a rolling contact slides, the work of friction there, and depths and volumes of wear.
 
 Per unit of rolled distance friction takes q = -p_t . s from each unit of area, s the slip per unit of rolled
 distance: N/mm^2, or J per metre rolled and mm^2. With the rolling speed V in m/s, q V is the friction power
-density in W/mm^2. The sum of q over the contact is the work of friction per rolled distance, in N or J/m:
-the exact T-gamma.
-
-Wear depths and volumes of a rolling contact, along s and per rolled distance.
+density in W/mm^2. The sum of q over the contact is the work of friction per rolled distance, in N or J/m: the
+exact T-gamma.
 
 A particle of either surface passes all elements of its strip, each in the rolled distance dx, so a contact
 wears the same depth off both surfaces where laws are the same: the sum over x of rate dx. It is the depth
 that the rail loses by one passage of a wheel, and the wheel in one revolution, since each place of its
 circumference passes once. The rail loses it over all of the rolled length; per metre rolled a wheel loses
-depth / (2 pi R(s)). Volumes per rolled distance are the same for both. Particles of the wheel pass in
-1 + xi times the distance; this is left out.
+depth / (2 pi R(s)). Volumes per rolled distance are the same for both. Particles of the wheel pass in 1 + xi
+times the distance; this is left out.
 """
 
 from dataclasses import dataclass
@@ -27,6 +25,8 @@ from femic.damage.laws import WearLaw
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import Grid, N
+
+# --- where the contact slides ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +116,8 @@ def utilised_friction(contact: FrictionalContact) -> float:
         raise WrongInput("contact without pressure: there is no utilised friction; press the bodies together")
     return float(np.linalg.norm(np.sum(contact.p[..., :N], axis=(0, 1)))) / pressed
 
+
+# --- depths and volumes ---
 
 MM_PER_M = 1000.0
 

@@ -1,4 +1,4 @@
-"""Wheels on one axle: the creepage at which they roll freely, and the vertical forces in balance.
+"""Wheels on one axle: the creepage at which they roll freely, vertical forces in balance, and the numbers.
 
 Free: no torque acts on the axle. The sum of the torques of the wheels grows with the creepage xi_0, so that
 its zero is bracketed; steps are those of the secant, or bisections. The approaches of the wheels follow their
@@ -6,10 +6,9 @@ vertical forces from step to step. All is solved on elements four times, twice a
 from the creepage, the approaches and the tractions before, with the distance of wheels that are displaced by
 these approaches; the differences tell the errors.
 
-The numbers of a rolling wheelset: creepages, creep forces in axes of the track, work of friction.
-
-Their errors are estimated from elements twice and four times as large, on which the wheelset has found a
-creepage and approaches of its own. Numbers of a wheel are sums over its patches, and so are their errors.
+Numbers are creepages, creep forces in axes of the track, and the work of friction. Those of a wheel are sums
+over its patches, and so are their errors. On larger elements the wheelset has found a creepage and approaches
+of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,6 +23,8 @@ from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured
 from femic.shifts.wheel import PatchBeyondGrid, RollingWheel, WheelContact
 from geometries.errors import Failure
 from geometries.patches import N, S, X
+
+# --- how the axle rolls ---
 
 TORQUE = 1e-5  # of friction times load times nominal radius: the largest torque of a free wheelset
 VERTICAL = 1e-5  # of the load: the largest error of the vertical forces
@@ -182,6 +183,8 @@ def _next(rolled: Rolled, low: float, high: float) -> float:
         return rolled.xi_0 + step
     return (low + high) / 2
 
+
+# --- numbers with their errors ---
 
 OF_WHEEL = {  # by name: unit and meaning
     "xi": ("1", "longitudinal creepage of the touching point, positive where the wheel is driven"),

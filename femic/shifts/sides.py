@@ -1,9 +1,9 @@
-"""The profiles of a specification as curves, in their places on track and wheelset.
+"""Profiles of a specification in their places on track and wheelset, and one wheel on its rail.
 
-One wheel and its rail in a position of the wheelset: where they touch, their bodies, forces in the track.
-
-Both sections are seen from the touching point, in axes parallel to the axle, y to the field side, z up: the
-rail is turned by its inclination and against the roll; the wheel, a body of revolution, is not turned.
+Profiles are curves (`Section`), laid out on the track (`layout_of`). In a position of the wheelset a wheel
+and its rail touch (`Place`); both sections are then seen from the touching point, in axes parallel to the
+axle, y to the field side, z up: the rail is turned by its inclination and against the roll; the wheel, a body
+of revolution, is not turned.
 """
 
 from dataclasses import dataclass
@@ -30,6 +30,8 @@ from geometries.profiles.standards import named
 from geometries.surfaces import LOWER, UPPER
 from geometries.track.layout import Layout, SideName, TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.wheelset import Position, Touch
+
+# --- profiles in their places ---
 
 NAMES = ("left rail", "right rail", "left wheel", "right wheel")
 
@@ -105,6 +107,8 @@ def doubts(sections: Sections) -> tuple[str, ...]:
     }
     return tuple(own.values())[::-1]
 
+
+# --- one wheel on its rail ---
 
 LEAST_LENGTH, LARGEST_LENGTH = 10.0, 300.0  # mm: the reference length is the rail's radius within these
 

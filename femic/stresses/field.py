@@ -1,8 +1,7 @@
-"""Displacements and stresses at points of a body.
+"""Displacements and stresses at points of a body, and numbers of a stress.
 
-Numbers of a stress: von Mises, Tresca, principal values; what the largest one on a lattice may miss.
-
-Stresses are symmetric matrices, shape (..., 3, 3) [MPa]; tension is positive.
+Stresses are symmetric matrices, shape (..., 3, 3) [MPa]; tension is positive. Their numbers are von Mises,
+Tresca, principal values, and what the largest one on a lattice may miss.
 """
 
 from collections.abc import Sequence

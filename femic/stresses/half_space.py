@@ -1,34 +1,31 @@
-"""Potentials of a uniformly loaded rectangle of a half-space, as sums over its corners.
+"""Displacements and stresses inside a half-space under rectangles of uniform traction, in closed form.
 
-Boussinesq and Cerruti's displacements derive from h, the integral over the rectangle of ln(R + z), and from
-h1, that of z ln(R + z) - R, with h = dh1/dz (Love 1929; Johnson, Contact Mechanics, section 3.2). z is the
-depth. With X, Y = observer minus corner, every derivative is a difference over both pairs of edges of a
-function of (X, Y, z). Terms that this difference cancels are left out: so logarithms are odd in X or Y and
-lose no digits. h and h1 are harmonic, and homogeneous but for such terms: hence the short forms.
-
-What tractions that are uniform on elements add to stresses below the centres of elements.
-
-Uniform elements are a staircase, where tractions in truth grow steadily along y by g per length. The
-difference is a sawtooth, the sum over n = 1, 2, ... of g h (-1)^n / (pi n) sin(2 pi n y / h), h the side of
-elements, y from the centre of an element. Below the centre, at depth z, the half-space's stresses of these
-waves add up to, with q = exp(-2 pi z / h), C = 2 g z q / (1 + q), L = (g h / pi) ln(1 + q),
-
-    traction along y:  yy: C - 2 L,  zz: -C,  xx: -2 nu L
-    along z: yz: -C;    along x: xy: -L
-
-At the surface that is 0.44 g h in yy: an error that falls only like h. Without it stresses are of second
-order. Waves of tractions on a half-plane: Johnson (1985), Contact Mechanics, section 13.2.
-
-Displacements and stresses inside a half-space under rectangles of uniform traction, in closed form.
-
-Depth z grows into the half-space; tractions act along +x, +y, +z on its surface z = 0. With the potentials h
-and h1 of each traction (`corners`), psi1 = h1(t_x),x + h1(t_y),y + h1(t_z),z and psi = psi1,z:
+Depth z grows into the half-space; tractions act along +x, +y, +z on its surface z = 0. Boussinesq and
+Cerruti's displacements derive from h, the integral over the rectangle of ln(R + z), and from h1, that of z
+ln(R + z) - R, with h = dh1/dz (Love 1929; Johnson, Contact Mechanics, section 3.2). With these potentials of
+each traction, psi1 = h1(t_x),x + h1(t_y),y + h1(t_z),z and psi = psi1,z:
 
     4 pi G u_a = 2 h(t_a),z - h(t_z),a + 2 nu psi1,a - z psi,a      a = x, y
     4 pi G u_z = h(t_z),z + (1 - 2 nu) psi - z psi,z
 
 Stresses follow from the derivatives by Hooke's law. Source: Johnson (1985), Contact Mechanics, section 3.2;
 Love (1929); Kalker (1990), Three-dimensional elastic bodies in rolling contact, appendix C.
+
+**Potentials** are sums over the corners of rectangles. With X, Y = observer minus corner, every derivative is
+a difference over both pairs of edges of a function of (X, Y, z). Terms that this difference cancels are left
+out: so logarithms are odd in X or Y and lose no digits. h and h1 are harmonic, and homogeneous but for such
+terms: hence the short forms.
+
+**Staircase.** Uniform elements are a staircase, where tractions in truth grow steadily along y by g per
+length. The difference is a sawtooth, the sum over n = 1, 2, ... of g h (-1)^n / (pi n) sin(2 pi n y / h), h
+the side of elements, y from the centre of an element. Below the centre, at depth z, the half-space's stresses
+of these waves add up to, with q = exp(-2 pi z / h), C = 2 g z q / (1 + q), L = (g h / pi) ln(1 + q),
+
+    traction along y:  yy: C - 2 L,  zz: -C,  xx: -2 nu L
+    along z: yz: -C;    along x: xy: -L
+
+At the surface that is 0.44 g h in yy: an error that falls only like h. Without it stresses are of second
+order. Waves of tractions on a half-plane: Johnson (1985), Contact Mechanics, section 13.2.
 """
 
 from collections.abc import Iterator, Mapping
@@ -43,6 +40,45 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
 from geometries.materials import Material
+
+# --- field of tractions ---
+
+
+def half_space_field(
+    body: Body, tractions: SurfaceTractions, points: InnerPoints, *, between_centres: bool = True
+) -> StressField:
+    """Return the field of the tractions on a half-space, unrolled by the arc lengths x and s.
+
+    Tractions that are uniform on elements, but not in truth, cause waves in x and s at depths of less than an
+    element. So there the fields below the four nearest centres of elements are interpolated, less what the
+    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word.
+    Raises WrongInput for points outside the body, and at nu = 0.5.
+    """
+    require_inside(body, points)
+    if not between_centres:
+        return StressField(body, points, *on_half_space(body, tractions, points))
+    samples = centred(tractions.grid, points)
+    u, stress = on_half_space(body, tractions, samples.points)
+    stress[samples.on_lattice] -= staircase(body, tractions, samples.lattice_points)
+    return StressField(body, points, samples.at_points(u), samples.at_points(stress))
+
+
+def on_half_space(body: Body, tractions: SurfaceTractions, points: InnerPoints) -> tuple[Array, Array]:
+    """Displacements (..., 3) [mm] and stresses (..., 3, 3) [MPa] along x, s, n on a half-space.
+
+    n points out of the lower body and into the upper one.
+    """
+    to_depth = np.array([1.0, 1.0, body.side])  # signs of x, s, n as x, y, z of the half-space
+    corners = Corners.of_lattice(*tractions.edges, body.side * tractions.p * to_depth)
+    flat = (values.ravel() for values in (points.x, points.s, points.depth))
+    u, stress = fields(body.material, corners, *flat)
+    return (
+        (u * to_depth).reshape(*points.shape, 3),
+        (stress * np.outer(to_depth, to_depth)).reshape(*points.shape, 3, 3),
+    )
+
+
+# --- potentials of rectangles ---
 
 LEAST = 1e-150  # of a squared length [mm^2]: edges and corners themselves, where fields are singular
 AT_ONCE = 2**16  # pairs of point and corner that are worked on at a time
@@ -139,82 +175,9 @@ def derivative(of: Mapping[str, Array], potential: str, by: str) -> Array:
     return of[f"{potential}_{by}"]
 
 
-Z = 2
-
-
-def staircase(
-    body: Body, tractions: SurfaceTractions, centres: InnerPoints, *, along_x: bool = True
-) -> Array:
-    """Stresses (n, 3, 3) along x, s, n of the staircase less the steady tractions, below centres (n,).
-
-    Without `along_x` only the steps from strip to strip count, and points may lie anywhere along x.
-    """
-    to_depth, grid = np.array([1.0, 1.0, body.side]), tractions.grid
-    steps_x, steps_s = _steps(tractions, centres)
-    stress = np.zeros((len(centres.x), 3, 3))
-    for y, x, h, steps in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
-        rise = body.side * steps * to_depth  # g h
-        ratio = centres.depth / h
-        q = np.exp(-2 * np.pi * ratio)
-        C, L = rise * (2 * ratio * q / (1 + q))[:, None], rise * (np.log1p(q) / np.pi)[:, None]
-        stress[:, y, y] += C[:, y] - 2 * L[:, y]
-        stress[:, x, x] -= 2 * body.material.nu * L[:, y]
-        stress[:, Z, Z] -= C[:, y]
-        for a, b, value in ((y, Z, C[:, Z]), (x, y, L[:, x])):
-            stress[:, a, b] -= value
-            stress[:, b, a] -= value
-    return np.asarray(stress * np.outer(to_depth, to_depth))
-
-
-def _steps(tractions: SurfaceTractions, centres: InnerPoints) -> tuple[Array, Array]:
-    """Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid."""
-    grid, p = tractions.grid, np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
-    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
-    i = np.floor(place).astype(int)
-    share = (place - i)[:, None]
-    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
-
-    def at(along_x: int, along_s: int) -> Array:
-        return (1 - share) * p[i + along_x, j + along_s] + share * p[i + 1 + along_x, j + along_s]
-
-    return (at(1, 0) - at(-1, 0)) / 2, (at(0, 1) - at(0, -1)) / 2
-
+# --- displacements and stresses of the potentials ---
 
 AXES = "xyz"
-
-
-def half_space_field(
-    body: Body, tractions: SurfaceTractions, points: InnerPoints, *, between_centres: bool = True
-) -> StressField:
-    """Return the field of the tractions on a half-space, unrolled by the arc lengths x and s.
-
-    Tractions that are uniform on elements, but not in truth, cause waves in x and s at depths of less than an
-    element. So there the fields below the four nearest centres of elements are interpolated, less what the
-    `staircase` adds to them, unless `between_centres` is False: then elements are taken at their word.
-    Raises WrongInput for points outside the body, and at nu = 0.5.
-    """
-    require_inside(body, points)
-    if not between_centres:
-        return StressField(body, points, *on_half_space(body, tractions, points))
-    samples = centred(tractions.grid, points)
-    u, stress = on_half_space(body, tractions, samples.points)
-    stress[samples.on_lattice] -= staircase(body, tractions, samples.lattice_points)
-    return StressField(body, points, samples.at_points(u), samples.at_points(stress))
-
-
-def on_half_space(body: Body, tractions: SurfaceTractions, points: InnerPoints) -> tuple[Array, Array]:
-    """Displacements (..., 3) [mm] and stresses (..., 3, 3) [MPa] along x, s, n on a half-space.
-
-    n points out of the lower body and into the upper one.
-    """
-    to_depth = np.array([1.0, 1.0, body.side])  # signs of x, s, n as x, y, z of the half-space
-    corners = Corners.of_lattice(*tractions.edges, body.side * tractions.p * to_depth)
-    flat = (values.ravel() for values in (points.x, points.s, points.depth))
-    u, stress = fields(body.material, corners, *flat)
-    return (
-        (u * to_depth).reshape(*points.shape, 3),
-        (stress * np.outer(to_depth, to_depth)).reshape(*points.shape, 3, 3),
-    )
 
 
 def fields(material: Material, corners: Corners, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
@@ -266,3 +229,46 @@ def _h(of: Mapping[str, Array], traction: str, by: str) -> Array:
 def _psi(of: Mapping[str, Array], potential: str, by: str) -> Array:
     """A derivative of psi (from h) or psi1 (from h1), shape (n,)."""
     return np.sum([derivative(of, potential, d + by)[:, j] for j, d in enumerate(AXES)], axis=0)
+
+
+# --- staircase of uniform elements ---
+
+Z = 2
+
+
+def staircase(
+    body: Body, tractions: SurfaceTractions, centres: InnerPoints, *, along_x: bool = True
+) -> Array:
+    """Stresses (n, 3, 3) along x, s, n of the staircase less the steady tractions, below centres (n,).
+
+    Without `along_x` only the steps from strip to strip count, and points may lie anywhere along x.
+    """
+    to_depth, grid = np.array([1.0, 1.0, body.side]), tractions.grid
+    steps_x, steps_s = _steps(tractions, centres)
+    stress = np.zeros((len(centres.x), 3, 3))
+    for y, x, h, steps in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
+        rise = body.side * steps * to_depth  # g h
+        ratio = centres.depth / h
+        q = np.exp(-2 * np.pi * ratio)
+        C, L = rise * (2 * ratio * q / (1 + q))[:, None], rise * (np.log1p(q) / np.pi)[:, None]
+        stress[:, y, y] += C[:, y] - 2 * L[:, y]
+        stress[:, x, x] -= 2 * body.material.nu * L[:, y]
+        stress[:, Z, Z] -= C[:, y]
+        for a, b, value in ((y, Z, C[:, Z]), (x, y, L[:, x])):
+            stress[:, a, b] -= value
+            stress[:, b, a] -= value
+    return np.asarray(stress * np.outer(to_depth, to_depth))
+
+
+def _steps(tractions: SurfaceTractions, centres: InnerPoints) -> tuple[Array, Array]:
+    """Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid."""
+    grid, p = tractions.grid, np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
+    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
+    i = np.floor(place).astype(int)
+    share = (place - i)[:, None]
+    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
+
+    def at(along_x: int, along_s: int) -> Array:
+        return (1 - share) * p[i + along_x, j + along_s] + share * p[i + 1 + along_x, j + along_s]
+
+    return (at(1, 0) - at(-1, 0)) / 2, (at(0, 1) - at(0, -1)) / 2

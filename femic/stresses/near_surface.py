@@ -1,13 +1,13 @@
-"""Points below which a smooth field is sampled, and its continuation to the surface.
+"""Points at which fields near the surface are sampled, and how values at the points follow from theirs.
 
 Closer to the surface than about a cell, finite elements do not resolve the stresses of single elements of the
-grid. What they add to the half-space's stresses is smooth. At the surface this rest has no tractions, because
-the half-space has them all: its components along n are interpolated from there, the other ones extrapolated.
+grid. What they add to the half-space's stresses is smooth (`Samples`). At the surface this rest has no
+tractions, because the half-space has them all: its components along n are interpolated from there, the other
+ones extrapolated.
 
-Points below the centres of elements instead of those at small depths, and interpolation between them.
-
-Where elements still cause waves, the field between centres is interpolated; where they no longer do, points
-are their own samples, as interpolation then errs more. Between both depths one passes into the other.
+Where elements still cause waves in a field, it is sampled below their centres and interpolated between these
+(`Centred`); where they no longer do, points are their own samples, as interpolation then errs more. Between
+both depths one passes into the other.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,8 @@ import numpy as np
 from femic.stresses.points import InnerPoints
 from geometries.arrays import Array, Indices, Mask
 from geometries.patches import Grid
+
+# --- continuation to the surface ---
 
 SAMPLE_DEPTHS = np.array([1.0, 2.0, 4.0])  # of the depth from which on the section is trusted
 
@@ -66,6 +68,8 @@ def _shares(depth: Array, zeros: Array) -> Array:
     ]
     return np.stack(shares, axis=-1)
 
+
+# --- centres of elements ---
 
 # of the longer side of an element: from which depth on points count, too, and from which on they alone do;
 # there waves are 0.02 and 0.001 of the steps from element to element

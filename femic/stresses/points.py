@@ -1,6 +1,7 @@
-"""Points inside a body: below a point of the contact surface, by their depth along its normal.
+"""Points inside a body, and the tractions on its surface.
 
-Tractions on the elements of a grid, as they act on the surface of one body.
+A point lies below a point of the contact surface, by its depth along the normal there. Tractions are given on
+the elements of a grid, as they act on the surface of one body.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from geometries.arrays import Array, Mask
 from geometries.bodies import Body
 from geometries.errors import WrongInput
 from geometries.patches import Grid
+
+# --- points inside a body ---
 
 ROUNDING = 1e-9  # of the far radius, by which points may lie beyond a boundary
 
@@ -157,6 +160,8 @@ def _require(valid: Mask, points: InnerPoints, reason: str) -> None:
     x, s, depth = (values.ravel()[int(np.argmin(valid))] for values in (points.x, points.s, points.depth))
     raise WrongInput(f"point x = {x:g}, s = {s:g}, depth = {depth:g} mm: {reason}")
 
+
+# --- tractions on its surface ---
 
 REACH = 2  # elements from the edge of the tractions, within which its root matters
 AROUND = REACH + 1  # elements without tractions around the grid

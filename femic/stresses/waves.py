@@ -1,10 +1,9 @@
-"""Tractions as sums of waves along x: their amplitudes, the wavenumbers that resolve them, their long part.
+"""Tractions as sums of waves along x, and fields at points from their waves.
 
-On each strip tractions are uniform on elements of half-length a: an element at xi_j has the amplitudes
-cos(k xi_j) and sin(k xi_j) times sin(k a) / (k a) and its force. xi is the chart coordinate, in which waves
-on a body of revolution have the same wavenumber on all rolling circles.
-
-Displacements and stresses of a section's points from the waves along x.
+Tractions are known by their amplitudes at wavenumbers that resolve them, up to a largest one: their long
+part. On each strip they are uniform on elements of half-length a: an element at xi_j has the amplitudes cos(k
+xi_j) and sin(k xi_j) times sin(k a) / (k a) and its force. xi is the chart coordinate, in which waves on a
+body of revolution have the same wavenumber on all rolling circles.
 """
 
 from dataclasses import dataclass
@@ -20,6 +19,8 @@ from femic.stresses.points import SurfaceTractions
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.patches import Grid
+
+# --- waves of tractions ---
 
 FEWEST_ELEMENTS = 32  # elements of the loaded part along x, by division of those given
 FEWEST_STRIPS = 24  # and along s
@@ -101,7 +102,7 @@ class Spectra:
     def amplitudes(self, k: float) -> tuple[Array, Array]:
         """Amplitudes of cos(k xi) and sin(k xi) in the forces [N] on the body, shape (n_s, 3) each.
 
-        They are forces per length of chart and per strip, for the weights of `waves.Spectrum`.
+        They are forces per length of chart and per strip, for the weights of a `Spectrum`.
         """
         grid = self.tractions.grid
         phase = k * np.outer(self.tractions.x, self.stretch)  # (n_x, n_s)
@@ -123,6 +124,8 @@ class Spectra:
         long = irfft(share[..., None] * rfft(padded, n, axis=0), n, axis=0)[:n_x]
         return SurfaceTractions(Grid(n_x, grid.n_s, grid.dx, grid.ds, grid.s), long)
 
+
+# --- fields from their waves ---
 
 SHEARS = ((6, 1, 2), (7, 0, 2), (8, 0, 1))  # column of values, and its place in the matrix of strains
 
