@@ -11,7 +11,6 @@ from femic.advice.study import NORMAL_NUMBERS, features_of, saturation
 from femic.contact.pairs.grids import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
-from geometries.bodies import Body
 from geometries.errors import Failure
 
 MOTIONS, DISCOUNT = ("none", "rolling"), "approach"  # that were studied
@@ -58,7 +57,7 @@ class Expectation:
             return f"No errors of {number} with {ics} are known."
         low, high = (100 * bound for bound in (self.low(ics, number), self.high(ics, number)))
         expected = f"{low:.1f} to {high:.1f} %" if np.isfinite(high) else f"{low:.1f} % or more"
-        held, tested = self.knowledge.held.of(ics, self.studied[number])
+        held, tested = self.knowledge.held.count(ics, self.studied[number])
         how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
         return (
             f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
@@ -145,11 +144,11 @@ def bounds_by(
         return None
     low, high = min(errors), max(errors)
     more = rule.widened * (high - low)
-    bounds = _of_size(low - more, high + more)
+    bounds = _size_bounds(low - more, high + more)
     return replace(bounds, high=np.inf) if number in UNBOUNDED else bounds
 
 
-def _of_size(low: float, high: float) -> Bounds:
+def _size_bounds(low: float, high: float) -> Bounds:
     """Return the bounds of the size of a number with a sign between two bounds."""
     return Bounds(0.0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
 
@@ -189,7 +188,7 @@ def _reasons(
 ) -> list[str]:
     """Return why a contact lies outside of what is known, in words."""
     friction = problem.specification.friction is not None
-    reasons = list(_of_kind(problem))
+    reasons = list(_unstudied_kinds(problem))
     if not _studied(problem, want):
         reasons.append(f"{', '.join(want)} of this motion")
     for features, size in cases:
@@ -203,7 +202,7 @@ def _reasons(
     return list(dict.fromkeys(reasons))
 
 
-def _of_kind(problem: ContactProblem) -> Iterator[str]:
+def _unstudied_kinds(problem: ContactProblem) -> Iterator[str]:
     """Yield what a contact has that the known scenes have not."""
     specification, friction = problem.specification, problem.specification.friction
     if specification.motion not in MOTIONS:
@@ -220,8 +219,6 @@ def _of_kind(problem: ContactProblem) -> Iterator[str]:
         yield "lateral creepage or spin"
     if friction and friction.friction_by_angle:
         yield "friction by the contact angle"
-    yield from (f"the outline of the {name} body" for name, body in problem.bodies.items() if _outlined(body))
-
-
-def _outlined(body: Body) -> bool:
-    return body.outline is not None
+    yield from (
+        f"the outline of the {name} body" for name, body in problem.bodies.items() if body.outline is not None
+    )

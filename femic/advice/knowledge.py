@@ -111,13 +111,13 @@ class KnownScene:
 
 
 @dataclass(frozen=True)
-class Held:
+class BoundCoverage:
     """In how many of some test scenes bounds held, by ICs and number: (held, of)."""
 
     scenes: int = 0
     counts: Mapping[str, Mapping[str, Sequence[int]]] = field(default_factory=dict)
 
-    def of(self, ics: str, number: str) -> tuple[int, int]:
+    def count(self, ics: str, number: str) -> tuple[int, int]:
         """Return in how many scenes bounds held, and of how many; (0, 0) where none were tested."""
         held, tested = self.counts.get(ics, {}).get(number, (0, 0))
         return int(held), int(tested)
@@ -129,7 +129,7 @@ class Knowledge:
 
     scenes: Sequence[KnownScene]
     rule: Rule
-    held: Held = field(default_factory=Held)
+    held: BoundCoverage = field(default_factory=BoundCoverage)
     code: str = ""
 
     def order(self, features: Mapping[str, float], *, friction: bool) -> Indices:
@@ -178,7 +178,7 @@ def read(path: Path) -> Knowledge:
     """Return the knowledge of a file."""
     content = json.loads(path.read_text(encoding="utf-8"))
     scenes = [KnownScene(**scene) for scene in content["scenes"]]
-    return Knowledge(scenes, Rule(**content["rule"]), Held(**content["held"]), content["code"])
+    return Knowledge(scenes, Rule(**content["rule"]), BoundCoverage(**content["held"]), content["code"])
 
 
 def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:

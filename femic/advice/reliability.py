@@ -11,7 +11,7 @@ from femic.advice.expected import Bounds, bounds_at, bounds_by
 from femic.advice.knowledge import (
     NUMBERS,
     ROLLING_NUMBERS,
-    Held,
+    BoundCoverage,
     Knowledge,
     KnownScene,
     Rule,
@@ -133,7 +133,7 @@ def checked(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowled
         count = counts.setdefault(trial.ics, {}).setdefault(trial.number, [0, 0])
         count[0] += trial.beyond <= 0
         count[1] += 1
-    return replace(knowledge, held=Held(len(scenes), counts)), tried
+    return replace(knowledge, held=BoundCoverage(len(scenes), counts)), tried
 
 
 def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:

@@ -331,11 +331,6 @@ Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its se
 log = logging.getLogger(__name__)
 
 
-def code_of_studies() -> str:
-    """Return the digest of the code that makes scenes and solves them."""
-    return results_digest()
-
-
 def solved(seed: int, number: int) -> Entry:
     """Return the entry of a scene."""
     try:
@@ -362,7 +357,7 @@ def solve_missing(
     Each is stored at once: after an interruption the others are solved.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    code = code_of_studies()
+    code = results_digest()  # of what makes scenes and solves them
     missing = [pair for pair in wanted if (_read(_path(folder, *pair)) or {}).get("code") != code]
     yield from in_processes(partial(_solve_and_store, folder, code, solve), missing, workers)
 

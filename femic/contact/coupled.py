@@ -15,7 +15,14 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import LOOSEST, Law, correction, idle, inverse_of_amplitudes
+from femic.contact.friction.law import (
+    LOOSEST,
+    Law,
+    StripInverse,
+    correction,
+    inverse_of_amplitudes,
+    stagnated,
+)
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -46,7 +53,7 @@ class Coupled:
     loading: Loading
 
     @cached_property
-    def own(self) -> tuple[float, float]:
+    def self_compliance(self) -> tuple[float, float]:
         """Gap [mm] and slip of an element due to its own pressure and tangential traction, per MPa."""
         middle = tuple(n // 2 for n in self.problem.distance.shape)
         unit = np.zeros((*self.problem.distance.shape, 3))
@@ -66,9 +73,9 @@ class Coupled:
         These are the amplitudes, and the approach in units of pressure where a load is given.
         """
         if self.loading.load is None:
-            return self.motion.of_free
+            return self.motion.free_slips
         per_approach = self.motion.given_at(1.0) - self.motion.given_at(0.0)
-        return np.concatenate([self.motion.of_free, self.own[0] * per_approach[None]])
+        return np.concatenate([self.motion.free_slips, self.self_compliance[0] * per_approach[None]])
 
     @cached_property
     def weights(self) -> Array:
@@ -89,7 +96,7 @@ class Coupled:
         """Return amplitudes and approach [mm] from all unknowns besides tractions."""
         if self.loading.load is None:
             return unknowns, 0.0
-        return unknowns[:-1], float(unknowns[-1]) * self.own[0]
+        return unknowns[:-1], float(unknowns[-1]) * self.self_compliance[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +115,7 @@ class State:
     edge: LeadingEdge
 
     @classmethod
-    def of(cls, coupled: Coupled, guess: Guess) -> "State":
+    def from_guess(cls, coupled: Coupled, guess: Guess) -> "State":
         """Return the state of a guess, without negative pressures and tractions outside contact.
 
         Elements with overlap join, with little pressure; those of a leading edge follow others.
@@ -148,9 +155,9 @@ class State:
         """The law of friction."""
         motion, free = self.coupled.motion, self.edge.free
         slip = motion.slip_of(self.u[..., :N]) + motion.given_at(self.approach)
-        slip = slip + np.tensordot(self.c, motion.of_free, 1)
+        slip = slip + np.tensordot(self.c, motion.free_slips, 1)
         q, g = self.p[free][:, :N], self.bound[free][:, None]
-        return Law(motion, 1 / self.coupled.own[1], free, q, g, slip)
+        return Law(motion, 1 / self.coupled.self_compliance[1], free, q, g, slip)
 
     @property
     def stick(self) -> Mask:
@@ -158,7 +165,7 @@ class State:
         return self.edge.with_followers(self.law.stick)
 
     @property
-    def largest(self) -> float:
+    def largest_pressure(self) -> float:
         """The largest pressure [MPa]."""
         return float(np.max(self.p[..., N]))
 
@@ -191,7 +198,7 @@ class Step:
     @cached_property
     def residual(self) -> Array:
         """What the step should remove."""
-        gaps = self.state.gap[self.contact] / self.coupled.own[0]
+        gaps = self.state.gap[self.contact] / self.coupled.self_compliance[0]
         missing = self.sums(self.state.p) - self.coupled.targets / self.unit_forces
         return np.concatenate([gaps, self.state.law.residual.ravel(), missing])
 
@@ -216,11 +223,11 @@ class Step:
         p[edge.free, :N] = q
         bound = self.coefficients * p[..., N]
         followers = bound - edge.ratio * np.take_along_axis(bound, edge.followed, axis=0)
-        p[..., :N] = edge.spread(p[..., :N]) + self.of_bounds * followers[..., None]
+        p[..., :N] = edge.spread(p[..., :N]) + self.bound_shares * followers[..., None]
         return p, bound
 
     @cached_property
-    def of_bounds(self) -> Array:
+    def bound_shares(self) -> Array:
         """Tangential tractions as shares of bounds, (n_x, n_s, 2), 0 where there are none."""
         tangential, bound = self.state.p[..., :N], self.state.bound[..., None]
         return np.divide(tangential, bound, out=np.zeros_like(tangential), where=bound > 0)
@@ -233,33 +240,35 @@ class Step:
         u = coupled.problem.operator(p)
         slip = coupled.motion.slip_of(u[..., :N]) + np.tensordot(others, coupled.modes, 1)
         gaps = u[..., N] - coupled.split(others)[1] * coupled.cosine
-        of_law = law.derivative(q, slip, bound[law.free][:, None])
-        return np.concatenate([gaps[self.contact] / coupled.own[0], of_law.ravel(), self.sums(p)])
+        law_change = law.derivative(q, slip, bound[law.free][:, None])
+        return np.concatenate(
+            [gaps[self.contact] / coupled.self_compliance[0], law_change.ravel(), self.sums(p)]
+        )
 
     def inverse(self, v: Array) -> Array:
         """Return approximately the unknowns that change the residuals by a vector."""
-        of_gaps, of_law, of_forces = self.parts(v)
-        pressures, q = self.inner(of_gaps, of_law)
-        others = self.complement @ (of_forces - self.sums(self.tractions(pressures, q)[0]))
-        for amount, (of_one, q_of_one) in zip(others, self.columns, strict=True):
-            pressures, q = pressures - amount * of_one, q - amount * q_of_one
+        gap_residuals, law_residuals, force_residuals = self.parts(v)
+        pressures, q = self.inner(gap_residuals, law_residuals)
+        others = self.schur_inverse @ (force_residuals - self.sums(self.tractions(pressures, q)[0]))
+        for amount, (column_pressures, column_q) in zip(others, self.columns, strict=True):
+            pressures, q = pressures - amount * column_pressures, q - amount * column_q
         return np.concatenate([pressures, q.ravel(), others])
 
-    def inner(self, of_gaps: Array, of_law: Array) -> tuple[Array, Array]:
+    def inner(self, gap_residuals: Array, law_residuals: Array) -> tuple[Array, Array]:
         """Return pressures (a,) and tractions (m, 2) for residuals of gaps and of the law."""
         gaps = np.zeros((*self.contact.shape, 1))
-        gaps[self.contact, 0] = of_gaps * self.coupled.own[0]
+        gaps[self.contact, 0] = gap_residuals * self.coupled.self_compliance[0]
         pressures = self.coupled.problem.ring_inverse(gaps)[..., 0]
         law = self.state.law
         bound = (self.coefficients * pressures)[law.free][:, None]
         slides = np.where(law.stick[:, None], 0.0, bound * law.direction)
-        return pressures[self.contact], self.of_law(of_law + slides)
+        return pressures[self.contact], self.law_preconditioner(law_residuals + slides)
 
     @cached_property
-    def of_law(self) -> Linear:
+    def law_preconditioner(self) -> Linear:
         """The approximate inverse of the law."""
         strips = self.coupled.problem.strips(self.coupled.motion)
-        return strips.inverse(self.state.law, self.state.edge)
+        return StripInverse(strips, self.state.law, self.state.edge)
 
     @cached_property
     def columns(self) -> list[tuple[Array, Array]]:
@@ -267,12 +276,12 @@ class Step:
         coupled, law = self.coupled, self.state.law
         columns = []
         for mode, unit in zip(coupled.modes, np.eye(len(coupled.modes)), strict=True):
-            gaps = -coupled.split(unit)[1] * coupled.cosine[self.contact] / coupled.own[0]
+            gaps = -coupled.split(unit)[1] * coupled.cosine[self.contact] / coupled.self_compliance[0]
             columns.append(self.inner(gaps, law.derivative(np.zeros_like(law.q), mode)))
         return columns
 
     @cached_property
-    def complement(self) -> Array:
+    def schur_inverse(self) -> Array:
         """The inverse of how all else changes forces, (k, k), where it does."""
         return inverse_of_amplitudes([self.sums(self.tractions(*column)[0]) for column in self.columns])
 
@@ -282,9 +291,9 @@ class Step:
         pressures, q, _ = self.parts(self.inverse(self.residual))
         missing = self.parts(self.residual)[-1]
         largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q, missing))
-        return largest / self.state.largest
+        return largest / self.state.largest_pressure
 
-    def taken(self, tolerance: float) -> Guess:
+    def newton_update(self, tolerance: float) -> Guess:
         """Return what the solution of the equations leads to."""
         reduction = max(SHARPER * tolerance / self.error, self.error)
         solution = correction(self.residual, self.derivative, self.inverse, min(LOOSEST, reduction))
@@ -298,13 +307,13 @@ class Step:
 def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
     """Return the contact, its tractions right to a share of the largest pressure, or None if not found."""
     errors: list[float] = []
-    while len(errors) <= MOST_STEPS and not idle(errors, MOST_IDLE_STEPS):
-        state = State.of(coupled, guess)
+    while len(errors) <= MOST_STEPS and not stagnated(errors, MOST_IDLE_STEPS):
+        state = State.from_guess(coupled, guess)
         if not np.any(state.contact):
             return None
         step = Step(state)
         errors.append(step.error)
         if step.error <= SHARPER * tolerance:
             return state
-        guess = step.taken(tolerance)
+        guess = step.newton_update(tolerance)
     return None

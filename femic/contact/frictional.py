@@ -221,7 +221,7 @@ class _Solution:
         whole = Box.whole(guess.p.shape)
         for box in (Box.around(guess.p[..., N] > 0), whole):
             system = Coupled(self.problem.within(box), self.motion.within(box), self.loading)
-            solution = coupled.solve(system, replace(guess, p=box.of(guess.p)), self.tolerance)
+            solution = coupled.solve(system, replace(guess, p=box.crop(guess.p)), self.tolerance)
             if solution is None:
                 return None
             contact = self.on_grid(solution, box)
@@ -233,11 +233,11 @@ class _Solution:
     def on_grid(self, solution: State, box: Box) -> FrictionalContact:
         """Return a contact in a box as one on the whole grid."""
         problem, shape = self.problem, self.problem.distance.shape
-        p, slip = box.filled(solution.p, shape), box.filled(solution.law.centred, shape)
+        p, slip = box.embed(solution.p, shape), box.embed(solution.law.centred, shape)
         u = problem.operator(p)
         gap = u[..., N] + problem.distance - solution.approach * np.cos(problem.inclination)
         gap = np.where(p[..., N] > 0, 0.0, gap)
-        tangential = Tangential(p[..., :N], slip, box.filled(solution.stick, shape), solution.c)
+        tangential = Tangential(p[..., :N], slip, box.embed(solution.stick, shape), solution.c)
         return FrictionalContact(problem, self.motion, p, u, gap, solution.approach, tangential, turns=0)
 
     def in_turns(self, guess: Guess) -> FrictionalContact:
@@ -321,7 +321,7 @@ class _Solution:
         weights = np.reshape([slip.weights for slip in free], (-1, *p.shape))
         of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
         targets = np.array([slip.force for slip in free]) - of_pressures
-        return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)
+        return FreeAmplitudes(self.motion.free_slips, weights[..., :N], targets)
 
 
 @dataclass(frozen=True, eq=False)

@@ -119,7 +119,7 @@ class FrictionalProblem:
                 self._grid_within(box),
                 part_of(self.operator, box, self.distance.shape),
                 self.flat.part(box.shape[0], box.strips),
-                box.of(self.distance),
+                box.crop(self.distance),
                 self.inclination[box.strips],
                 self.friction,
                 factor=None if self.factor is None else self.factor[box.strips],

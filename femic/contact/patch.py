@@ -76,20 +76,20 @@ class Box:
         """The strips."""
         return slice(*self.s)
 
-    def of(self, values: Values) -> Values:
+    def crop(self, values: Values) -> Values:
         """Return the part of values (n_x, n_s, ...) in the box."""
         return values[slice(*self.x), self.strips]
 
-    def filled(self, values: Values, shape: tuple[int, ...]) -> Values:
+    def embed(self, values: Values, shape: tuple[int, ...]) -> Values:
         """Return values of the box on the grid of a shape, zero elsewhere."""
         result = np.zeros((*shape[:2], *values.shape[2:]), values.dtype)
-        self.of(result)[...] = values
+        self.crop(result)[...] = values
         return np.asarray(result)
 
     def confines(self, contact: Mask, margin: int) -> bool:
         """Return whether a contact has a margin to those ends of the box that are not the grid's."""
         inner = Box(*map(_inner, (self.x, self.s), contact.shape, (margin, margin)))
-        return bool(np.count_nonzero(inner.of(contact)) == np.count_nonzero(contact))
+        return bool(np.count_nonzero(inner.crop(contact)) == np.count_nonzero(contact))
 
 
 def _inner(ends: tuple[int, int], n: int, margin: int) -> tuple[int, int]:

@@ -103,11 +103,11 @@ def estimated_errors(
         for one in changed
     ]
     known = errors(kinds, fine, [_measured(one) if one else None for one in larger], parts)
-    known |= _that_follow(own, fine, known)
+    known |= _derived_errors(own, fine, known)
     return {name: known[name] for name in own.numbers}
 
 
-def _that_follow(own: Solved, fine: Measured, known: Numbers) -> dict[str, float]:
+def _derived_errors(own: Solved, fine: Measured, known: Numbers) -> dict[str, float]:
     """Return the errors of the numbers of `FOLLOW` that there are, and of the shakedown limit."""
     errors, numbers = {}, fine.numbers
     F_x, F_s, load = abs(numbers["F_x"]), abs(numbers["F_s"]), fine.scales["longitudinal"].rounds
@@ -153,15 +153,15 @@ def _measured(solved: Solved) -> Measured:
     solution, numbers = solved.solution, solved.numbers
     contact, area = solution.contact, solution.problem.problem.grid.area
     F_x, F_s = (float(np.sum(contact.p[..., direction])) * area for direction in (X, S))
-    borne = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
+    friction_limit = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
     load = float(np.sum(contact.p[..., N])) * area
     missed = _missed_share(solution)
     scales = {
         "work": _scale(contact.largest_work),
-        "longitudinal": Scale(borne, load),
-        "lateral": Scale(borne, load),
-        **_of_creepage(solution, borne, F_x),
-        **_of_worn(solved, missed),
+        "longitudinal": Scale(friction_limit, load),
+        "lateral": Scale(friction_limit, load),
+        **_creepage_scales(solution, friction_limit, F_x),
+        **_wear_scales(solved, missed),
     }
     of_state = floors(contact.slip_state)
     of_others = {"work": max(of_state["work"], missed), "aspect": _change_with_aspect(solved)}
@@ -174,15 +174,15 @@ def _scale(size: float) -> Scale:
     return Scale(size, size)
 
 
-def _of_creepage(solution: RollingSolution, borne: float, F_x: float) -> dict[str, Scale]:
+def _creepage_scales(solution: RollingSolution, friction_limit: float, F_x: float) -> dict[str, Scale]:
     """Return the scales of creepage and T-gamma: an uncertain force moves the creepage along its curve."""
     creepages = solution.rolling.creepages
-    moved = abs(borne / solution.slope)
-    others = np.hypot(creepages.longitudinal, creepages.lateral) * borne
+    moved = abs(friction_limit / solution.slope)
+    others = np.hypot(creepages.longitudinal, creepages.lateral) * friction_limit
     return {"xi": _scale(moved), "t_gamma": _scale(abs(F_x) * moved + others)}
 
 
-def _of_worn(solved: Solved, missed: float) -> dict[str, Scale]:
+def _wear_scales(solved: Solved, missed: float) -> dict[str, Scale]:
     """Return the scales of worn depths: they are in proportion to the work, at most that of full sliding."""
     contact = solved.solution.contact
     own = float(np.sum(contact.dissipation)) * contact.problem.grid.area

@@ -131,9 +131,7 @@ def largest_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:
 
 def _limit(utilised: ArrayLike, aspect: float, largest: Callable[[Array], float]) -> Array:
     """Return the limit by the `largest` shear of stresses (x, z) that counts, and by that of the surface."""
-    mu = np.asarray(utilised, dtype=float)
-    if not (np.all(mu >= 0) and np.all(np.isfinite(mu))):
-        raise WrongInput(f"utilised = {utilised!r}: friction must be zero or positive, and finite")
+    mu = _frictions(utilised)
     if aspect != LINE and not SHORTEST <= aspect <= LONGEST:
         raise WrongInput(f"aspect = {aspect!r}: a/b from {SHORTEST} to {LONGEST}, or 0 for line contact")
     normal, tangential = _shears(aspect)

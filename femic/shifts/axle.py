@@ -43,7 +43,7 @@ class BeyondGrid(Failure):
 
 
 @dataclass(frozen=True, eq=False)
-class Rolled:
+class AxleState:
     """The wheels of an axle at a creepage of the wheelset.
 
     `torque` is over friction, load and nominal radius, `slope` its derivative by the creepage, as far as
@@ -57,7 +57,7 @@ class Rolled:
     slope: float
     unit: float  # friction times load times nominal radius [N mm]
     given: bool = False  # the creepage
-    coarser: "Rolled | None" = None
+    coarser: "AxleState | None" = None
 
     @property
     def torque_slope(self) -> float:
@@ -81,7 +81,7 @@ class RollingWheelset:
         wheels = tuple(wheel for wheel in coarsened if wheel is not None)
         return replace(self, wheels=wheels) if len(wheels) == len(self.wheels) else None
 
-    def rolled(self, levels: int = LEVELS) -> Rolled:
+    def solve(self, levels: int = LEVELS) -> AxleState:
         """Return the wheelset as it rolls.
 
         Raises Failure, and BeyondGrid where a patch comes near the ends of its grid.
@@ -91,25 +91,27 @@ class RollingWheelset:
             approaches = [contact.approach for contact in coarser.contacts]
             starts = [contact.finer for contact in coarser.contacts]
             own = self.linearised_about(approaches)
-            found = own.found(own.at(coarser.xi_0, approaches, starts, coarser.slope))
-            return replace(found, coarser=coarser)
+            state = own.solve_equilibrium(own.at(coarser.xi_0, approaches, starts, coarser.slope))
+            return replace(state, coarser=coarser)
         approaches = [wheel.about for wheel in self.wheels]
-        first = self.found(self.at(self.first_creepage(), approaches, [None] * len(approaches), FIRST_SLOPE))
+        first = self.solve_equilibrium(
+            self.at(self.first_creepage(), approaches, [None] * len(approaches), FIRST_SLOPE)
+        )
         approaches = [contact.approach for contact in first.contacts]
         again = self.linearised_about(approaches)
-        return again.found(again.at(first.xi_0, approaches, first.contacts, first.slope))
+        return again.solve_equilibrium(again.at(first.xi_0, approaches, first.contacts, first.slope))
 
     def linearised_about(self, approaches: Sequence[float]) -> "RollingWheelset":
         """Return the wheelset with the distances of wheels that are displaced by approaches [mm]."""
         pairs = zip(self.wheels, approaches, strict=True)
         return replace(self, wheels=tuple(wheel.linearised_about(approach) for wheel, approach in pairs))
 
-    def _coarser(self, levels: int) -> Rolled | None:
+    def _coarser(self, levels: int) -> AxleState | None:
         coarsened = self.coarsened if levels > 1 else None
         if coarsened is None:
             return None
         try:
-            return coarsened.rolled(levels - 1)
+            return coarsened.solve(levels - 1)
         except Failure:
             return None
 
@@ -122,7 +124,7 @@ class RollingWheelset:
 
     def at(
         self, xi_0: float, approaches: Sequence[float], starts: Sequence[WheelContact | None], slope: float
-    ) -> Rolled:
+    ) -> AxleState:
         """Return the contacts at a creepage under approaches [mm]."""
         contacts = tuple(
             self._contact(number, xi_0, approach, start)
@@ -130,7 +132,7 @@ class RollingWheelset:
         )
         unit = self.friction * self.load * self.wheels[0].nominal_radius
         torque = sum(contact.torque for contact in contacts) / unit
-        return Rolled(self.wheels, xi_0, contacts, torque, slope, unit, self.longitudinal is not None)
+        return AxleState(self.wheels, xi_0, contacts, torque, slope, unit, self.longitudinal is not None)
 
     def _contact(self, number: int, xi_0: float, approach: float, start: WheelContact | None) -> WheelContact:
         wheel = self.wheels[number]
@@ -142,7 +144,7 @@ class RollingWheelset:
             along = wheel.creepages(xi_0).longitudinal
             raise Failure(f"{wheel.place.side} wheel, creepage {along:.4g}: {failure}") from failure
 
-    def found(self, rolled: Rolled) -> Rolled:
+    def solve_equilibrium(self, rolled: AxleState) -> AxleState:
         """Return the wheelset without a torque, or at its given creepage, with the loads in balance."""
         low, high = -np.inf, np.inf
         for _ in range(MOST_STEPS):
@@ -159,7 +161,7 @@ class RollingWheelset:
             f"radius is left at a creepage of {rolled.xi_0:g}; give rolling.longitudinal"
         )
 
-    def step(self, before: Rolled, xi_0: float) -> Rolled:
+    def step(self, before: AxleState, xi_0: float) -> AxleState:
         """Return the wheelset at another creepage, with approaches that follow the forces before."""
         approaches = [
             wheel.approach_for(self.load, contact)
@@ -171,12 +173,12 @@ class RollingWheelset:
         slope = (after.torque - before.torque) / (xi_0 - before.xi_0)
         return replace(after, slope=slope) if slope > 0 else after
 
-    def balanced(self, rolled: Rolled) -> bool:
+    def balanced(self, rolled: AxleState) -> bool:
         """Whether the vertical forces are the load."""
         return all(abs(contact.vertical / self.load - 1) <= VERTICAL for contact in rolled.contacts)
 
 
-def _next(rolled: Rolled, low: float, high: float) -> float:
+def _next(rolled: AxleState, low: float, high: float) -> float:
     """Return the next creepage: by the secant within the bracket, else its middle, or a step outwards."""
     step = float(np.clip(-rolled.torque / rolled.slope, -WIDEST_STEP, WIDEST_STEP))
     if low < rolled.xi_0 + step < high:
@@ -250,7 +252,7 @@ class AxleNumbers:
     errors: Mapping[str, float]
 
 
-def axle_numbers(rolled: Rolled, left: WheelNumbers, right: WheelNumbers) -> AxleNumbers:
+def axle_numbers(rolled: AxleState, left: WheelNumbers, right: WheelNumbers) -> AxleNumbers:
     """Return the numbers of a wheelset by those of its wheels."""
     at = [abs(float(wheel.place.touch.point[0])) for wheel in rolled.wheels]
     along, across = ([wheel.numbers[name] for wheel in (left, right)] for name in ("F_x", "F_y"))
@@ -269,7 +271,7 @@ def axle_numbers(rolled: Rolled, left: WheelNumbers, right: WheelNumbers) -> Axl
     return AxleNumbers(numbers, known)
 
 
-def _error_of_creepage(rolled: Rolled, of_forces: Sequence[float]) -> float:
+def _error_of_creepage(rolled: AxleState, of_forces: Sequence[float]) -> float:
     """Return the estimated error of the creepage: by larger elements, or by the errors of the forces."""
     if rolled.given:
         return 0.0
@@ -279,14 +281,14 @@ def _error_of_creepage(rolled: Rolled, of_forces: Sequence[float]) -> float:
     return max(from_grids(*levels[:3]), by_forces) if len(levels) > 1 else np.nan
 
 
-def _levels(rolled: Rolled) -> list[Rolled]:
+def _levels(rolled: AxleState) -> list[AxleState]:
     levels = [rolled]
     while levels[-1].coarser is not None:
         levels.append(levels[-1].coarser)
     return levels
 
 
-def wheel_numbers(rolled: Rolled, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
+def wheel_numbers(rolled: AxleState, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
     """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
     levels = _levels(rolled)
     wheel, contact = rolled.wheels[number], rolled.contacts[number]

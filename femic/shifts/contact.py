@@ -397,19 +397,7 @@ def planar_patches(place: Place, patch: PlanarPatch, vertical: float) -> list[Pa
         start, end = arc_length(np.array(own.s)).tolist()
         centre = float(arc_length(np.array([own.centre]))[0])
         outline = np.stack([arc_length(own.outline[0]), own.outline[1]])
-        turned.append(
-            PatchNumbers(
-                own.normal_force,
-                own.share,
-                own.p_max,
-                own.angle,
-                centre,
-                (start, end),
-                own.half_length,
-                own.area,
-                outline,
-            )
-        )
+        turned.append(replace(own, centre=centre, s=(start, end), outline=outline))
     return turned
 
 

@@ -18,9 +18,9 @@ from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.axle import (
     AxleNumbers,
+    AxleState,
     BeyondGrid,
     Other,
-    Rolled,
     RollingWheelset,
     WheelNumbers,
     axle_numbers,
@@ -115,10 +115,10 @@ class _Roller:
     def rolled(self) -> RolledICs:
         """Return the wheelset; where its creepage is given, each wheel has a contact of its own."""
         start = perf_counter()
-        solved = self.together() if self.given is None else self.each_alone()
+        solved = self.solve_axle() if self.given is None else self.solve_wheels()
         return replace(solved, seconds=perf_counter() - start)
 
-    def together(self) -> RolledICs:
+    def solve_axle(self) -> RolledICs:
         """Return the wheelset that rolls freely; without any numbers if one contact has no solution."""
         names: list[SideName] = [side.place.side for side in self.sides]
         if len(names) < 2:
@@ -130,11 +130,11 @@ class _Roller:
             return self.missing(names, str(failure))
         return RolledICs(self.ics, axle_numbers(rolled, wheels["left"], wheels["right"]), wheels)
 
-    def each_alone(self) -> RolledICs:
+    def solve_wheels(self) -> RolledICs:
         """Return the wheelset at its given creepage."""
         wheels: dict[SideName, WheelNumbers] = {}
         reasons: dict[SideName, str] = {}
-        solved: list[Rolled] = []
+        solved: list[AxleState] = []
         for side in self.sides:
             name = side.place.side
             try:
@@ -155,13 +155,15 @@ class _Roller:
     def missing(self, names: Sequence[SideName], reason: str) -> RolledICs:
         return RolledICs(self.ics, None, {}, dict.fromkeys(names, reason))
 
-    def on_long_enough_grids(self, sides: tuple[RollingSide, ...]) -> tuple[Rolled, tuple[RollingSide, ...]]:
+    def on_long_enough_grids(
+        self, sides: tuple[RollingSide, ...]
+    ) -> tuple[AxleState, tuple[RollingSide, ...]]:
         """Return the wheelset and its sides, whose grids are made longer where patches need it."""
         for _ in range(MOST_TRIES):
             wheels = tuple(self.wheel_on(side) for side in sides)
             wheelset = RollingWheelset(wheels, self.load, self.rolling.friction, self.given)
             try:
-                return wheelset.rolled(), sides
+                return wheelset.solve(), sides
             except BeyondGrid as beyond:
                 last = beyond
                 sides = tuple(
@@ -192,13 +194,13 @@ class _Roller:
         """Return C of a side on a grid as the rail sees it; its models are stored."""
         return full_reference_ics(side.problem, on_grid, self.options, wheel_rolls=True)
 
-    def wheel(self, side: RollingSide, rolled: Rolled, number: int) -> WheelNumbers:
+    def wheel(self, side: RollingSide, rolled: AxleState, number: int) -> WheelNumbers:
         """Return the numbers of a wheel; with C the changes by its error and its supports are estimated."""
         name = self.ics_on(side)
         others = self.others(side, rolled, number) if name == C else []
         return wheel_numbers(rolled, number, name, others)
 
-    def others(self, side: RollingSide, rolled: Rolled, number: int) -> list[Other]:
+    def others(self, side: RollingSide, rolled: AxleState, number: int) -> list[Other]:
         """Return the wheel with C plus its estimated error, and with nearer supports, at its creepages."""
         specification = replace(
             side.problem.specification, motion="rolling", friction=FrictionSpecification()

@@ -23,7 +23,7 @@ from femic.reference.harmonic.section import SectionMesh, SectionSize, section_m
 from femic.reference.meshing import Cells
 from femic.stresses.field import StressField
 from femic.stresses.half_space import half_space_field, on_half_space, staircase
-from femic.stresses.near_surface import centred, samples_of
+from femic.stresses.near_surface import centred, sample_points
 from femic.stresses.points import InnerPoints, SurfaceTractions, merged, require_inside
 from femic.stresses.resolution import Resolution
 from femic.stresses.section_fields import COMPONENTS, WaveSolver
@@ -68,7 +68,7 @@ def stress_field(
     resolution = Resolution.of(settings.fineness)
     flat = half_space_field(body, tractions, points)
     model = SectionUnderWaves.of(body, tractions, resolution)
-    u, rest, cost = model.rest(points, settings.workers)
+    u, rest, cost = model.body_correction(points, settings.workers)
     field = StressField(body, points, flat.u + u, flat.stress + rest, flat.stress, cost=cost)
     if not settings.estimated:
         return replace(field, estimate=np.full(points.shape, np.nan))
@@ -83,7 +83,7 @@ def _changes(
     """Parts of the estimate (...) [MPa], by what changes: "section", "far arc", "elements"."""
     body, points = field.body, field.points
     coarse = SectionUnderWaves.of(body, tractions, Resolution.of(settings.fineness).coarser)
-    coarser_rest = coarse.rest(points, settings.workers)[1]
+    coarser_rest = coarse.body_correction(points, settings.workers)[1]
     parts = {"section": SECTION_SHARE * _with_floor(_largest(coarser_rest - rest))}
     if body.truncated:
         parts["far arc"] = _with_floor(_largest(coarse.far_arc_change(points, settings.workers)))
@@ -134,9 +134,9 @@ class SectionUnderWaves:
         section = section_mesh(body, size)
         return cls(section, spectra, resolution, cell, perf_counter() - start)
 
-    def rest(self, points: InnerPoints, workers: int) -> tuple[Array, Array, Cost]:
+    def body_correction(self, points: InnerPoints, workers: int) -> tuple[Array, Array, Cost]:
         """Displacements (..., 3) and stresses (..., 3, 3) beyond the half-space's, and the cost."""
-        samples = samples_of(points, TRUSTED * self.cell)
+        samples = sample_points(points, TRUSTED * self.cell)
         long_part = self.spectra.long_part()
         centres = centred(long_part.grid, samples.points, along_x=False)
         u, stress, cost = self.long_waves(centres.points, workers)
@@ -189,7 +189,7 @@ class SectionUnderWaves:
 def _solved(solver: WaveSolver, k: Array, workers: int) -> tuple[Array, float]:
     """Waves (len(k), 2, places, c) at wavenumbers [1/mm], and the worst residual."""
     with one_blas_thread():
-        parts = in_parts(k.tolist(), solver.batch_size, workers)
+        parts = in_parts(k.tolist(), solver.elimination.batch_size, workers)
         fields, residuals = zip(*in_threads(solver, parts, workers), strict=True)
     return np.concatenate(fields), float(np.max(np.concatenate(residuals)))
 

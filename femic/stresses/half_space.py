@@ -188,10 +188,10 @@ def fields(material: Material, corners: Corners, x: Array, y: Array, z: Array) -
     gradient = np.stack(
         [np.stack([_slope(of, z, material.nu, a, b) for b in AXES], axis=-1) for a in AXES], axis=-2
     )
-    return scale * u, stress_of(material, scale * gradient)
+    return scale * u, hooke_stress(material, scale * gradient)
 
 
-def stress_of(material: Material, gradient: Array) -> Array:
+def hooke_stress(material: Material, gradient: Array) -> Array:
     """Return Hooke's stresses (..., 3, 3) [MPa] from the gradient du_a/dx_b of displacements (..., 3, 3).
 
     Raises WrongInput at nu = 0.5, where strains do not determine stresses.

@@ -50,7 +50,7 @@ class Samples:
         return np.asarray(result.reshape(*self.shape, *zero.shape))
 
 
-def samples_of(points: InnerPoints, trusted: float) -> Samples:
+def sample_points(points: InnerPoints, trusted: float) -> Samples:
     """Return the samples of points; the section is trusted from the depth `trusted` [mm] on."""
     x, s, depth = points.x.ravel(), points.s.ravel(), points.depth.ravel()
     depths = np.where((depth < trusted)[:, None], trusted * SAMPLE_DEPTHS, depth[:, None])

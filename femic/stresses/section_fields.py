@@ -61,11 +61,6 @@ class WaveSolver:
         ordered = csc_matrix(forces[elimination.amplitudes])
         return cls(section, spectra, points, interpolation(section, points), elimination, ordered)
 
-    @property
-    def batch_size(self) -> int:
-        """For how many wavenumbers one call takes memory, at most."""
-        return self.elimination.batch_size
-
     def __call__(self, k: Sequence[float]) -> tuple[Array, Array]:
         """Fields and residuals (k,) at wavenumbers [1/mm]."""
         loads = np.stack([self._forces(one) for one in k])  # (k, amplitudes, 2)
@@ -162,7 +157,7 @@ OUTSIDE = -0.02  # barycentric coordinate below which a point is not in a cell
 
 
 @dataclass(frozen=True, eq=False)
-class Located:
+class CellCoordinates:
     """The cells in which points lie (n,), and their coordinates in the reference cell (2, n)."""
 
     cells: Indices
@@ -191,7 +186,7 @@ def interpolation(section: SectionMesh, points: Array) -> csr_matrix:
     )
 
 
-def locate(section: SectionMesh, points: Array) -> Located:
+def locate(section: SectionMesh, points: Array) -> CellCoordinates:
     """Return the cells of points (2, n) [mm]; raises Failure where a point is in none."""
     nodes = section.mesh.doflocs[:, section.mesh.dofs.element_dofs]  # (2, 15, n_cells)
     low, high = nodes.min(axis=1), nodes.max(axis=1)
@@ -207,7 +202,7 @@ def locate(section: SectionMesh, points: Array) -> Located:
     last = order[np.append(np.diff(of_point[order]) > 0, True)] if len(order) else order
     if len(last) < points.shape[1] or np.min(inside[last], initial=0.0) < OUTSIDE:
         raise Failure("points in no cell of the section: its mesh does not reach them; move them a little")
-    return Located(cell[last], coordinates[:, last])
+    return CellCoordinates(cell[last], coordinates[:, last])
 
 
 def _inverted(nodes: Array, points: Array) -> Array:

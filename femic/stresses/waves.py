@@ -14,7 +14,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from femic.reference.harmonic.request import SCALE_LOWEST
 from femic.reference.harmonic.wavenumbers import FEWEST_ORDERS, Axis
 from femic.reference.harmonic.waves import spectrum, synthesis_weights, taper
-from femic.stresses.half_space import stress_of
+from femic.stresses.half_space import hooke_stress
 from femic.stresses.points import SurfaceTractions
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
@@ -158,5 +158,5 @@ def in_local_axes(body: Body, s: Array, values: Array) -> tuple[Array, Array]:
         strain[:, a, a] = values[:, 3 + a]
     for column, a, b in SHEARS:
         strain[:, a, b] = strain[:, b, a] = values[:, column] / 2
-    stress = axes @ stress_of(body.material, strain) @ np.swapaxes(axes, 1, 2)
+    stress = axes @ hooke_stress(body.material, strain) @ np.swapaxes(axes, 1, 2)
     return np.einsum("nic,nc->ni", axes, values[:, :3]), stress

@@ -23,7 +23,15 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import LOOSEST, Law, Strips, correction, idle, inverse_of_amplitudes
+from femic.contact.friction.law import (
+    LOOSEST,
+    Law,
+    StripInverse,
+    Strips,
+    correction,
+    inverse_of_amplitudes,
+    stagnated,
+)
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -183,7 +191,7 @@ class _Newton:
     def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
         """Return the tractions, None where steps do not lead to them; the residuals go to a list."""
         before = len(residuals)
-        while len(residuals) - before <= MOST_STEPS and not idle(residuals[before:], MOST_IDLE_STEPS):
+        while len(residuals) - before <= MOST_STEPS and not stagnated(residuals[before:], MOST_IDLE_STEPS):
             residuals.append(state.largest)
             if state.largest <= tolerance:
                 stick = self.problem.edge.with_followers(state.law.stick)
@@ -255,7 +263,7 @@ class _Bordered:
     @classmethod
     def of(cls, newton: _Newton, law: Law) -> "_Bordered":
         problem, none = newton.problem, np.zeros_like(law.q)
-        inverse, modes = problem.strips.inverse(law, problem.edge), problem.free.modes
+        inverse, modes = StripInverse(problem.strips, law, problem.edge), problem.free.modes
         k, shape = len(modes), none.shape
         columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
         of_forces = inverse_of_amplitudes([newton.forces(column) for column in columns])

@@ -112,14 +112,14 @@ class Law:
         By the traction itself, by slip at the element, and by slip at the one behind it.
         """
         stick, across = self.stick[:, None], self.share * (1 - self.direction**2)
-        own, behind = self._of_slips()
+        own, behind = self._slip_coefficients()
         return (
             np.where(stick, 0.0, 1 - across),
             self.scale * np.where(stick, 1.0, self.share * own),
             self.scale * np.where(stick, 0.0, self.share * behind),
         )
 
-    def _of_slips(self) -> tuple[Array, Array]:
+    def _slip_coefficients(self) -> tuple[Array, Array]:
         """Return the parts of centred slip across tractions due to slip there and behind, (m, 2) each."""
         even = (np.arange(len(self.slip)) % 2 == 0)[:, None, None]
         own, behind = np.zeros_like(self.q), np.zeros_like(self.q)
@@ -159,14 +159,13 @@ class Strips:
         behind = np.concatenate([np.zeros_like(slip[:, :1]), slip[:, :-1]], axis=1)
         return cls(slip, behind, flat.strips_alone)
 
-    def inverse(self, law: Law, edge: LeadingEdge) -> "StripInverse":
-        """Return the approximate inverse of the derivative of the law by tractions of free elements."""
-        return StripInverse(self, law, edge)
-
 
 @dataclass(frozen=True, eq=False)
 class StripInverse:
-    """The inverse of the derivative of a law by tractions, with slip that follows from these."""
+    """The approximate inverse of the derivative of a law by tractions of free elements.
+
+    Slip follows from these tractions within each strip.
+    """
 
     strips: Strips
     law: Law
@@ -261,7 +260,7 @@ def inverse_of_amplitudes(forces: Sequence[Array]) -> Array:
     return np.asarray(np.linalg.pinv(-np.reshape(forces, (k, k)).T, rcond=SINGULAR), dtype=float)
 
 
-def idle(errors: Sequence[float], steps: int) -> bool:
+def stagnated(errors: Sequence[float], steps: int) -> bool:
     """Return whether the last errors, as many as `steps`, are all larger than one before."""
     before, last = errors[:-steps], errors[-steps:]
     return bool(before) and min(last) > min(before)

@@ -291,7 +291,7 @@ class FreeSlip:
 
     def within(self, box: Box) -> "FreeSlip":
         """Return the same of elements in a box."""
-        return FreeSlip(box.of(self.slip), box.of(self.weights), self.force)
+        return FreeSlip(box.crop(self.slip), box.crop(self.weights), self.force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,7 +331,7 @@ class Motion:
         return self.given
 
     @property
-    def of_free(self) -> Array:
+    def free_slips(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
         return np.reshape([free.slip for free in self.free], (len(self.free), *self.rigid.shape))
 
@@ -341,7 +341,7 @@ class Motion:
 
     def within(self, box: Box) -> Self:
         """Return the motion of the elements in a box."""
-        return replace(self, rigid=box.of(self.rigid), free=tuple(free.within(box) for free in self.free))
+        return replace(self, rigid=box.crop(self.rigid), free=tuple(free.within(box) for free in self.free))
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,7 +376,7 @@ class Shift(Motion):
 
     def within(self, box: Box) -> "Shift":
         """Return the shift of the elements in a box."""
-        before = None if self.before is None else box.of(self.before)
+        before = None if self.before is None else box.crop(self.before)
         sines = None if self.per_approach is None else self.per_approach[box.strips]
         return replace(super().within(box), before=before, per_approach=sines)
 
@@ -424,7 +424,7 @@ class SteadyRolling(Motion):
         return self._half_way(self.rigid)
 
     @property
-    def of_free(self) -> Array:
+    def free_slips(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
         slips = [self._half_way(free.slip) for free in self.free]
         return np.reshape(slips, (len(slips), *self.rigid.shape))
@@ -456,7 +456,7 @@ class RollingStep(SteadyRolling):
 
     def within(self, box: Box) -> "RollingStep":
         """Return the step of the elements in a box."""
-        before = None if self.before is None else box.of(self.before)
+        before = None if self.before is None else box.crop(self.before)
         return replace(super().within(box), before=before)
 
 

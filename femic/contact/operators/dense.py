@@ -335,7 +335,7 @@ class Part:
 
     def __call__(self, tractions: Array) -> Array:
         """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
-        return self.box.of(self.operator(self.box.filled(tractions, self.shape)))
+        return self.box.crop(self.operator(self.box.embed(tractions, self.shape)))
 
     def restricted(self, directions: tuple[int, ...]) -> "Part":
         """Return the operator from tractions in some directions to displacements in the same."""

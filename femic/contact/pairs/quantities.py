@@ -40,14 +40,14 @@ Contact: TypeAlias = "NormalContact | FrictionalContact"
 class Quantity:
     """A number of a contact: how its error is estimated, and how it is computed.
 
-    `of` is None for numbers of a creep-force curve as a whole.
+    `evaluate` is None for numbers of a creep-force curve as a whole.
     """
 
     symbol: str
     unit: str
     meaning: str
     kind: Kind
-    of: Callable[[PairOnGrid, Any], float] | None = None
+    evaluate: Callable[[PairOnGrid, Any], float] | None = None
 
 
 def main_patch(contact: Contact) -> Extent:
@@ -106,7 +106,7 @@ def _moment(axis: int) -> Callable[[PairOnGrid, Contact], float]:
     return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[axis])
 
 
-def _own(name: str) -> Callable[[PairOnGrid, Any], float]:
+def _attribute(name: str) -> Callable[[PairOnGrid, Any], float]:
     """Return a number that contacts have as an attribute."""
     return lambda _, contact: getattr(contact, name)
 
@@ -117,8 +117,8 @@ ALL: Mapping[str, Quantity] = {
     "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", estimates.WIDTH, half_width),
     "aspect": Quantity("a/b", "1", "aspect of the patch", estimates.ASPECT, _aspect),
     "p_max": Quantity("p_max", "MPa", "largest pressure", estimates.PRESSURE, _largest_pressure),
-    "approach": Quantity("ζ", "mm", "vertical approach", estimates.GIVEN, _own("approach")),
-    "load": Quantity("N", "N", "vertical load", estimates.GIVEN, _own("load")),
+    "approach": Quantity("ζ", "mm", "vertical approach", estimates.GIVEN, _attribute("approach")),
+    "load": Quantity("N", "N", "vertical load", estimates.GIVEN, _attribute("load")),
     "position": Quantity(
         "y_u",
         "mm",
@@ -143,12 +143,16 @@ ALL: Mapping[str, Quantity] = {
         _moment(2),
     ),
     "s_centre": Quantity("s_c", "mm", "centre of pressure along s", estimates.CENTRE, _centre),
-    "area": Quantity("area", "mm2", "contact area on the lower surface", estimates.AREA, _own("area")),
+    "area": Quantity("area", "mm2", "contact area on the lower surface", estimates.AREA, _attribute("area")),
     "stiffness": Quantity(
-        "dN/dζ", "N/mm", "derivative of the load by the approach", estimates.STIFFNESS, _own("stiffness")
+        "dN/dζ",
+        "N/mm",
+        "derivative of the load by the approach",
+        estimates.STIFFNESS,
+        _attribute("stiffness"),
     ),
     "sliding_share": Quantity(
-        "sliding", "1", "area of sliding over that of contact", estimates.SLIDING, _own("sliding_share")
+        "sliding", "1", "area of sliding over that of contact", estimates.SLIDING, _attribute("sliding_share")
     ),
     "dissipation": Quantity(
         "work", "N", "work of friction per unit of rolled distance", estimates.WORK, _dissipation
@@ -187,7 +191,9 @@ def numbers(
 ) -> dict[str, float]:
     """Quantities of a contact of these bodies, on its own grid."""
     own = _on_grid_of(contact, on_grid)
-    return {name: quantity.of(own, contact) for name, quantity in quantities.items() if quantity.of}
+    return {
+        name: quantity.evaluate(own, contact) for name, quantity in quantities.items() if quantity.evaluate
+    }
 
 
 def kinds(quantities: Mapping[str, Quantity]) -> dict[str, Kind]:

@@ -56,7 +56,7 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
     perturbed = with_perturbed_ics(pair, friction, name, label, in_steps)
     estimated = estimates_of(
         steps,
-        on_larger_elements(pair, problem, label, _numbers),
+        on_larger_elements(pair, problem, label, lambda *coarse: in_steps(*coarse)[0]),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
         None if perturbed is None else perturbed[0],
         [Linearisation.of(pair.on_grid, operator, load) for load in pair.loads],
@@ -91,7 +91,7 @@ def _change(
 
 def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
     """Return the last load [N] and the numbers after it; raises Failure where there is no such contact."""
-    return pair.loads[-1], _numbers(pair, problem, label)[-1].numbers
+    return pair.loads[-1], in_steps(pair, problem, label)[0][-1].numbers
 
 
 def in_halves(loads: Sequence[float]) -> list[float]:
@@ -113,11 +113,6 @@ def in_steps(
     except Failure as failure:
         raise Failure(f"{label}, {loads[len(steps)]:g} N: {failure}") from failure
     return steps[1::2] if halves else steps, contact
-
-
-def _numbers(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> Steps:
-    """Return the numbers after each load, in steps half as large as between loads."""
-    return in_steps(pair, problem, label)[0]
 
 
 def estimates_of(

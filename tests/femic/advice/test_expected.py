@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from femic.advice.expected import Bounds, bounds_at, expect, why_not
-from femic.advice.knowledge import Held, Knowledge, KnownScene, Rule, read, write
+from femic.advice.knowledge import BoundCoverage, Knowledge, KnownScene, Rule, read, write
 from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of, worst_of
 from femic.advice.scenes import random_scene
 from femic.advice.study import FEATURES, features_of
@@ -135,7 +135,7 @@ def around(scene, errors):
         near["middle"] = features["middle"] + spread - 1
         errors, exact = {NUMBER: 2 * error, ROLLING: error}, {NUMBER: 0.0, ROLLING: 0.0}
         of_all.append(KnownScene(0, number, near, {ICS: errors}, exact))
-    return Knowledge(of_all, PLAIN, Held(10, {ICS: {ROLLING: [9, 10]}}))
+    return Knowledge(of_all, PLAIN, BoundCoverage(10, {ICS: {ROLLING: [9, 10]}}))
 
 
 def test_expected_of_a_contact(scene):
@@ -234,11 +234,11 @@ def test_decisions(bounds, error, outcome):
 def test_errors_beyond_their_bounds_are_counted(knowledge):
     rule = replace(PLAIN, growth=2.0, widened=0.25)
     inside, _ = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3))
-    held, of = inside.held.of(ICS, NUMBER)
+    held, of = inside.held.count(ICS, NUMBER)
     assert 0.9 * of <= held <= of
     assert of > 30
     twice, tried = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3, factor=2.0))
-    assert twice.held.of(ICS, NUMBER)[0] < 0.1 * of
+    assert twice.held.count(ICS, NUMBER)[0] < 0.1 * of
     (row,) = (row for row in rows_of(tried) if row["number"] == NUMBER)
     assert row["scenes"] == of
     assert all(
@@ -260,10 +260,12 @@ def test_the_chosen_rule_holds_in_known_scenes_left_out():
 
 
 def test_knowledge_is_read_as_it_was_written(tmp_path, knowledge):
-    small = replace(knowledge, scenes=knowledge.scenes[:3], held=Held(4, {ICS: {NUMBER: [3, 4]}}), code="c")
+    small = replace(
+        knowledge, scenes=knowledge.scenes[:3], held=BoundCoverage(4, {ICS: {NUMBER: [3, 4]}}), code="c"
+    )
     write(small, {"versions": {}}, tmp_path / "knowledge.json")
     again = read(tmp_path / "knowledge.json")
-    assert (again.rule, again.code, again.held.of(ICS, NUMBER)) == (small.rule, "c", (3, 4))
+    assert (again.rule, again.code, again.held.count(ICS, NUMBER)) == (small.rule, "c", (3, 4))
     for one, other in zip(again.scenes, small.scenes, strict=True):
         assert one.errors[ICS][NUMBER] == pytest.approx(other.errors[ICS][NUMBER], rel=1e-3)
         assert one.features == pytest.approx(other.features, rel=1e-3)

@@ -31,13 +31,13 @@ def test_a_box_ends_with_the_grid(place):
 
 def test_values_of_a_box_are_put_back_where_they_were():
     box, values = Box((3, 9), (2, 7)), np.random.default_rng(0).normal(size=(10, 9, 3))
-    part = box.of(values)
+    part = box.crop(values)
     assert part.shape == (6, 5, 3)
     np.testing.assert_array_equal(part[2, 1], values[5, 3])
-    back = box.filled(part, values.shape)
-    np.testing.assert_array_equal(box.of(back), part)
+    back = box.embed(part, values.shape)
+    np.testing.assert_array_equal(box.crop(back), part)
     assert np.sum(np.abs(back)) == pytest.approx(np.sum(np.abs(part)))
-    assert box.filled(part[..., 0] > 0, values.shape[:2]).dtype == bool
+    assert box.embed(part[..., 0] > 0, values.shape[:2]).dtype == bool
     np.testing.assert_array_equal(values[:, box.strips], values[:, 2:7])
 
 

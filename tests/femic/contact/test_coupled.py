@@ -7,7 +7,7 @@ import pytest
 
 from femic.contact import coupled, frictional
 from femic.contact.coupled import Coupled, Guess, State, Step
-from femic.contact.friction.law import idle as are_idle
+from femic.contact.friction.law import stagnated
 from femic.contact.friction.motion import Creepages, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
@@ -72,7 +72,7 @@ def test_equations_have_the_derivative_of_the_residual(name, loading, motions):
     motion = motions[name]
     guess, contact = near(GROOVE, motion)
     system = Coupled(GROOVE, motion, LOAD if loading == "load" else Loading(approach=contact.approach))
-    state = State.of(system, replace(guess, approach=0.95 * guess.approach))  # nothing joins
+    state = State.from_guess(system, replace(guess, approach=0.95 * guess.approach))  # nothing joins
     step = Step(state)
     stick = np.count_nonzero(state.law.stick)
     assert 0 < stick < len(state.law.stick)
@@ -98,7 +98,7 @@ def test_preconditioner_meets_forces_and_load(name, motions):
     """Whatever it makes of gaps and friction: no component of the residual of forces is left."""
     motion = motions[name]
     guess, _ = near(GROOVE, motion)
-    step = Step(State.of(Coupled(GROOVE, motion, LOAD), guess))
+    step = Step(State.from_guess(Coupled(GROOVE, motion, LOAD), guess))
     k = len(step.coupled.targets)
     assert k == (3 if name == "forces" else 1)
     v = np.random.default_rng(3).normal(size=len(step.residual))
@@ -108,10 +108,10 @@ def test_preconditioner_meets_forces_and_load(name, motions):
 def test_residuals_are_gaps_law_forces_and_load():
     motion = MOTIONS["second order"]
     guess, _ = near(GROOVE, motion)
-    state = State.of(Coupled(GROOVE, motion, LOAD), guess)
+    state = State.from_guess(Coupled(GROOVE, motion, LOAD), guess)
     step = Step(state)
     gaps, of_law, (of_load,) = step.parts(step.residual)
-    own_gap, own_slip = state.coupled.own
+    own_gap, own_slip = state.coupled.self_compliance
     u = GROOVE.operator(state.p)
     expected = u[..., 2] + GROOVE.distance - state.approach * np.cos(GROOVE.inclination)
     np.testing.assert_allclose(gaps * own_gap, expected[state.contact], atol=1e-12)
@@ -131,7 +131,9 @@ def test_a_state_has_no_negative_pressures_and_followers_at_their_bounds():
     p = guess.p.copy()
     pressed = tuple(np.argwhere(contact.in_contact)[5])
     p[pressed] = 3.0, 4.0, -1.0
-    state = State.of(Coupled(GROOVE, motion, LOAD), replace(guess, p=p, approach=0.5 * guess.approach))
+    state = State.from_guess(
+        Coupled(GROOVE, motion, LOAD), replace(guess, p=p, approach=0.5 * guess.approach)
+    )
     np.testing.assert_array_equal(state.p[pressed], 0.0)
     assert np.min(state.p[..., 2]) == 0
     np.testing.assert_allclose(state.u, GROOVE.operator(state.p), atol=1e-15)
@@ -142,7 +144,7 @@ def test_elements_with_overlap_join():
     motion = MOTIONS["shift"]
     contact = solve(GROOVE, motion, LOAD)
     further = Guess(contact.p, contact.amplitudes, 1.3 * contact.approach)
-    state = State.of(Coupled(GROOVE, motion, LOAD), further)
+    state = State.from_guess(Coupled(GROOVE, motion, LOAD), further)
     gap = contact.u[..., 2] + GROOVE.distance - 1.3 * contact.approach * np.cos(GROOVE.inclination)
     np.testing.assert_array_equal(state.contact, contact.in_contact | (gap < 0))
     assert np.count_nonzero(state.contact) > np.count_nonzero(contact.in_contact)
@@ -245,7 +247,7 @@ def test_no_contact_is_found_from_none():
     ],
 )
 def test_steps_that_lead_nowhere_end(errors, idle):
-    assert are_idle(errors, coupled.MOST_IDLE_STEPS) is idle
+    assert stagnated(errors, coupled.MOST_IDLE_STEPS) is idle
 
 
 # ---- in a box

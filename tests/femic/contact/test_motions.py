@@ -75,7 +75,7 @@ def test_unknown_motions_are_refused():
 def test_all_late_names_resolve(motion):
     """Names of what is imported late, and of the numbers that have a function."""
     of = MOTIONS[motion]
-    assert all(quantity.of for quantity in of.quantities.values())
+    assert all(quantity.evaluate for quantity in of.quantities.values())
     assert all(callable(one.resolved) for one in (of.solve, of.one_point) if one)
     assert (of.solve is not None) == of.has_friction
 

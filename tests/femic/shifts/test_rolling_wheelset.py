@@ -45,7 +45,7 @@ def sides(layout, shift, load=LOAD, elements=12, given_roll="about rails"):
 def rolled(both, load=LOAD, *, friction=FRICTION, longitudinal=None, motion=STRAIGHT, ics="A"):
     """The wheelset with one kind of ICs."""
     wheels = tuple(wheel_on(side, load, ics, friction=friction, motion=motion) for side in both)
-    return RollingWheelset(wheels, load, friction, longitudinal).rolled()
+    return RollingWheelset(wheels, load, friction, longitudinal).solve()
 
 
 def wheel_on(side, load=LOAD, ics="A", *, friction=FRICTION, motion=STRAIGHT):

@@ -94,7 +94,7 @@ def computed(section, pressure, shear, delta, depth):
     model = SectionUnderWaves(
         section, Spectra.of(BODY, tractions, resolution.largest), resolution, GRID.ds, 0.0
     )
-    return half_space_field(BODY, tractions, points).stress + model.rest(points, 1)[1]
+    return half_space_field(BODY, tractions, points).stress + model.body_correction(points, 1)[1]
 
 
 def profile():

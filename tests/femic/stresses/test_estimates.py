@@ -64,7 +64,7 @@ class Model:
 
     change: np.ndarray
 
-    def rest(self, points, _workers):
+    def body_correction(self, points, _workers):
         return np.zeros((*points.shape, 3)), self.change, None
 
     def far_arc_change(self, _points, _workers):

@@ -7,7 +7,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.stresses.field import largest_shear
-from femic.stresses.half_space import Corners, fields, half_space_field, stress_of
+from femic.stresses.half_space import Corners, fields, half_space_field, hooke_stress
 from femic.stresses.points import InnerPoints, SurfaceTractions, line_into_depth, section_points
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
@@ -64,7 +64,7 @@ def test_stresses_are_in_equilibrium_and_hooke_s_of_the_displacements(nu):
     material, x = Material(1e3, nu), scattered()
     stress = patch_fields(material, x)[1]
     gradient = slopes(lambda y: patch_fields(material, y)[0], x, 1e-4)
-    np.testing.assert_allclose(stress_of(material, gradient), stress, atol=1e-5 * np.max(np.abs(stress)))
+    np.testing.assert_allclose(hooke_stress(material, gradient), stress, atol=1e-5 * np.max(np.abs(stress)))
     change = slopes(lambda y: patch_fields(material, y)[1], x, 1e-4)
     assert np.max(np.abs(np.einsum("nabb->na", change))) < 1e-5 * np.max(np.abs(change))
 
@@ -82,7 +82,7 @@ def test_a_patch_is_the_sum_of_point_loads_at_any_depth(nu):
             expected += point_load(material, force, apart)
             gradient += slopes(lambda y, f=force: point_load(material, f, y), apart, 1e-4)
     np.testing.assert_allclose(u, expected, atol=1e-8 * np.max(np.abs(u)))
-    np.testing.assert_allclose(stress, stress_of(material, gradient), atol=1e-5 * np.max(np.abs(stress)))
+    np.testing.assert_allclose(stress, hooke_stress(material, gradient), atol=1e-5 * np.max(np.abs(stress)))
 
 
 def test_far_away_a_patch_is_a_point_load():
@@ -93,7 +93,7 @@ def test_far_away_a_patch_is_a_point_load():
     np.testing.assert_allclose(u, point_load(STEEL, force, x), atol=3e-4 * np.max(np.abs(u)))
     gradient = slopes(lambda y: point_load(STEEL, force, y), x, 1e-3)
     np.testing.assert_allclose(
-        stress, stress_of(STEEL, gradient), rtol=1e-3, atol=1e-4 * np.max(np.abs(stress))
+        stress, hooke_stress(STEEL, gradient), rtol=1e-3, atol=1e-4 * np.max(np.abs(stress))
     )
 
 

@@ -114,7 +114,7 @@ def test_in_a_box_slip_is_that_of_its_elements(motion):
     for here, there in (
         (part.slip_of(BOX.of(U)), motion.slip_of(U)),
         (part.given_at(0.3), motion.given_at(0.3)),
-        *zip(part.of_free, motion.of_free, strict=True),
+        *zip(part.free_slips, motion.free_slips, strict=True),
     ):
         np.testing.assert_allclose(here[:-1], BOX.of(there)[:-1], rtol=1e-12)
     for here, there in zip(part.free, motion.free, strict=True):
@@ -126,10 +126,10 @@ def test_in_a_box_slip_is_that_of_its_elements(motion):
 def test_free_slips_are_taken_where_rigid_ones_are():
     free = FreeSlip(W, RANDOM.normal(size=(8, 6, 3)), 3.0)
     for motion in (SteadyRolling(0 * W, (free,), dx=DX), SteadyRolling(0 * W, (free,), dx=DX, order=1)):
-        np.testing.assert_array_equal(motion.of_free[0], SteadyRolling(W, dx=DX, order=motion.order).given)
+        np.testing.assert_array_equal(motion.free_slips[0], SteadyRolling(W, dx=DX, order=motion.order).given)
     for motion in (Motion(W), SteadyRolling(W, dx=DX, order=1)):
         for number in range(3):
-            several = replace(motion, free=(free,) * number).of_free
+            several = replace(motion, free=(free,) * number).free_slips
             np.testing.assert_array_equal(several, np.broadcast_to(W, (number, *W.shape)), strict=True)
 
 
@@ -165,7 +165,7 @@ def test_on_coarser_elements_fields_are_means_and_forces_stay():
     rolling = SteadyRolling(W, (free,), dx=DX, order=1).coarsened()
     assert (rolling.dx, rolling.order) == (2 * DX, 1)
     np.testing.assert_array_equal(rolling.rigid, block_mean(W))
-    np.testing.assert_array_equal(rolling.of_free[0], block_mean(W))
+    np.testing.assert_array_equal(rolling.free_slips[0], block_mean(W))
     sines = RANDOM.normal(size=6)
     shift = Shift(W, before=BEFORE, per_approach=sines, approach_before=0.1).coarsened()
     np.testing.assert_allclose(

@@ -8,7 +8,7 @@ import pytest
 
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
-from femic.contact.friction.law import idle as are_idle
+from femic.contact.friction.law import stagnated
 from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
 from tests.femic.contact.friction.laws import (
     GRID,
@@ -519,7 +519,7 @@ def test_steps_are_solved_no_better_than_needed(motion):
 )
 def test_steps_are_idle_when_the_last_fifteen_do_not_fall_below_one_before(residuals, idle):
     assert coulomb.MOST_IDLE_STEPS == 15
-    assert are_idle(residuals, coulomb.MOST_IDLE_STEPS) is idle
+    assert stagnated(residuals, coulomb.MOST_IDLE_STEPS) is idle
 
 
 class Wandering(coulomb._Newton):

@@ -54,12 +54,12 @@ def operators():
 def test_part_moves_elements_as_the_whole_does(name, box, directions):
     operator, m = operators()[name].restricted(directions), len(directions)
     p = np.random.default_rng(0).normal(size=(*box.shape, m))
-    expected = box.of(operator(box.filled(p, SHAPE)))
+    expected = box.crop(operator(box.embed(p, SHAPE)))
     result = part_of(operator, box, SHAPE)
     np.testing.assert_allclose(result(p), expected, atol=1e-13 * np.max(np.abs(expected)))
     fewer = result.restricted(directions[-1:])(p[..., -1:])
-    alone = operator.restricted(directions[-1:])(box.filled(p[..., -1:], SHAPE))
-    np.testing.assert_allclose(fewer, box.of(alone), atol=1e-13 * np.max(np.abs(alone)))
+    alone = operator.restricted(directions[-1:])(box.embed(p[..., -1:], SHAPE))
+    np.testing.assert_allclose(fewer, box.crop(alone), atol=1e-13 * np.max(np.abs(alone)))
 
 
 @pytest.mark.parametrize("name", ["flat", "dense", "unknown"])  # other convolutions: with mean factors

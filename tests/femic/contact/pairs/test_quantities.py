@@ -25,9 +25,9 @@ def test_moment_includes_all_tractions_on_inclined_elements():
             directions = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
             y, z = (float(v[0]) for v in contour.position(np.array([s])))
             moment += np.cross([x, y, z], p[i, j] @ directions) * on_grid.grid.area
-    m_z = OF_COMPRESSION["M_z"].of
+    m_z = OF_COMPRESSION["M_z"].evaluate
     assert m_z(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[2])
-    assert OF_COMPRESSION["M_x"].of(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[0])
+    assert OF_COMPRESSION["M_x"].evaluate(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[0])
     level = replace(on_grid, grid=Grid(4, 5, 0.7, 0.9, 0.0))
     assert m_z(on_grid, SimpleNamespace(tractions=p)) != pytest.approx(
         m_z(level, SimpleNamespace(tractions=p)), rel=0.01
