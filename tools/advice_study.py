@@ -26,10 +26,10 @@ from femic.advice.reliability import (
     TOLERANCES,
     checked,
     chosen_rule,
-    outcomes_of,
-    rows_of,
-    scenes_of,
-    worst_of,
+    count_outcomes,
+    coverage_rows,
+    known_scenes,
+    worst_trials,
 )
 from femic.advice.scenes import ELEMENTS
 from femic.advice.study import FEATURES, entries, solve_missing
@@ -79,9 +79,9 @@ def write(folder: Path) -> None:
     """Write the knowledge file and the numbers of the page from the stored scenes."""
     known, test = (entries(folder, seed) for seed in (KNOWN_SEED, TEST_SEED))
     codes = sorted({entry["code"] for entry in [*known, *test]})
-    scenes = scenes_of(known)
+    scenes = known_scenes(known)
     untested = Knowledge(scenes, chosen_rule(scenes), code=" and ".join(codes))
-    knowledge, tried = checked(untested, scenes_of(test))
+    knowledge, tried = checked(untested, known_scenes(test))
     facts = {"is_sample": True, "versions": versions(), "elements": ELEMENTS}  # a slow test solves two again
     write_knowledge(knowledge, facts)
     record = {
@@ -92,18 +92,22 @@ def write(folder: Path) -> None:
         "test": counts(test),
         "rule": asdict(knowledge.rule),
         "ranges": ranges(knowledge),
-        "outside": sum(bool(knowledge.outside(scene.features, friction=True)) for scene in scenes_of(test)),
+        "outside": sum(
+            bool(knowledge.outside(scene.features, friction=True)) for scene in known_scenes(test)
+        ),
         "trials": len(tried),
         "held": sum(trial.beyond <= 0 for trial in tried),
-        "decisions": [{"tolerance": tolerance, **outcomes_of(tried, tolerance)} for tolerance in TOLERANCES],
-        "rows": rows_of(tried),
-        "worst": worst_of(tried),
+        "decisions": [
+            {"tolerance": tolerance, **count_outcomes(tried, tolerance)} for tolerance in TOLERANCES
+        ],
+        "rows": coverage_rows(tried),
+        "worst": worst_trials(tried),
         "least_held": LEAST_HELD,
         "estimates": largest_estimates(scenes),
     }
     text = json.dumps(rounded(record), indent=1, ensure_ascii=False, allow_nan=False)
     NUMBERS.write_text(text + "\n", encoding="utf-8")
-    sys.stderr.write(f"{len(scenes)} known scenes, {len(scenes_of(test))} of the test, {knowledge.rule}\n")
+    sys.stderr.write(f"{len(scenes)} known scenes, {len(known_scenes(test))} of the test, {knowledge.rule}\n")
     sys.stderr.write(f"bounds held in {record['held']} of {len(tried)} trials; {record['decisions']}\n")
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femic.advice.knowledge import PRESSURE_IN_ROLLING, ROLLING_NUMBERS, Knowledge, KnownScene, Rule, packaged
-from femic.advice.study import NORMAL_NUMBERS, features_of, saturation
+from femic.advice.study import NORMAL_NUMBERS, contact_features, saturation
 from femic.contact.pairs.grids import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
@@ -175,7 +175,7 @@ def _cases(problem: ContactProblem) -> Iterator[tuple[dict[str, float], Size]]:
     friction = problem.specification.friction
     for loading in problem.specification.loadings:
         size = contact_size(on_grid, loading)
-        features = features_of(problem, size)
+        features = contact_features(problem, size)
         for coefficient in friction.coefficients if friction else (0.0,):
             yield features | {"friction": coefficient}, size
 

@@ -33,7 +33,7 @@ LEAST_FORCE = 1e-3  # over friction times load: shares of smaller forces with C 
 Errors = dict[str, dict[str, float]]  # by ICs and number
 
 
-def errors_of(entry: Mapping[str, Any]) -> Errors:
+def ics_errors(entry: Mapping[str, Any]) -> Errors:
     """Return the errors of all ICs of an entry against C, each a share as in docs/evidence/advice.md.
 
     Those without friction have a sign; of rolling, each is the largest over the creepages, without a sign.
@@ -47,7 +47,7 @@ def errors_of(entry: Mapping[str, Any]) -> Errors:
     return errors
 
 
-def estimates_of(entry: Mapping[str, Any]) -> dict[str, float]:
+def reference_estimates(entry: Mapping[str, Any]) -> dict[str, float]:
     """Return the estimated error of C by number, on the same scales; of rolling 0 where it is not known."""
     estimates = {name: abs(error) for name, error in _frictionless(entry, PERTURBED).items()}
     return estimates | (

@@ -15,8 +15,8 @@ from femic.advice.knowledge import (
     Knowledge,
     KnownScene,
     Rule,
-    errors_of,
-    estimates_of,
+    ics_errors,
+    reference_estimates,
 )
 
 TOLERANCES = 0.02, 0.05, 0.1  # of decisions
@@ -59,10 +59,12 @@ class Trial:
         return "right" if good == (self.error <= tolerance) else "wrong"
 
 
-def scenes_of(entries: Sequence[dict[str, Any]]) -> list[KnownScene]:
+def known_scenes(entries: Sequence[dict[str, Any]]) -> list[KnownScene]:
     """Return the scenes of entries that have a solution."""
     return [
-        KnownScene(entry["seed"], entry["number"], entry["features"], errors_of(entry), estimates_of(entry))
+        KnownScene(
+            entry["seed"], entry["number"], entry["features"], ics_errors(entry), reference_estimates(entry)
+        )
         for entry in entries
         if "failure" not in entry
     ]
@@ -136,7 +138,7 @@ def checked(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowled
     return replace(knowledge, held=BoundCoverage(len(scenes), counts)), tried
 
 
-def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
+def coverage_rows(tried: Sequence[Trial]) -> list[dict[str, Any]]:
     """Return how bounds held and decisions ended, by number and ICs."""
     groups: dict[tuple[str, str], list[Trial]] = {}
     for trial in tried:
@@ -151,7 +153,7 @@ def rows_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
             "median_error": float(np.median([trial.error for trial in group])),
             "largest_error": max(trial.error for trial in group),
             "decisions": [
-                {"tolerance": tolerance, **outcomes_of(group, tolerance)} for tolerance in TOLERANCES
+                {"tolerance": tolerance, **count_outcomes(group, tolerance)} for tolerance in TOLERANCES
             ],
         }
         for (number, ics), group in sorted(groups.items(), key=lambda item: NUMBERS.index(item[0][0]))
@@ -163,13 +165,13 @@ def _finite(bound: float) -> float | None:
     return bound if np.isfinite(bound) else None
 
 
-def outcomes_of(tried: Sequence[Trial], tolerance: float) -> dict[str, int]:
+def count_outcomes(tried: Sequence[Trial], tolerance: float) -> dict[str, int]:
     """Return how many decisions at a tolerance end in which way."""
     outcomes = [trial.outcome(tolerance) for trial in tried]
     return {name: outcomes.count(name) for name in ("right", "wrong", "undecided", "open")}
 
 
-def worst_of(tried: Sequence[Trial]) -> list[dict[str, Any]]:
+def worst_trials(tried: Sequence[Trial]) -> list[dict[str, Any]]:
     """Return the errors that are farthest beyond their bounds, and the features of their scenes."""
     failed = sorted((trial for trial in tried if trial.beyond > 0), key=lambda trial: -trial.beyond)
     return [

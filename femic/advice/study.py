@@ -84,7 +84,7 @@ FEATURES: Mapping[str, Feature] = {
 }
 
 
-def features_of(problem: ContactProblem, size: Size) -> dict[str, float]:
+def contact_features(problem: ContactProblem, size: Size) -> dict[str, float]:
     """Return the features of a contact by name; `size` is that of its patch with B-hat.
 
     Each angle [deg] and ratio as in `FEATURES`; 0 where there is no friction.
@@ -222,7 +222,7 @@ class _Scene:
         pressed = {name: self.frictionless(of_c, name) for name in (C, PERTURBED, *NORMAL_ICS)}
         rolling = self.rolling(of_c)
         seconds = {"C": solved - start, "contact": perf_counter() - solved}
-        return Study(seed, number, features_of(problem, self.scene.size), pressed, rolling, seconds)
+        return Study(seed, number, contact_features(problem, self.scene.size), pressed, rolling, seconds)
 
     @property
     def load(self) -> float:

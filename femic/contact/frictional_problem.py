@@ -73,7 +73,7 @@ class FrictionalProblem:
         """Return how half-spaces slip in motions of a kind: a preconditioner."""
         kind = type(motion)
         if kind not in self._strips:
-            self._strips[kind] = Strips.of(self.flat.restricted(TANGENTIAL), motion)
+            self._strips[kind] = Strips.on_half_spaces(self.flat.restricted(TANGENTIAL), motion)
         return self._strips[kind]
 
     @cached_property

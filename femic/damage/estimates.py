@@ -163,11 +163,11 @@ def _measured(solved: Solved) -> Measured:
         **_creepage_scales(solution, friction_limit, F_x),
         **_wear_scales(solved, missed),
     }
-    of_state = floors(contact.slip_state)
-    of_others = {"work": max(of_state["work"], missed), "aspect": _change_with_aspect(solved)}
-    of_contact = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
+    state_floors = floors(contact.slip_state)
+    other_floors = {"work": max(state_floors["work"], missed), "aspect": _change_with_aspect(solved)}
+    contact_numbers = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
     exact = ("F_x",) if np.isfinite(solution.slope) else ()  # prescribed
-    return Measured({**numbers, **of_contact}, scales, of_state | of_others, exact)
+    return Measured({**numbers, **contact_numbers}, scales, state_floors | other_floors, exact)
 
 
 def _scale(size: float) -> Scale:

@@ -160,7 +160,7 @@ def _on_fine_grids(
     boxes, sought = find_patches(pair, SIZING, request.load, place.roll)
     grids = refined_grids(pair, boxes, sought, request.elements)
     for _ in range(MOST_TRIES):
-        areas = [Areas.by(name, pair, grids, place.roll) for name in names]
+        areas = [Areas.with_approximation(name, pair, grids, place.roll) for name in names]
         try:
             solved = [_timed(each, request.load, sought.approach) for each in areas]
             return pair, sought, dict(zip(names, solved, strict=True))
@@ -332,11 +332,17 @@ def _with_c(
     for _ in range(MOST_TRIES):
         problem = problem_of(bodies, replace(request, ics=(C,)), request.load, grid)
         on_grid = pair_on_grid(problem, grid)
-        named = {name: Areas.by(name, pair, (grid,), place.roll) for name in request.ics if name != C}
+        named = {
+            name: Areas.with_approximation(name, pair, (grid,), place.roll)
+            for name in request.ics
+            if name != C
+        }
         try:
             contacts = {
                 name: _timed(areas, request.load, sought.approach)
-                for name, areas in ({SIZING: Areas.by(SIZING, pair, (grid,), place.roll)} | named).items()
+                for name, areas in (
+                    {SIZING: Areas.with_approximation(SIZING, pair, (grid,), place.roll)} | named
+                ).items()
             }
             reference = normal_reference_ics(problem, on_grid, options)
             nearer = next(other_supports(problem, on_grid, options)).operator(on_grid, friction=False)
@@ -346,7 +352,7 @@ def _with_c(
             )
             break
         except AreaTooSmall as short:
-            (grid,) = longer(Areas.by(SIZING, pair, (grid,), place.roll), short)
+            (grid,) = longer(Areas.with_approximation(SIZING, pair, (grid,), place.roll), short)
     else:
         raise Failure(f"load = {request.load:g} N: no grid found that fits C")
     lacking = abs(_p_max(contacts[SIZING][0]) - _p_max(fine[SIZING][0]))

@@ -57,7 +57,7 @@ class RollingSide:
         """
         pair, grids = pair_on_grid(self.problem, self.grids[0]), self.grids
         for _ in range(MOST_TRIES):
-            areas = Areas.by(variant, pair, grids, self.place.roll)
+            areas = Areas.with_approximation(variant, pair, grids, self.place.roll)
             try:
                 return areas.solve(load, self.approach)
             except AreaTooSmall as short:
@@ -67,7 +67,7 @@ class RollingSide:
     def longer(self, number: int, short: PotentialAreaTooSmall) -> "RollingSide":
         """Return the side with a longer grid in the place of one."""
         pair = pair_on_grid(self.problem, self.grids[0])
-        areas = Areas.by(SIZING, pair, self.grids, self.place.roll)
+        areas = Areas.with_approximation(SIZING, pair, self.grids, self.place.roll)
         return replace(self, grids=tuple(longer(areas, AreaTooSmall(number, short))))
 
 
@@ -188,7 +188,7 @@ class _Roller:
             operators = [approximation(on_grid, name) for on_grid in pressed.areas.on_grids]
         friction = Friction(self.rolling.friction, self.rolling.by_angle)
         motion = Motion(self.rolling.lateral, self.rolling.spin)
-        return RollingWheel.rolls(side.place, pressed, operators, friction, motion)
+        return RollingWheel.on_areas(side.place, pressed, operators, friction, motion)
 
     def reference(self, side: RollingSide, on_grid: PairOnGrid) -> ReferenceICs:
         """Return C of a side on a grid as the rail sees it; its models are stored."""

@@ -125,7 +125,7 @@ class RollingWheel:
     doublings: int = 0
 
     @classmethod
-    def rolls(
+    def on_areas(
         cls,
         place: Place,
         pressed: AreasContact,

@@ -65,9 +65,9 @@ def stress_field(
     Raises WrongInput for points outside the body, NotConverged where a wavenumber cannot be solved.
     """
     require_inside(body, points)
-    resolution = Resolution.of(settings.fineness)
+    resolution = Resolution.at_fineness(settings.fineness)
     flat = half_space_field(body, tractions, points)
-    model = SectionUnderWaves.of(body, tractions, resolution)
+    model = SectionUnderWaves.mesh(body, tractions, resolution)
     u, rest, cost = model.body_correction(points, settings.workers)
     field = StressField(body, points, flat.u + u, flat.stress + rest, flat.stress, cost=cost)
     if not settings.estimated:
@@ -82,7 +82,7 @@ def _changes(
 ) -> dict[str, Array]:
     """Parts of the estimate (...) [MPa], by what changes: "section", "far arc", "elements"."""
     body, points = field.body, field.points
-    coarse = SectionUnderWaves.of(body, tractions, Resolution.of(settings.fineness).coarser)
+    coarse = SectionUnderWaves.mesh(body, tractions, Resolution.at_fineness(settings.fineness).coarser)
     coarser_rest = coarse.body_correction(points, settings.workers)[1]
     parts = {"section": SECTION_SHARE * _with_floor(_largest(coarser_rest - rest))}
     if body.truncated:
@@ -124,10 +124,10 @@ class SectionUnderWaves:
     seconds: float  # of meshing
 
     @classmethod
-    def of(cls, body: Body, tractions: SurfaceTractions, resolution: Resolution) -> "SectionUnderWaves":
+    def mesh(cls, body: Body, tractions: SurfaceTractions, resolution: Resolution) -> "SectionUnderWaves":
         """Mesh the section of a body under tractions; raises Failure where Gmsh cannot mesh it."""
         start = perf_counter()
-        spectra = Spectra.of(body, tractions, resolution.largest)
+        spectra = Spectra.from_tractions(body, tractions, resolution.largest)
         blocks = strip_blocks(spectra.tractions.grid, resolution.cells)
         cell = float(np.max(np.ptp(blocks, axis=1)))
         size = SectionSize(Cells(cell, resolution.growth, resolution.growth), blocks, cell)
@@ -155,7 +155,7 @@ class SectionUnderWaves:
         mesh, start = self.section.mesh, perf_counter()
         k = self.spectra.wavenumbers(self.resolution.spacing)
         places, place = np.unique(points.in_section(self.section.body), axis=1, return_inverse=True)
-        solver = WaveSolver.of(self.section, self.spectra, places)
+        solver = WaveSolver.prepare(self.section, self.spectra, places)
         assembled = perf_counter()
         fields, residual = _solved(solver, k, workers)
         u, stress = self._at(points, k, fields, place.ravel())
@@ -172,7 +172,7 @@ class SectionUnderWaves:
         places, place = np.unique(flat.in_section(self.section.body), axis=1, return_inverse=True)
         fields = np.zeros((len(k), 2, places.shape[1], COMPONENTS))
         for share, sign in ((NEARER, 1.0), (1.0, -1.0)):
-            solver = WaveSolver.of(self.section, self.spectra, places, share)
+            solver = WaveSolver.prepare(self.section, self.spectra, places, share)
             fields[far] += sign * _solved(solver, k[far], workers)[0]
         inside = np.hypot(*places) < NEARER * self.section.body.domain.far_radius
         fields[:, :, ~inside] = 0.0

@@ -20,7 +20,7 @@ class Resolution:
     largest: float
 
     @classmethod
-    def of(cls, fineness: float) -> "Resolution":
+    def at_fineness(cls, fineness: float) -> "Resolution":
         """The default at a fineness of 1; raises WrongInput for a fineness out of range."""
         if not COARSEST <= fineness <= FINEST:
             raise WrongInput(

@@ -48,7 +48,9 @@ class WaveSolver:
     forces: csc_matrix  # (amplitudes, 3 n_s) of unit line loads on strips, in the order of elimination
 
     @classmethod
-    def of(cls, section: SectionMesh, spectra: Spectra, points: Array, share: float = 1.0) -> "WaveSolver":
+    def prepare(
+        cls, section: SectionMesh, spectra: Spectra, points: Array, share: float = 1.0
+    ) -> "WaveSolver":
         """Prepare the equations with the far arc at a `share` of its radius."""
         free = ~(section.supported | _beyond(section, share)[:, None])
         forces = strip_forces(section, spectra.tractions.grid)
@@ -156,22 +158,14 @@ MARGIN = 0.1  # of its size, by which a cell may bulge over the box of its nodes
 OUTSIDE = -0.02  # barycentric coordinate below which a point is not in a cell
 
 
-@dataclass(frozen=True, eq=False)
-class CellCoordinates:
-    """The cells in which points lie (n,), and their coordinates in the reference cell (2, n)."""
-
-    cells: Indices
-    coordinates: Array
-
-
 def interpolation(section: SectionMesh, points: Array) -> csr_matrix:
     """Matrix (3 n, n_nodes): values at points (2, n) [mm], then slopes along y, then along z.
 
     Raises Failure where a point is in no cell.
     """
-    located = locate(section, points)
-    nodes = section.mesh.dofs.element_dofs[:, located.cells]  # (15, n)
-    values, slopes = _shapes(located.coordinates)  # (15, n), (15, 2, n)
+    cells, coordinates = locate(section, points)
+    nodes = section.mesh.dofs.element_dofs[:, cells]  # (15, n)
+    values, slopes = _shapes(coordinates)  # (15, n), (15, 2, n)
     jacobian = np.einsum("can,abn->cbn", section.mesh.doflocs[:, nodes], slopes)
     slopes = np.einsum("abn,nbc->acn", slopes, np.linalg.inv(np.moveaxis(jacobian, 2, 0)))
     n = points.shape[1]
@@ -186,8 +180,11 @@ def interpolation(section: SectionMesh, points: Array) -> csr_matrix:
     )
 
 
-def locate(section: SectionMesh, points: Array) -> CellCoordinates:
-    """Return the cells of points (2, n) [mm]; raises Failure where a point is in none."""
+def locate(section: SectionMesh, points: Array) -> tuple[Indices, Array]:
+    """Return the cells (n,) of points (2, n) [mm], and their coordinates in the reference cell (2, n).
+
+    Raises Failure where a point is in none.
+    """
     nodes = section.mesh.doflocs[:, section.mesh.dofs.element_dofs]  # (2, 15, n_cells)
     low, high = nodes.min(axis=1), nodes.max(axis=1)
     margin = MARGIN * (high - low).max(axis=0)
@@ -202,7 +199,7 @@ def locate(section: SectionMesh, points: Array) -> CellCoordinates:
     last = order[np.append(np.diff(of_point[order]) > 0, True)] if len(order) else order
     if len(last) < points.shape[1] or np.min(inside[last], initial=0.0) < OUTSIDE:
         raise Failure("points in no cell of the section: its mesh does not reach them; move them a little")
-    return CellCoordinates(cell[last], coordinates[:, last])
+    return cell[last], coordinates[:, last]
 
 
 def _inverted(nodes: Array, points: Array) -> Array:

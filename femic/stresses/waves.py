@@ -56,7 +56,7 @@ class Spectra:
     largest: float
 
     @classmethod
-    def of(cls, body: Body, tractions: SurfaceTractions, largest: float) -> "Spectra":
+    def from_tractions(cls, body: Body, tractions: SurfaceTractions, largest: float) -> "Spectra":
         """The waves of tractions up to a share of `LARGEST` over their half-length."""
         part = loaded_part(tractions)
         stretch = cls(body, part, 1.0).stretch

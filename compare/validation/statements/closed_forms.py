@@ -240,7 +240,7 @@ def _law(operator: Convolution, motion: Motion, bound: Array) -> Coulomb:
     none = np.zeros((0, *bound.shape, 2))
     return Coulomb(
         lambda p: motion.slip_of(operator(p)),
-        Strips.of(operator, motion),
+        Strips.on_half_spaces(operator, motion),
         motion.given,
         bound,
         LeadingEdge.of(bound, motion.depth),

@@ -90,7 +90,9 @@ class Wheel:
 
     def solve(self, ics: str, grids: Sequence[Grid]) -> AreasContact:
         """Return the contact on some grids."""
-        return Areas.by(ics, self.bodies, grids, self.roll).solve(self.load, self.found[1].approach)
+        return Areas.with_approximation(ics, self.bodies, grids, self.roll).solve(
+            self.load, self.found[1].approach
+        )
 
 
 def standard_wheel(shift: float) -> Wheel:

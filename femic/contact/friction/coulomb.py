@@ -106,7 +106,7 @@ def tractions(
         require_attainable(problem.free.weights, problem.bound, problem.free.targets)
     residuals: list[float] = []
     for scale in SCALES:
-        newton = _Newton.of(problem, scale)
+        newton = _Newton.prepare(problem, scale)
         for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
             if solution := newton.solution(state, tolerance, residuals):
                 return solution
@@ -124,7 +124,7 @@ class _State:
     c: Array
     linear: Array
     law: Law
-    of_forces: Array  # (k,), in units of tractions
+    force_residuals: Array  # (k,), in units of tractions
 
     @property
     def q(self) -> Array:
@@ -134,12 +134,12 @@ class _State:
     @cached_property
     def residual(self) -> Array:
         """Residuals, in units of tractions, shape (2 m + k,)."""
-        return np.concatenate([self.law.residual.ravel(), self.of_forces])
+        return np.concatenate([self.law.residual.ravel(), self.force_residuals])
 
     @cached_property
     def defect(self) -> float:
         """Norm of the law's defects and the residuals of forces, continuous where elements begin to slip."""
-        return float(np.hypot(np.linalg.norm(self.law.defect), np.linalg.norm(self.of_forces)))
+        return float(np.hypot(np.linalg.norm(self.law.defect), np.linalg.norm(self.force_residuals)))
 
     @property
     def bound(self) -> float:
@@ -160,7 +160,7 @@ class _Newton:
     scale: float  # r
 
     @classmethod
-    def of(cls, problem: Coulomb, scale: float) -> "_Newton":
+    def prepare(cls, problem: Coulomb, scale: float) -> "_Newton":
         mask = problem.edge.free
         unit, (n_x, n_s) = np.zeros(problem.rigid.shape), problem.bound.shape
         middle = n_x // 2, n_s // 2
@@ -244,7 +244,7 @@ class _Newton:
             q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
             return np.concatenate([law.derivative(q, self.slip(q, c)).ravel(), self.forces(q)])
 
-        bordered = _Bordered.of(self, law)
+        bordered = _Bordered.prepare(self, law)
         reduction = tolerance * state.bound / np.max(np.abs(state.residual))
         enough = min(loosest, max(0.1 * reduction, min(LOOSEST, state.largest)))
         solution = correction(state.residual, derivative, bordered, enough)
@@ -257,23 +257,23 @@ class _Bordered:
 
     newton: _Newton
     inverse: Linear
-    of_amplitudes: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
-    of_forces: Array  # (k, k): the inverse of how amplitudes change forces, where they do
+    columns: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
+    schur_inverse: Array  # (k, k): the inverse of how amplitudes change forces, where they do
 
     @classmethod
-    def of(cls, newton: _Newton, law: Law) -> "_Bordered":
+    def prepare(cls, newton: _Newton, law: Law) -> "_Bordered":
         problem, none = newton.problem, np.zeros_like(law.q)
         inverse, modes = StripInverse(problem.strips, law, problem.edge), problem.free.modes
         k, shape = len(modes), none.shape
         columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
-        of_forces = inverse_of_amplitudes([newton.forces(column) for column in columns])
-        return cls(newton, inverse, columns, of_forces)
+        schur_inverse = inverse_of_amplitudes([newton.forces(column) for column in columns])
+        return cls(newton, inverse, columns, schur_inverse)
 
     def __call__(self, v: Array) -> Array:
-        m = self.of_amplitudes.shape[1]
+        m = self.columns.shape[1]
         q = self.inverse(v[: 2 * m].reshape(m, 2))
-        c = self.of_forces @ (v[2 * m :] - self.newton.forces(q))
-        return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])
+        c = self.schur_inverse @ (v[2 * m :] - self.newton.forces(q))
+        return np.concatenate([(q - np.tensordot(c, self.columns, 1)).ravel(), c])
 
 
 # --- whether friction can supply the forces ---

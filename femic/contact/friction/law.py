@@ -150,7 +150,7 @@ class Strips:
     alone: Waves
 
     @classmethod
-    def of(cls, flat: Convolution, motion: Motion) -> "Strips":
+    def on_half_spaces(cls, flat: Convolution, motion: Motion) -> "Strips":
         """Return those of half-spaces, whose ICs are `flat` in the directions x and s, in a motion."""
         kernels, n_x = flat.own_strip, flat.shape[0]
         u = [toeplitz(kernels[n_x - 1 :, i, i], kernels[n_x - 1 :: -1, i, i]) for i in range(2)]

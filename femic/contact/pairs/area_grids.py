@@ -90,7 +90,7 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
         ranges = _merged(overlaps(bodies.undeformed, approach, roll))
         grids = [*_coarse_grids(bodies, ranges, approach, roll)]
         try:
-            contact = Areas.by(variant, bodies, grids, roll).solve(load, approach)
+            contact = Areas.with_approximation(variant, bodies, grids, roll).solve(load, approach)
             found = contact.approach
         except AreaTooSmall as short:
             found = short.short.loading.approach or 0.0
@@ -194,7 +194,7 @@ def refined_grids(
 def refine(bodies: PairOnGrid, grids: Sequence[Grid], sought: Sought, most_strips: int) -> tuple[Grid, ...]:
     """Return grids made longer and finer, as `refined_grids` says."""
     for _ in range(MOST_TRIES):
-        areas = Areas.by(sought.variant, bodies, grids, sought.roll)
+        areas = Areas.with_approximation(sought.variant, bodies, grids, sought.roll)
         try:
             contact = areas.solve_about(sought.approach, sought.load).with_room()
         except AreaTooSmall as short:

@@ -100,7 +100,9 @@ class Areas:
     roll: float = 0.0
 
     @classmethod
-    def by(cls, variant: str, bodies: PairOnGrid, grids: Sequence[Grid], roll: float = 0.0) -> "Areas":
+    def with_approximation(
+        cls, variant: str, bodies: PairOnGrid, grids: Sequence[Grid], roll: float = 0.0
+    ) -> "Areas":
         """Return areas on some grids with an approximation of the ICs."""
         on_grids = tuple(replace(bodies, grid=grid) for grid in grids)
         operators = tuple(on_grid.operator(variant) for on_grid in on_grids)

@@ -209,7 +209,7 @@ class Linearisation:
     share: float
 
     @classmethod
-    def of(cls, on_grid: PairOnGrid, operator: FullOperator, load: float) -> "Linearisation":
+    def measure(cls, on_grid: PairOnGrid, operator: FullOperator, load: float) -> "Linearisation":
         """Return what it does with some ICs under a load [N]."""
         of_all, normal = kinds(OF_FRICTIONLESS), operator.restricted((N,))
         try:

@@ -59,7 +59,7 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
         on_larger_elements(pair, problem, label, lambda *coarse: in_steps(*coarse)[0]),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
         None if perturbed is None else perturbed[0],
-        [Linearisation.of(pair.on_grid, operator, load) for load in pair.loads],
+        [Linearisation.measure(pair.on_grid, operator, load) for load in pair.loads],
     )
     larger = _with_larger_elements_and_steps(pair, problem, label)
     return SolvedCompression(steps, estimated, last, larger, _change(steps, last, perturbed), seconds)

@@ -68,7 +68,7 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     changed = None if perturbed is None else _with_ics(along, curve, perturbed)
     larger = on_larger_elements(pair, problem, along.label, _curve)
     displaced = displaced_numbers(along, curve)
-    linearised = Linearisation.of(pair.on_grid, operator, pair.loads[0])
+    linearised = Linearisation.measure(pair.on_grid, operator, pair.loads[0])
     of_points = [
         [linearised.part(curve.points[xi], kinds(OF_ROLLING))] if xi in curve.points else []
         for xi in along.xi

@@ -71,7 +71,7 @@ def solve_transient(pair: PairWithFriction, friction: float, name: str) -> Solve
     pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
     larger = on_larger_elements(pair, problem, label, path_of)
     perturbed = with_perturbed_ics(pair, friction, name, label, path_of)
-    linearised = Linearisation.of(pair.on_grid, operator, pair.loads[0])
+    linearised = Linearisation.measure(pair.on_grid, operator, pair.loads[0])
     return SolvedTransient(path, *_errors(path, larger, perturbed, linearised), seconds)
 
 

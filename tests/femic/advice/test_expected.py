@@ -8,9 +8,9 @@ import pytest
 
 from femic.advice.expected import Bounds, bounds_at, expect, why_not
 from femic.advice.knowledge import BoundCoverage, Knowledge, KnownScene, Rule, read, write
-from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, rows_of, worst_of
+from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, coverage_rows, worst_trials
 from femic.advice.scenes import random_scene
-from femic.advice.study import FEATURES, features_of
+from femic.advice.study import FEATURES, contact_features
 
 NUMBER, ICS = "p_max", "A"
 ROLLING = "p_max in rolling"
@@ -126,7 +126,7 @@ def scene():
 
 def around(scene, errors):
     """Scenes about one, with some errors of p_max."""
-    features = features_of(scene.problem, scene.size)
+    features = contact_features(scene.problem, scene.size)
     friction = scene.problem.specification.friction.coefficients[0]
     of_all = []
     for number, error in enumerate(errors):
@@ -174,7 +174,7 @@ def test_trials_have_the_bounds_that_are_stated():
     assert tried
     assert all(trial.bounds.high == np.inf for trial in tried)
     assert {trial.outcome(0.05) for trial in tried} == {"undecided"}
-    json.dumps([rows_of(tried), worst_of(tried)], allow_nan=False)
+    json.dumps([coverage_rows(tried), worst_trials(tried)], allow_nan=False)
 
 
 def test_of_fewer_creepages_than_studied_the_error_may_be_smaller(scene):
@@ -239,7 +239,7 @@ def test_errors_beyond_their_bounds_are_counted(knowledge):
     assert of > 30
     twice, tried = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3, factor=2.0))
     assert twice.held.count(ICS, NUMBER)[0] < 0.1 * of
-    (row,) = (row for row in rows_of(tried) if row["number"] == NUMBER)
+    (row,) = (row for row in coverage_rows(tried) if row["number"] == NUMBER)
     assert row["scenes"] == of
     assert all(
         sum(one[end] for end in ("right", "wrong", "undecided", "open")) == of for one in row["decisions"]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from femic.advice.knowledge import errors_of, estimates_of, packaged
+from femic.advice.knowledge import ics_errors, packaged, reference_estimates
 from femic.advice.scenes import ANGLES, ELEMENTS, random_scene
-from femic.advice.study import FEATURES, features_of, saturation, studied
+from femic.advice.study import FEATURES, contact_features, saturation, studied
 from femic.contact.pairs.pair_on_grid import undeformed_of
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends
@@ -22,7 +22,7 @@ def test_scenes_are_determined_by_seed_and_number():
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_patches_turn_by_angles_in_their_range_between_the_flanks(number):
     scene = random_scene(5, number)
-    features = features_of(scene.problem, scene.size)
+    features = contact_features(scene.problem, scene.size)
     assert features.keys() == FEATURES.keys()
     assert 0.9 * ANGLES[0] < features["angle"] < 1.1 * ANGLES[1]
     assert features["beyond"] > 0
@@ -45,7 +45,7 @@ def test_features_do_not_depend_on_units_of_length_and_modulus():
 def test_known_scenes_are_as_solved_again(index):
     known = packaged().scenes[index]
     entry = studied(random_scene(known.seed, known.number), known.seed, known.number).entry
-    errors, estimates = errors_of(entry), estimates_of(entry)
+    errors, estimates = ics_errors(entry), reference_estimates(entry)
     for ics, of_ics in known.errors.items():
         for number, error in of_ics.items():
             # stored with four digits; tractions of rolling to 1e-4

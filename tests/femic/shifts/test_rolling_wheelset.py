@@ -52,7 +52,7 @@ def wheel_on(side, load=LOAD, ics="A", *, friction=FRICTION, motion=STRAIGHT):
     """The wheel of a side."""
     pressed = side.pressed(ics, load)
     operators = [approximation(on_grid, ics) for on_grid in pressed.areas.on_grids]
-    return RollingWheel.rolls(side.place, pressed, operators, Friction(friction), motion)
+    return RollingWheel.on_areas(side.place, pressed, operators, Friction(friction), motion)
 
 
 def numbers(both, load=LOAD, ics="A", **rolling):

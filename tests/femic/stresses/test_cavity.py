@@ -89,10 +89,10 @@ def computed(section, pressure, shear, delta, depth):
     """Stresses (..., 3, 3) under pressure(delta) and shear(delta) at the middle of the length."""
     s = GRID.strips / INNER
     p = np.stack([0 * s, shear(s), pressure(s)], axis=-1) * profile()[:, None, None]
-    tractions, resolution = SurfaceTractions(GRID, p), Resolution.of(0.7)
+    tractions, resolution = SurfaceTractions(GRID, p), Resolution.at_fineness(0.7)
     points = section_points(INNER * delta, depth)
     model = SectionUnderWaves(
-        section, Spectra.of(BODY, tractions, resolution.largest), resolution, GRID.ds, 0.0
+        section, Spectra.from_tractions(BODY, tractions, resolution.largest), resolution, GRID.ds, 0.0
     )
     return half_space_field(BODY, tractions, points).stress + model.body_correction(points, 1)[1]
 

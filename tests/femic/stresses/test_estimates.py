@@ -79,7 +79,7 @@ def test_the_estimate_is_the_sum_of_changes_with_a_share_of_the_largest(given, m
     change = np.zeros((12, 3, 3))
     change[:, 1, 2] = np.linspace(-2.0, 1.0, 12)
     models = iter([Model(np.zeros_like(change)), Model(change)])
-    monkeypatch.setattr(engine.SectionUnderWaves, "of", lambda *_: next(models))
+    monkeypatch.setattr(engine.SectionUnderWaves, "mesh", lambda *_: next(models))
     field = engine.stress_field(body, tractions, points)
     flat, coarse = (half_space_field(body, of, points).stress for of in (tractions, merged(tractions)))
     edge = tractions.beside_edge(points.x, points.s, points.depth)

@@ -19,7 +19,7 @@ def test_amplitudes_are_integrals_over_elements(side, k):
     """Of uniform tractions times cos(k x) and sin(k x), by quadrature over each element of a strip."""
     grid = grid_of(32, 24, 1.4, 1.0)  # as many as the loaded part has at least
     tractions = unsymmetric(grid, 1.5, 1.3)
-    spectra = Spectra.of(flat(side), tractions, 1.0)
+    spectra = Spectra.from_tractions(flat(side), tractions, 1.0)
     assert spectra.tractions.grid == grid
     edges = tractions.edges[0]
     for wave, found in zip((np.cos, np.sin), spectra.amplitudes(k), strict=True):
@@ -56,6 +56,6 @@ def test_stresses_of_wheels_take_the_length_of_their_circles():
     """The chart's length over the arc length is that of the crown's circle over the strip's own."""
     body = curved(+1, rolling_radius=R)
     grid = grid_of(32, 24, 1.4, 4.0)
-    spectra = Spectra.of(body, unsymmetric(grid, 1.4, 4.0), 1.0)
+    spectra = Spectra.from_tractions(body, unsymmetric(grid, 1.4, 4.0), 1.0)
     circles = body.surface.circle_radius(spectra.tractions.grid.strips)
     np.testing.assert_allclose(spectra.stretch, R / circles)

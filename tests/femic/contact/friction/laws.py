@@ -23,7 +23,7 @@ def law(operator, motion, bound):
     """The problem of a motion with given bounds."""
     return Coulomb(
         lambda p: motion.slip_of(operator(p)),
-        Strips.of(operator, motion),
+        Strips.on_half_spaces(operator, motion),
         motion.given,
         bound,
         LeadingEdge.of(bound, motion.depth),

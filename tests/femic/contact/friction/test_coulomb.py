@@ -202,7 +202,7 @@ def test_mirrored_reversed_rolling_is_mirrored():
 
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
     motion, edge = Backwards(w), LeadingEdge.of(g[mirror], 0)
-    strips = Strips.of(operator, motion)
+    strips = Strips.on_half_spaces(operator, motion)
     problem = Coulomb(
         lambda p: motion.slip_of(operator(p)), strips, sign * w[mirror], g[mirror], edge, motion, no_forces(g)
     )

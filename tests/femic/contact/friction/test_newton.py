@@ -84,7 +84,7 @@ def test_trial_slip_is_scaled_by_the_mean_compliance_of_the_element_in_the_middl
     compliance = np.full((9, 8, 2), 1e3)
     compliance[4, 4] = 2.0, 3.0
     problem = springs(np.ones((9, 8)), np.zeros((9, 8, 2)), compliance)
-    assert coulomb._Newton.of(problem, 3.0).scale == pytest.approx(3.0 / 2.5)
+    assert coulomb._Newton.prepare(problem, 3.0).scale == pytest.approx(3.0 / 2.5)
 
 
 def test_an_exact_solution_meets_a_tolerance_of_zero():
@@ -97,7 +97,7 @@ def test_an_exact_solution_meets_a_tolerance_of_zero():
 
 def test_without_free_elements_there_is_no_residual():
     problem = springs(bound=0 * LENGTHS)
-    newton = coulomb._Newton.of(problem, 1.0)
+    newton = coulomb._Newton.prepare(problem, 1.0)
     state = newton.state(*newton.first(None, None))
     assert (state.largest, state.defect) == (0.0, 0.0)
     assert state.bound > 0
@@ -115,7 +115,7 @@ def test_steps_begin_without_tractions_or_with_those_of_free_elements():
 
 
 def test_an_element_without_traction_and_slip_sticks():
-    newton = coulomb._Newton.of(springs(rigid=np.zeros((*SHAPE, 2))), 1.0)
+    newton = coulomb._Newton.prepare(springs(rigid=np.zeros((*SHAPE, 2))), 1.0)
     state = newton.state(*newton.first(None, None))
     assert np.all(state.law.stick)
     np.testing.assert_array_equal(state.law.direction, 0.0)
@@ -123,7 +123,7 @@ def test_an_element_without_traction_and_slip_sticks():
 
 
 def test_an_element_at_its_bound_without_slip_sticks():
-    newton = coulomb._Newton.of(springs(np.ones(SHAPE), np.zeros((*SHAPE, 2)), 0.0 * RIGID + 0.25), 1.0)
+    newton = coulomb._Newton.prepare(springs(np.ones(SHAPE), np.zeros((*SHAPE, 2)), 0.0 * RIGID + 0.25), 1.0)
     q = np.tile([1.0, 0.0], (12, 1))
     assert np.all(newton.state(q, np.zeros(0), np.zeros((*SHAPE, 2))).law.stick)
 
@@ -153,7 +153,7 @@ def of_random_numbers(scale=0.8):
         SteadyRolling(rigid, dx=1.0),
         FreeAmplitudes(modes, weights, np.array([0.3, -0.2])),
     )
-    newton = coulomb._Newton.of(problem, scale)
+    newton = coulomb._Newton.prepare(problem, scale)
     q = 0.3 * random.normal(size=(len(newton.g), 2))
     c = np.array([0.4, -0.7])
     linear = 0.4 * newton.slip(q, c) - 0.8 * rigid  # as if it were L p + B c: small slip, so that some stick
@@ -387,7 +387,7 @@ def full_stick(rigid):
 
 
 def starts(problem, q=None, c=None, scale=1.7, change=lambda state: state):
-    newton = coulomb._Newton.of(problem, scale)
+    newton = coulomb._Newton.prepare(problem, scale)
     q, c = newton.first(q, c)
     given = change(newton.state(q, c))
     return given, list(newton.starts(given, TIGHT))
@@ -467,7 +467,7 @@ def counted(problem):
 
 def test_full_stick_on_half_spaces_is_solved_to_a_small_share_of_the_slip_and_no_further():
     problem, products = counted(with_forces([30.0, -20.0], 1e6 * bounds()))
-    newton = coulomb._Newton.of(problem, 1.0)
+    newton = coulomb._Newton.prepare(problem, 1.0)
     start = 1e8 * np.random.default_rng(0).normal(size=problem.rigid.shape)
     given = newton.state(*newton.first(start, np.array([3e-3, -1e-3])))
     assert given.largest > 1
@@ -486,7 +486,7 @@ def test_full_stick_on_half_spaces_is_solved_to_a_small_share_of_the_slip_and_no
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 def test_steps_are_solved_no_better_than_needed(motion):
     problem, products = counted(law(on_half_spaces(GRID), motion, bounds()))
-    newton = coulomb._Newton.of(problem, 1.0)
+    newton = coulomb._Newton.prepare(problem, 1.0)
     state = newton.state(*newton.first(None, None))
     effort = []
     for loosest in ((), (1e-4,)):
@@ -530,7 +530,7 @@ class Wandering(coulomb._Newton):
 
 
 def test_idle_steps_end():
-    newton = Wandering(*vars(coulomb._Newton.of(springs(), 1.0)).values())
+    newton = Wandering(*vars(coulomb._Newton.prepare(springs(), 1.0)).values())
     residuals = [1e-5] * 30  # of an earlier start
     state = newton.state(*newton.first(None, None))
     assert newton.solution(state, TIGHT, residuals) is None

@@ -53,7 +53,7 @@ def test_on_one_strip_it_is_the_inverse_but_for_what_couples_x_with_s(name, hole
     matrix = np.stack([derivative(unit) for unit in np.eye(2 * len(law.q))], axis=1)
     for i in range(2):
         matrix[i::2, 1 - i :: 2] = 0.0
-    inverse = StripInverse(Strips.of(operator, law.motion), law, edge)
+    inverse = StripInverse(Strips.on_half_spaces(operator, law.motion), law, edge)
     for v in np.random.default_rng(1).normal(size=(3, 2 * len(law.q))):
         expected = np.linalg.solve(matrix, v)
         result = inverse(v.reshape(-1, 2)).ravel()
@@ -66,7 +66,7 @@ def test_waves_over_all_strips_are_accounted_for(name):
     grid = Grid(16, 12, 0.4, 0.4)
     law, edge, operator, _ = state(name, grid)
     law = replace(law, sticking=True)
-    size, strips = 2 * len(law.q), Strips.of(operator, law.motion)
+    size, strips = 2 * len(law.q), Strips.on_half_spaces(operator, law.motion)
     b = np.random.default_rng(2).normal(size=size)
 
     def products(inverse):
@@ -98,7 +98,7 @@ def test_a_contact_at_the_ends_of_the_grid_has_finite_tractions(name):
     edge = LeadingEdge.of(bound, 0)
     q, slip = np.zeros((24, 2)), np.ones((8, 3, 2))
     law = Law(motion, 1.0, edge.free, q, bound[edge.free][:, None], slip, sticking=True)
-    result = StripInverse(Strips.of(operator, motion), law, edge)(np.ones((24, 2)))
+    result = StripInverse(Strips.on_half_spaces(operator, motion), law, edge)(np.ones((24, 2)))
     assert np.all(np.isfinite(result))
     assert np.max(np.abs(result)) > 0
 
@@ -108,4 +108,6 @@ def test_without_free_elements_there_is_nothing_to_invert():
     motion, bound = motion_of("shift", grid), np.zeros((4, 3))
     edge = LeadingEdge.of(bound, 0)
     law = Law(motion, 1.0, edge.free, np.zeros((0, 2)), np.zeros((0, 1)), np.zeros((4, 3, 2)))
-    assert StripInverse(Strips.of(on_half_spaces(grid), motion), law, edge)(np.zeros((0, 2))).shape == (0, 2)
+    assert StripInverse(Strips.on_half_spaces(on_half_spaces(grid), motion), law, edge)(
+        np.zeros((0, 2))
+    ).shape == (0, 2)

@@ -48,12 +48,12 @@ def bumps():
 def one_and_two(bodies, variant):
     """A grid over both patches, with the gap between them, and the same grid cut in the middle of the gap."""
     grid = Grid(24, 112, 1.54, 0.22, 6.5)
-    one = Areas.by(variant, bodies, [grid]).solve(LOAD)
+    one = Areas.with_approximation(variant, bodies, [grid]).solve(LOAD)
     (left, right) = one.contacts[0].patches
     cut = 8 * round((left.s[1] + right.s[0]) / 16)  # so that both have coarser grids
     parts = [grid.strips[:cut], grid.strips[cut:]]
     halves = [Grid(24, len(strips), 1.54, 0.22, float(np.mean(strips))) for strips in parts]
-    return one, Areas.by(variant, bodies, halves), left, right
+    return one, Areas.with_approximation(variant, bodies, halves), left, right
 
 
 @pytest.mark.parametrize("variant", ["A", "Bhat"])
@@ -110,14 +110,14 @@ def test_one_area_is_the_contact_with_the_exact_distance():
     bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
     on_grid = replace(bodies, grid=Grid(32, 32, 0.9, 0.9))
     other = on_grid.solve(on_grid.operator("Bhat"), Loading(LOAD), exact=True).normal
-    contact = Areas.by("Bhat", bodies, [on_grid.grid]).solve(LOAD)
+    contact = Areas.with_approximation("Bhat", bodies, [on_grid.grid]).solve(LOAD)
     np.testing.assert_allclose(contact.contacts[0].p, other.p, atol=1e-5 * np.max(other.p))
     assert contact.approach == pytest.approx(other.approach, rel=1e-5)
 
 
 def test_a_guess_of_the_approach_does_not_decide_the_contact():
     bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
-    areas = Areas.by("A", bodies, [Grid(32, 32, 0.9, 0.9)], roll)
+    areas = Areas.with_approximation("A", bodies, [Grid(32, 32, 0.9, 0.9)], roll)
     one, other = areas.solve(LOAD), areas.solve(LOAD, 0.2)
     assert one.approach == pytest.approx(other.approach, rel=2e-6)
 
@@ -138,14 +138,14 @@ def test_an_approach_along_another_direction_closes_the_distance_by_its_cosine()
 
 def test_a_patch_near_the_end_of_its_grid_is_said(bumps):
     other = Grid(24, 24, 1.54, 0.22, 13.0)
-    areas = Areas.by("A", bumps, [Grid(24, 16, 1.54, 0.16), other])
+    areas = Areas.with_approximation("A", bumps, [Grid(24, 16, 1.54, 0.16), other])
     with pytest.raises(AreaTooSmall, match="comes nearer") as raised:
         areas.solve(LOAD)
     assert raised.value.number == 0
     grids = area_grids.longer(areas, raised.value)
     assert grids[0].n_s > 16
     assert grids[1] == areas.grids[1]
-    near = Areas.by("A", bumps, [Grid(24, 16, 1.54, 0.16), replace(other, s=4.0)])
+    near = Areas.with_approximation("A", bumps, [Grid(24, 16, 1.54, 0.16), replace(other, s=4.0)])
     with pytest.raises(Failure, match="grows into the grid of another"):
         area_grids.longer(near, raised.value)
 
@@ -175,7 +175,7 @@ def test_patches_are_found_and_their_grids_fit_them(load):
     (box,) = boxes
     assert box.share == pytest.approx(1)
     (grid,) = refined_grids(bodies, boxes, sought, 20)
-    contact = Areas.by("Bhat", bodies, [grid], roll).solve(load, sought.approach)
+    contact = Areas.with_approximation("Bhat", bodies, [grid], roll).solve(load, sought.approach)
     assert sought.approach == pytest.approx(contact.approach, rel=0.02)
     (patch,) = contact.contacts[0].patches
     assert 18 <= patch.s[1] - patch.s[0] <= 48  # 20 elements across, or twice as many
@@ -194,7 +194,7 @@ def test_strips_resolve_a_narrow_change_of_the_distance():
     rows = []
     for times in (1, 2, 4, 8):
         grid = Grid(fine.n_x, fine.n_s * times // 4, fine.dx, fine.ds * 4 / times, fine.s)
-        contact = Areas.by("A", bodies, [grid]).solve(load, sought.approach)
+        contact = Areas.with_approximation("A", bodies, [grid]).solve(load, sought.approach)
         rows.append((float(np.max(contact.contacts[0].p)), unresolved(contact, 0)))
     *coarser, (best, _) = rows
     assert rows[2][1] <= area_grids.RESOLVED * best
@@ -242,7 +242,7 @@ def test_the_contact_of_hertz_is_resolved():
     bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), 300.0, 1.0)
     boxes, sought = find_patches(bodies, "A", 300.0, roll)
     grids = refined_grids(bodies, boxes, sought, 24)
-    contact = Areas.by("A", bodies, grids, roll).solve(300.0, sought.approach)
+    contact = Areas.with_approximation("A", bodies, grids, roll).solve(300.0, sought.approach)
     steel = Material(RAIL.E, RAIL.nu)
     exact = PointContact(1 / 460.0, 1 / R_R - 1 / R_W, combined_modulus(steel, steel)).at_load(300.0)
     assert np.max(contact.contacts[0].p) == pytest.approx(exact.p_max, rel=0.01)
@@ -262,7 +262,7 @@ def test_overlaps_end_where_contours_do_and_patches_there_are_refused():
 def test_areas_come_together_along_the_direction_of_their_load():
     """The exact distance closes, to the first order, by the cosine with which pressures carry the load."""
     bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
-    areas, zeta = Areas.by("A", bodies, [Grid(8, 8, 0.01, 0.01)], roll=0.03), 1e-3
+    areas, zeta = Areas.with_approximation("A", bodies, [Grid(8, 8, 0.01, 0.01)], roll=0.03), 1e-3
     (before,), (after,) = areas.distances_at(0.0), areas.distances_at(zeta)
     (problem,) = areas.levels.problems
     # within 0.04 mm of the touching point normals of both bodies differ by 0.13 mrad, of which 0.2 counts

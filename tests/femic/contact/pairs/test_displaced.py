@@ -77,7 +77,7 @@ def test_what_linearisation_does_without_friction_tells_what_it_does_with_it(shi
     linear = along.at(xi, None)
     fine, exact = along.measured(linear), along.measured(displaced(along, linear))
     operator = approximation(along.pair.on_grid, "Bhat")
-    part = Linearisation.of(along.pair.on_grid, operator, 5e4).part(fine, kinds(OF_ROLLING))
+    part = Linearisation.measure(along.pair.on_grid, operator, 5e4).part(fine, kinds(OF_ROLLING))
     for name in ("F_x", "F_y", "M_x", "M_z", "dissipation", "p_max", "b", "angle"):
         away = abs(exact.numbers[name] - fine.numbers[name])
         assert away <= 1.1 * part[name], name
@@ -99,7 +99,7 @@ def test_what_linearisation_does_without_friction_tells_what_it_does_in_compress
         distance = pair.on_grid.distance_at(exact.approach) + exact.approach * pair.on_grid.cosine
         *_, exact = compressed(replace(problem, distance=distance), loads)
     fine, other = (measured(pair.on_grid, each, OF_COMPRESSION) for each in (linear, exact))
-    part = Linearisation.of(pair.on_grid, operator, 5e4).part(fine, kinds(OF_COMPRESSION))
+    part = Linearisation.measure(pair.on_grid, operator, 5e4).part(fine, kinds(OF_COMPRESSION))
     for name in ("F_y", "M_x", "p_max", "b", "angle"):
         away = abs(other.numbers[name] - fine.numbers[name])
         assert away <= 1.1 * part[name], name
