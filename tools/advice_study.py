@@ -24,8 +24,8 @@ from femic.advice.knowledge import write as write_knowledge
 from femic.advice.reliability import (
     LEAST_HELD,
     TOLERANCES,
-    checked,
-    chosen_rule,
+    check_bounds,
+    choose_rule,
     count_outcomes,
     coverage_rows,
     known_scenes,
@@ -80,8 +80,8 @@ def write(folder: Path) -> None:
     known, test = (entries(folder, seed) for seed in (KNOWN_SEED, TEST_SEED))
     codes = sorted({entry["code"] for entry in [*known, *test]})
     scenes = known_scenes(known)
-    untested = Knowledge(scenes, chosen_rule(scenes), code=" and ".join(codes))
-    knowledge, tried = checked(untested, known_scenes(test))
+    untested = Knowledge(scenes, choose_rule(scenes), code=" and ".join(codes))
+    knowledge, tried = check_bounds(untested, known_scenes(test))
     facts = {"is_sample": True, "versions": versions(), "elements": ELEMENTS}  # a slow test solves two again
     write_knowledge(knowledge, facts)
     record = {

@@ -81,7 +81,7 @@ def trials(knowledge: Knowledge, tested: Sequence[KnownScene]) -> Iterator[Trial
                     yield Trial(scene, ics, number, bounds)
 
 
-def chosen_rule(scenes: Sequence[KnownScene]) -> Rule:
+def choose_rule(scenes: Sequence[KnownScene]) -> Rule:
     """Return the rule by which most decisions are right in known scenes, each left out once.
 
     Among those whose bounds hold in `LEAST_HELD` of all trials; where none does, the one that holds most.
@@ -127,7 +127,7 @@ def _by_rule(rule: Rule, scene: KnownScene, orders: Orders) -> Iterator[Trial]:
                 yield Trial(scene, ics, number, bounds)
 
 
-def checked(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowledge, list[Trial]]:
+def check_bounds(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowledge, list[Trial]]:
     """Return the knowledge with how often its bounds held in other scenes, and the trials."""
     tried = list(trials(knowledge, scenes))
     counts: dict[str, dict[str, list[int]]] = {}

@@ -181,7 +181,7 @@ class Study:
         return asdict(self)
 
 
-def studied(scene: RandomScene, seed: int, number: int) -> Study:
+def solve_scene(scene: RandomScene, seed: int, number: int) -> Study:
     """Solve a scene; raises Failure where C or the contact with it is not found."""
     problem = scene.problem
     sizing = Sizing(pair_on_grid(problem, problem.grid), ELEMENTS)
@@ -331,10 +331,10 @@ Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its se
 log = logging.getLogger(__name__)
 
 
-def solved(seed: int, number: int) -> Entry:
+def solve_entry(seed: int, number: int) -> Entry:
     """Return the entry of a scene."""
     try:
-        return studied(random_scene(seed, number), seed, number).entry
+        return solve_scene(random_scene(seed, number), seed, number).entry
     except (Failure, WrongInput) as failure:
         return {"seed": seed, "number": number, "failure": str(failure)}
 
@@ -350,7 +350,7 @@ def solve_missing(
     folder: Path,
     wanted: Sequence[tuple[int, int]],
     workers: int,
-    solve: Callable[[int, int], Entry] = solved,
+    solve: Callable[[int, int], Entry] = solve_entry,
 ) -> Iterator[Entry]:
     """Solve the scenes, pairs of seed and number, that this code has not stored; yield each when it is.
 

@@ -187,7 +187,7 @@ def worn_contacts(
         worn = np.zeros((2, len(surfaces.s)))
         if number < steps.steps:
             _require_stable(ripple_factor(rolling.contact, sliding, steps), steps)
-            worn = _worn(sliding, steps)
+            worn = _step_depths(sliding, steps)
         step = WornContact(rolling, sliding, surfaces, worn, ics.turned(surfaces), ics.renewals)
         yield step
         surfaces, start = step.after, rolling
@@ -216,7 +216,7 @@ def _solve(problem: RollingProblem, operation: Operation, start: RollingContact 
     )
 
 
-def _worn(sliding: Sliding, steps: WearSteps) -> Array:
+def _step_depths(sliding: Sliding, steps: WearSteps) -> Array:
     """Return the depths [mm] that a step wears off both bodies, (2, n_s)."""
     depths = [body.passages * depth(sliding, body.law) for body in (steps.lower, steps.upper)]
     return np.stack([_spread(one, steps.spread, sliding.grid.ds) for one in depths])

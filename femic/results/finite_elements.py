@@ -15,7 +15,7 @@ import xarray as xr
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.contact.finite_elements.meshed_contact import meshed_bodies, rigid_compliance
+from femic.contact.finite_elements.meshed_contact import supported_bodies, rigid_compliance
 from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import S, padded, require_solvable
@@ -112,7 +112,7 @@ def _solve_or_load(scene: Scene, load: float, options: RunOptions, cells: float)
     stored = options.store.get(key)
     if stored is None:
         options.watch.on_stage(f"  {load:g} N by finite elements")
-        stored = _label(fe_contact(meshed_bodies(scene.contact_problem), load, cells=cells))
+        stored = _label(fe_contact(supported_bodies(scene.contact_problem), load, cells=cells))
         options.store.put(key, stored)
     seconds, unknowns = float(stored.seconds.sum()), int(stored.unknowns.max())
     options.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
@@ -121,7 +121,7 @@ def _solve_or_load(scene: Scene, load: float, options: RunOptions, cells: float)
 
 def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     """Return the key of a contact by finite elements in a store."""
-    bodies = meshed_bodies(scene.contact_problem)
+    bodies = supported_bodies(scene.contact_problem)
     given = bodies.lower, bodies.upper, bodies.s_range, bodies.shift, load, cells
     return store.key("fe_contact", results_digest(), *given)
 
@@ -139,7 +139,7 @@ def _rigid_compliance(scene: Scene, options: RunOptions) -> float:
 
 def _rigid_key(scene: Scene, store: Store) -> str:
     """Return the key of the rigid part of the compliance in a store."""
-    bodies, settings = meshed_bodies(scene.contact_problem), scene.settings
+    bodies, settings = supported_bodies(scene.contact_problem), scene.settings
     given = bodies.lower, bodies.upper, scene.discount, settings.approach_side, settings.tolerance
     return store.key("fe_contact", "rigid", results_digest(), *given)
 

@@ -27,7 +27,7 @@ from femic.stresses.near_surface import centred, sample_points
 from femic.stresses.points import InnerPoints, SurfaceTractions, merged, require_inside
 from femic.stresses.resolution import Resolution
 from femic.stresses.section_fields import COMPONENTS, WaveSolver
-from femic.stresses.waves import Spectra, in_local_axes, synthesised
+from femic.stresses.waves import Spectra, in_local_axes, synthesise
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.patches import Grid
@@ -157,7 +157,7 @@ class SectionUnderWaves:
         places, place = np.unique(points.in_section(self.section.body), axis=1, return_inverse=True)
         solver = WaveSolver.prepare(self.section, self.spectra, places)
         assembled = perf_counter()
-        fields, residual = _solved(solver, k, workers)
+        fields, residual = _solve_waves(solver, k, workers)
         u, stress = self._at(points, k, fields, place.ravel())
         stages = self.seconds, assembled - start, perf_counter() - assembled
         seconds = dict(zip(("mesh", "assembly", "solution"), stages, strict=True))
@@ -173,7 +173,7 @@ class SectionUnderWaves:
         fields = np.zeros((len(k), 2, places.shape[1], COMPONENTS))
         for share, sign in ((NEARER, 1.0), (1.0, -1.0)):
             solver = WaveSolver.prepare(self.section, self.spectra, places, share)
-            fields[far] += sign * _solved(solver, k[far], workers)[0]
+            fields[far] += sign * _solve_waves(solver, k[far], workers)[0]
         inside = np.hypot(*places) < NEARER * self.section.body.domain.far_radius
         fields[:, :, ~inside] = 0.0
         return self._at(flat, k, fields, place.ravel())[1].reshape(*points.shape, 3, 3)
@@ -182,11 +182,11 @@ class SectionUnderWaves:
         """Displacements (n, 3) and stresses (n, 3, 3) at points from waves (len(k), 2, places, c)."""
         body = self.section.body
         with one_blas_thread():
-            values = synthesised(self.spectra, k, fields, place, points.in_chart(body))
+            values = synthesise(self.spectra, k, fields, place, points.in_chart(body))
         return in_local_axes(body, points.s, values)
 
 
-def _solved(solver: WaveSolver, k: Array, workers: int) -> tuple[Array, float]:
+def _solve_waves(solver: WaveSolver, k: Array, workers: int) -> tuple[Array, float]:
     """Waves (len(k), 2, places, c) at wavenumbers [1/mm], and the worst residual."""
     with one_blas_thread():
         parts = in_parts(k.tolist(), solver.elimination.batch_size, workers)

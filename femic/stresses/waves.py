@@ -130,7 +130,7 @@ class Spectra:
 SHEARS = ((6, 1, 2), (7, 0, 2), (8, 0, 1))  # column of values, and its place in the matrix of strains
 
 
-def synthesised(spectra: Spectra, k: Array, fields: Array, place: Indices, xi: Array) -> Array:
+def synthesise(spectra: Spectra, k: Array, fields: Array, place: Indices, xi: Array) -> Array:
     """Values (n, c) at points from their waves (len(k), 2, places, c).
 
     `place` (n,) is the number of each point's place in the section, `xi` (n,) its coordinate in the chart

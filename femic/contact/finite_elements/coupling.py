@@ -170,7 +170,7 @@ class Coupling:
     slopes: csr_matrix  # (m, m) of the products of the gradients of the hat functions
 
 
-def zone_of(trace: Trace, selected: Mask) -> Zone:
+def select_zone(trace: Trace, selected: Mask) -> Zone:
     """Return the vertices of a surface that are `selected`, (n_vertices,)."""
     vertices = np.flatnonzero(selected)
     return Zone(vertices, *trace.basis.mesh.p[:, vertices])

@@ -21,14 +21,14 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
-from femic.contact.finite_elements.coupling import Zone, couple, on_upper, zone_of
+from femic.contact.finite_elements.coupling import Zone, couple, on_upper, select_zone
 from femic.contact.finite_elements.saddle import (
     ActiveSetSolution,
     CoupledBodies,
     coupled_bodies,
     solve_active_set,
 )
-from femic.contact.pairs.ics import job_of
+from femic.contact.pairs.ics import c_job
 from femic.contact.pairs.pair_on_grid import undeformed_of
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import Undeformed
@@ -220,7 +220,7 @@ class MeshedContact:
         )
 
 
-def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
+def mesh_bodies(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
     """Mesh both bodies for a patch, with `cells` cells along its shorter half-length."""
     start, half_section = perf_counter(), bodies.half_section
     patches = expected, opposite(bodies.undeformed, expected)
@@ -250,7 +250,9 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: MeshedContact | 
     """
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s))
+    zone = select_zone(
+        meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s)
+    )
     pair = coupled_bodies(
         meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone)
     )
@@ -279,7 +281,7 @@ def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
 LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
-def meshed_bodies(problem: ContactProblem) -> Bodies:
+def supported_bodies(problem: ContactProblem) -> Bodies:
     """Return the bodies in their places, with the supports that C has, and ends that do not matter."""
     undeformed, radius = undeformed_of(problem), problem.support_radius
     lower, upper = (
@@ -297,7 +299,7 @@ def rigid_compliance(problem: ContactProblem, options: RunOptions = DEFAULT) -> 
     if problem.discount == "none":
         return 0.0
     side = 2 * problem.settings.approach_side
-    jobs = {name: job_of(problem, name, Grid(1, 1, side, side), ("nn",)) for name in problem.bodies}
+    jobs = {name: c_job(problem, name, Grid(1, 1, side, side), ("nn",)) for name in problem.bodies}
     references = matrices(jobs, options, combined=True)
     return sum(float(reference.discount[FZ, FZ]) for reference in references.values())
 

@@ -21,7 +21,7 @@ from femic.contact.finite_elements.meshed_contact import (
     Bodies,
     MeshedContact,
     ZoneTooSmall,
-    meshes_of,
+    mesh_bodies,
     solved,
 )
 from femic.reference.engine import peak_memory
@@ -93,8 +93,8 @@ def fe_contact(
     start = perf_counter()
     rough = _on_rough_meshes(bodies, load, expected or hertz_patch(bodies, load))
     patch_seconds = perf_counter() - start
-    coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
-    fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
+    coarse = solved(bodies, mesh_bodies(bodies, rough.patch, cells / 2), load, rough)
+    fine = solved(bodies, mesh_bodies(bodies, rough.patch, cells), load, coarse)
     return _contact_of(fine, coarse, patch_seconds)
 
 
@@ -150,7 +150,7 @@ def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedC
     contact = None
     for _ in range(MOST_TRIES):
         try:
-            contact = solved(bodies, meshes_of(bodies, expected, ROUGH), load, contact)
+            contact = solved(bodies, mesh_bodies(bodies, expected, ROUGH), load, contact)
         except ZoneTooSmall:
             expected = _within(bodies, _enlarged(expected))
             continue

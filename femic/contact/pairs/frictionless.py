@@ -20,9 +20,9 @@ from femic.contact.pairs.ics import (
     C,
     NormalICs,
     ReferenceICs,
-    given_of,
     normal_operator,
     normal_reference_ics,
+    select_given,
 )
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
@@ -114,7 +114,7 @@ def solve_frictionless(
     contacts: dict[tuple[Loading, str], SolvedContact] = {}
     references: dict[Grid, ReferenceICs] = {}
     for grid, loadings in grids_of(problem, given):
-        solver = _Solver(problem, loadings, given_of(problem.specification.ics, given), options)
+        solver = _Solver(problem, loadings, select_given(problem.specification.ics, given), options)
         solved, reference = on_fitting_grid(problem, grid, solver.on_grid, longer=not solver.given)
         contacts |= solved
         if reference is not None:

@@ -16,7 +16,7 @@ from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulu
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
 from femic.contact.pairs.areas import touching_beyond
-from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs, given_of
+from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs, select_given
 from femic.contact.pairs.pair_on_grid import NEARLY, PairOnGrid, pair_on_grid
 from femic.contact.pairs.quantities import lacking
 from femic.contact.patch import ENDS, MARGIN
@@ -124,7 +124,7 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
             one, across = len(contact.patches) == 1, _across(contact)
-            size = size_of(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
+            size = patch_size(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
         except PotentialAreaTooSmall as short:
             trial = _enlarged(bodies, trial, short)
             continue
@@ -168,12 +168,12 @@ def _with_further_patches(
 
 def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) -> Size:
     """Return the size of a contact, from strips enough for the smallest patch."""
-    size, grid = size_of(on_grid, contact), on_grid.grid
+    size, grid = patch_size(on_grid, contact), on_grid.grid
     n_s = min(MOST_BETWEEN, int(np.ceil(grid.n_s * FEWEST * grid.ds / size.patch[1])))
     if n_s <= grid.n_s:
         return size
     finer = replace(on_grid, grid=replace(grid, n_s=n_s, ds=grid.ds * grid.n_s / n_s))
-    return size_of(finer, finer.solve(finer.operator(SIZING), loading).normal)
+    return patch_size(finer, finer.solve(finer.operator(SIZING), loading).normal)
 
 
 def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:
@@ -219,7 +219,7 @@ def _at_ends(bodies: PairOnGrid, short: PotentialAreaTooSmall, s: Range) -> list
     return [end for end, limited in at_limit.items() if limited and end in short.ends]
 
 
-def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
+def patch_size(on_grid: PairOnGrid, contact: NormalContact) -> Size:
     """Return the ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
     grid = on_grid.grid
     x = [place for patch in contact.patches for place in patch.x]
@@ -400,7 +400,7 @@ def grids_of(
     Failure where no grid fits.
     """
     specification, loadings = problem.specification, list(problem.specification.loadings)
-    if own := given_of(specification.ics, given):
+    if own := select_given(specification.ics, given):
         return [(_common_grid(own), loadings)]
     if not specification.automatic:
         return [(problem.grid, loadings)]

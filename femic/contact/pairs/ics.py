@@ -55,12 +55,12 @@ def c_jobs(
         )
     grids = {"lower": grid, "upper": on_grid.upper_grid}
     return {
-        name: job_of(problem, name, grids[name], components or components_of(problem))
+        name: c_job(problem, name, grids[name], components or components_of(problem))
         for name in problem.bodies
     }
 
 
-def job_of(problem: ContactProblem, name: str, grid: Grid, components: tuple[str, ...]) -> MatrixJob:
+def c_job(problem: ContactProblem, name: str, grid: Grid, components: tuple[str, ...]) -> MatrixJob:
     """Return the job of C of a body on a grid."""
     body = replace(problem.bodies[name], domain=domain_on(problem, grid))
     settings = replace(problem.settings, cells=None)
@@ -106,7 +106,7 @@ def c_of_bodies(
     components = COMPONENTS if directions == ALL else ("nn",)
     references = matrices(c_jobs(problem, on_grid, components), options, combined=True)
     grid = on_grid.grid
-    return bodies_of(references, grid, directions), estimate_of(references, grid, directions)
+    return body_ics(references, grid, directions), estimate_of(references, grid, directions)
 
 
 def estimate_of(references: Mapping[str, MatrixReference], grid: Grid, directions: tuple[int, ...]) -> Array:
@@ -134,7 +134,7 @@ def reciprocal(ics: Array) -> Array:
     return np.asarray((ics + PARITY[-m:, -m:] * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)) / 2)
 
 
-def bodies_of(
+def body_ics(
     references: Mapping[str, MatrixReference], grid: Grid, directions: tuple[int, ...], variation: str = ""
 ) -> dict[str, BodyICs]:
     """Return C of bodies before their approach is subtracted, and this approach."""
@@ -294,7 +294,7 @@ def pair_operator(
     wheel_rolls: bool = False,
 ) -> GridOperator:
     """Return the operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
-    bodies = bodies_of(references, on_grid.grid, directions, variation)
+    bodies = body_ics(references, on_grid.grid, directions, variation)
     total = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
     return GridOperator.of(total, directions)
 
@@ -361,7 +361,7 @@ class GivenICs:
 NONE_GIVEN: Mapping[str, GivenICs] = MappingProxyType({})
 
 
-def given_of(ics: Sequence[str], given: Mapping[str, Given]) -> dict[str, Given]:
+def select_given(ics: Sequence[str], given: Mapping[str, Given]) -> dict[str, Given]:
     """Return the given ICs among those named."""
     return {name: given[name] for name in ics if name in given}
 

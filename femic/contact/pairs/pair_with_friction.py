@@ -27,7 +27,7 @@ from femic.contact.pairs.ics import (
     ReferenceICs,
     approximation,
     full_reference_ics,
-    given_of,
+    select_given,
 )
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.rolling import RollingProblem
@@ -135,7 +135,7 @@ def solve_with_friction(
 
     `given` are ICs of the caller by name; with some of them among those of the problem, the grid is theirs.
     """
-    own = given_of(problem.specification.ics, given)
+    own = select_given(problem.specification.ics, given)
     ((grid, loadings),) = grids_of(problem, own)
 
     def solve_on(on_grid: PairOnGrid) -> Outcome:

@@ -66,18 +66,18 @@ def solve_transient(pair: PairWithFriction, friction: float, name: str) -> Solve
     """Return transient rolling with the ICs of a name at a coefficient of friction; raises Failure."""
     operator, start = pair.operator(name), perf_counter()  # C has its own seconds
     label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
-    path = path_of(pair, problem, label)
+    path = solve_path(pair, problem, label)
     seconds = perf_counter() - start
     pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
-    larger = on_larger_elements(pair, problem, label, path_of)
-    perturbed = with_perturbed_ics(pair, friction, name, label, path_of)
+    larger = on_larger_elements(pair, problem, label, solve_path)
+    perturbed = with_perturbed_ics(pair, friction, name, label, solve_path)
     linearised = Linearisation.measure(pair.on_grid, operator, pair.loads[0])
     return SolvedTransient(path, *_errors(path, larger, perturbed, linearised), seconds)
 
 
 def last_distance(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
     """Return the rolled distance [mm] and the numbers there; raises Failure for no such contact."""
-    path = path_of(pair, problem, label)
+    path = solve_path(pair, problem, label)
     return float(path.distances[-1]), path.steps[-1].numbers
 
 
@@ -101,7 +101,7 @@ def rolled_distance(pair: PairWithFriction) -> float:
     return rolled
 
 
-def path_of(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> TransientPath:
+def solve_path(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> TransientPath:
     """Return transient rolling with the ICs and on the grid of a problem; raises Failure."""
     rolling, dx, specification = pair.rolling(problem), problem.grid.dx, pair.specification
     creepages = Creepages(specification.creepage, specification.lateral, specification.spin)

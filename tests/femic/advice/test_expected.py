@@ -8,7 +8,7 @@ import pytest
 
 from femic.advice.expected import Bounds, bounds_at, expect, why_not
 from femic.advice.knowledge import BoundCoverage, Knowledge, KnownScene, Rule, read, write
-from femic.advice.reliability import LEAST_HELD, Trial, checked, chosen_rule, coverage_rows, worst_trials
+from femic.advice.reliability import LEAST_HELD, Trial, check_bounds, choose_rule, coverage_rows, worst_trials
 from femic.advice.scenes import random_scene
 from femic.advice.study import FEATURES, contact_features
 
@@ -170,7 +170,7 @@ def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
 def test_trials_have_the_bounds_that_are_stated():
     """Of shares without a largest one no decision accepts ICs, however small known errors are."""
     scenes = [replace(each, errors={ICS: {"F_x": 1e-3}}, estimates={"F_x": 0.0}) for each in known_scenes(40)]
-    _, tried = checked(Knowledge(scenes[:30], PLAIN), scenes[30:])
+    _, tried = check_bounds(Knowledge(scenes[:30], PLAIN), scenes[30:])
     assert tried
     assert all(trial.bounds.high == np.inf for trial in tried)
     assert {trial.outcome(0.05) for trial in tried} == {"undecided"}
@@ -233,11 +233,11 @@ def test_decisions(bounds, error, outcome):
 
 def test_errors_beyond_their_bounds_are_counted(knowledge):
     rule = replace(PLAIN, growth=2.0, widened=0.25)
-    inside, _ = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3))
+    inside, _ = check_bounds(replace(knowledge, rule=rule), known_scenes(40, seed=3))
     held, of = inside.held.count(ICS, NUMBER)
     assert 0.9 * of <= held <= of
     assert of > 30
-    twice, tried = checked(replace(knowledge, rule=rule), known_scenes(40, seed=3, factor=2.0))
+    twice, tried = check_bounds(replace(knowledge, rule=rule), known_scenes(40, seed=3, factor=2.0))
     assert twice.held.count(ICS, NUMBER)[0] < 0.1 * of
     (row,) = (row for row in coverage_rows(tried) if row["number"] == NUMBER)
     assert row["scenes"] == of
@@ -248,7 +248,7 @@ def test_errors_beyond_their_bounds_are_counted(knowledge):
 
 def test_the_chosen_rule_holds_in_known_scenes_left_out():
     scenes = known_scenes(40, seed=4)
-    rule = chosen_rule(scenes)
+    rule = choose_rule(scenes)
     knowledge = Knowledge(scenes, rule)
     held = [
         bounds.low <= abs(scene.errors[ICS][number]) <= bounds.high

@@ -5,7 +5,7 @@ import pytest
 
 from femic.advice.knowledge import ics_errors, packaged, reference_estimates
 from femic.advice.scenes import ANGLES, ELEMENTS, random_scene
-from femic.advice.study import FEATURES, contact_features, saturation, studied
+from femic.advice.study import FEATURES, contact_features, saturation, solve_scene
 from femic.contact.pairs.pair_on_grid import undeformed_of
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends
@@ -44,7 +44,7 @@ def test_features_do_not_depend_on_units_of_length_and_modulus():
 @pytest.mark.parametrize("index", range(SOLVED_AGAIN))
 def test_known_scenes_are_as_solved_again(index):
     known = packaged().scenes[index]
-    entry = studied(random_scene(known.seed, known.number), known.seed, known.number).entry
+    entry = solve_scene(random_scene(known.seed, known.number), known.seed, known.number).entry
     errors, estimates = ics_errors(entry), reference_estimates(entry)
     for ics, of_ics in known.errors.items():
         for number, error in of_ics.items():

@@ -52,7 +52,7 @@ def test_scenes_without_a_contact_say_why(monkeypatch):
         raise store.Failure("no patch")
 
     monkeypatch.setattr(store, "random_scene", fails)
-    assert store.solved(1, 2) == {"seed": 1, "number": 2, "failure": "no patch"}
+    assert store.solve_entry(1, 2) == {"seed": 1, "number": 2, "failure": "no patch"}
     monkeypatch.setattr(store, "random_scene", never)
     with pytest.raises(AssertionError):
-        store.solved(1, 2)
+        store.solve_entry(1, 2)

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator
 
 from femic.contact.finite_elements.coupling import on_upper
-from femic.contact.finite_elements.meshed_contact import meshed_bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import mesh_bodies, solved, supported_bodies
 from femic.contact.finite_elements.result import hertz_patch
 from femic.reference.solid.fields import figure_grid, stress
 from femic.scenes.load import load_scene
@@ -21,9 +21,9 @@ LOAD, CELLS, ELEMENTS = 7.4e3, 15.0, 48  # N, along the shorter half-length, alo
 
 @pytest.fixture(scope="module")
 def contact():
-    bodies = meshed_bodies(load_scene("tall", {"contact": {"loads": [LOAD]}}).contact_problem)
-    rough = solved(bodies, meshes_of(bodies, hertz_patch(bodies, LOAD), 8.0), LOAD)
-    return solved(bodies, meshes_of(bodies, rough.patch, CELLS), LOAD, rough)
+    bodies = supported_bodies(load_scene("tall", {"contact": {"loads": [LOAD]}}).contact_problem)
+    rough = solved(bodies, mesh_bodies(bodies, hertz_patch(bodies, LOAD), 8.0), LOAD)
+    return solved(bodies, mesh_bodies(bodies, rough.patch, CELLS), LOAD, rough)
 
 
 def strips_of(contact, side):

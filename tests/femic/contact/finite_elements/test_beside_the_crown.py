@@ -11,7 +11,7 @@ import pytest
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.contact.finite_elements.result import numbers_of
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
@@ -47,7 +47,7 @@ def level(side=1):
     """The contact on meshes for Hertz's patch."""
     whole, half = bodies(side), HERTZ.b
     patch = Expected(HERTZ.a, (side * MIDDLE - half, side * MIDDLE + half))
-    return solved(whole, meshes_of(whole, patch, CELLS), LOAD)
+    return solved(whole, mesh_bodies(whole, patch, CELLS), LOAD)
 
 
 @pytest.fixture(scope="module")

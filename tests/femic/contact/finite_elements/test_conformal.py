@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.contact.finite_elements.result import numbers_of
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
@@ -21,7 +21,7 @@ def level():
     lower = Body(LOWER, arc(10.0, 1.1, 1.1), STEEL, domain)
     upper = Body(UPPER, arc(10.2, 1.0, 1.0), STEEL, domain, rolling_radius=300.0)
     bodies = Bodies(lower, upper, lower.contour.limits)
-    return solved(bodies, meshes_of(bodies, Expected(4.0, (-5.2, 5.2)), 5.0), LOAD)
+    return solved(bodies, mesh_bodies(bodies, Expected(4.0, (-5.2, 5.2)), 5.0), LOAD)
 
 
 def test_the_patch_is_conformal(level):

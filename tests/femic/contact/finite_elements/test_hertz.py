@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, mesh_bodies, solved
 from femic.contact.finite_elements.result import numbers_of
 from femic.reference.job import NotConverged
 from tests.femic.contact.finite_elements.ellipse import (
@@ -21,7 +21,7 @@ CELLS, FAR = 5.0, 15.0
 
 @pytest.fixture(scope="module")
 def meshes():
-    return meshes_of(bodies(far=FAR), expected(), CELLS)
+    return mesh_bodies(bodies(far=FAR), expected(), CELLS)
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def test_shifted_wheel_has_the_shifted_contact(level):
     aside = 4.0
     whole = bodies(symmetric=False, far=FAR, shift=aside)
     middle = aside * OF_LOWER / (OF_LOWER + OF_UPPER)
-    solution = solved(whole, meshes_of(whole, expected(middle), 4.0), LOAD)
+    solution = solved(whole, mesh_bodies(whole, expected(middle), 4.0), LOAD)
     numbers = numbers_of(solution)
     assert whole.share == 0.5
     assert np.mean(solution.s_range) == pytest.approx(middle, abs=0.03)
@@ -103,7 +103,7 @@ def test_errors_fall_with_the_cell_size():
     errors = []
     for cells in (5.0, 10.0):
         fine = bodies()
-        numbers = numbers_of(solved(fine, meshes_of(fine, expected(), cells), LOAD))
+        numbers = numbers_of(solved(fine, mesh_bodies(fine, expected(), cells), LOAD))
         errors.append(abs(numbers.p_max / HERTZ.p_max - 1))
         for result, true in ((numbers.a, HERTZ.a), (numbers.b, HERTZ.b)):
             assert abs(result - true) < 0.2 * HERTZ.b / cells

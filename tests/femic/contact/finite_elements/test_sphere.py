@@ -6,8 +6,8 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements import coupling
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.coupling import couple, zone_of
-from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
+from femic.contact.finite_elements.coupling import couple, select_zone
+from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.contact.finite_elements.result import numbers_of
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
@@ -30,7 +30,7 @@ def bodies(half_length=ALL_ROUND):
 
 def at(cells, half_length=ALL_ROUND):
     """Meshes for Hertz's patch."""
-    return meshes_of(bodies(half_length), Expected(HERTZ.a, (-HERTZ.b, HERTZ.b)), cells)
+    return mesh_bodies(bodies(half_length), Expected(HERTZ.a, (-HERTZ.b, HERTZ.b)), cells)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_a_ball_on_a_block_converges_to_hertz(coarse):
 def coupled(meshes, half_width):
     """The coupling within a half-width [mm] of the middle."""
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = zone_of(meshes.lower.solid.trace, np.hypot(x, s) < half_width)
+    zone = select_zone(meshes.lower.solid.trace, np.hypot(x, s) < half_width)
     return couple(meshes.lower, meshes.upper, bodies().undeformed, zone)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.meshed_contact import Bodies, meshes_of, solved
+from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.reference.discount import FZ
 from femic.reference.engines import HARMONIC
 from femic.reference.job import Settings
@@ -39,7 +39,7 @@ def rigid_compliance(far):
 
 def raw_approach(far):
     pair = held_at(far)
-    return solved(pair, meshes_of(pair, expected(), CELLS), LOAD).solution.state.approach
+    return solved(pair, mesh_bodies(pair, expected(), CELLS), LOAD).solution.state.approach
 
 
 @pytest.mark.slow
@@ -59,5 +59,5 @@ def test_ends_along_x_do_not_matter_where_bodies_are_as_long_as_they_are_meshed(
     meshed = raw_approach(NEAR)
     longer = Domain(NEAR, 1.5 * LENGTH * NEAR)
     other = Bodies(replace(pair.lower, domain=longer), replace(pair.upper, domain=longer), (-6.0, 6.0))
-    result = solved(other, meshes_of(other, expected(), CELLS), LOAD).solution.state.approach
+    result = solved(other, mesh_bodies(other, expected(), CELLS), LOAD).solution.state.approach
     assert result == pytest.approx(meshed, rel=0.002)  # as well as two meshes agree

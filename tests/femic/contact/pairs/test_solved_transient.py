@@ -16,8 +16,8 @@ from femic.contact.pairs.solved_transient import (
     TransientPath,
     interpolated,
     last_distance,
-    path_of,
     rolled_distance,
+    solve_path,
     solve_transient,
 )
 from femic.contact.rolling import RollingProblem
@@ -64,7 +64,7 @@ def test_too_many_steps_are_refused():
 
 
 def test_a_long_transient_ends_at_the_steady_numbers():
-    path = path_of(pair(distance=20.0), pair().frictional(pair().operator("Bhat"), 0.3), "long")
+    path = solve_path(pair(distance=20.0), pair().frictional(pair().operator("Bhat"), 0.3), "long")
     assert path.steady is not None
     for name, steady in path.steady.numbers.items():
         assert path.steps[-1].numbers[name] == pytest.approx(steady, rel=1e-4, abs=1e-4 * 0.3 * LOAD)
@@ -111,7 +111,7 @@ def test_numbers_on_larger_elements_are_interpolated_between_steps():
 
 def test_estimates_hold_against_elements_half_as_large(solved):
     fine = pair(Grid(48, 48, 0.3, 0.065), distance=4.7)
-    path = path_of(fine, fine.frictional(fine.operator("Bhat"), 0.3), "fine")
+    path = solve_path(fine, fine.frictional(fine.operator("Bhat"), 0.3), "fine")
     finer = interpolated(path, solved.path.distances)
     for name in ("F_x", "F_y", "M_z", "p_max", "area", "sliding_share", "approach"):
         away = [abs(a.numbers[name] - b.numbers[name]) for a, b in zip(solved.path.steps, finer, strict=True)]
@@ -160,7 +160,7 @@ def test_failures_name_the_label_and_the_distance(monkeypatch):
     monkeypatch.setattr(RollingProblem, "transient", failing)
     of = pair(distance=2.4)
     with pytest.raises(Failure, match=r"mine, 0\.6 mm: no solution"):
-        path_of(of, of.frictional(of.operator("A"), 0.3), "mine")
+        solve_path(of, of.frictional(of.operator("A"), 0.3), "mine")
 
 
 @pytest.mark.parametrize("raised", [Failure("no"), PotentialAreaTooSmall(("x < 0",), Loading(LOAD))])
@@ -184,8 +184,8 @@ def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
     def fine_only(pair, problem, label):
         if "larger" in label:
             raise Failure("no")
-        return path_of(pair, problem, label)
+        return solve_path(pair, problem, label)
 
-    monkeypatch.setattr(solved_transient, "path_of", fine_only)
+    monkeypatch.setattr(solved_transient, "solve_path", fine_only)
     result = solve_transient(pair(distance=2.4), 0.3, "A")
     assert all(np.isnan(errors["F_x"]) for errors in result.errors)
