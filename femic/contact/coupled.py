@@ -15,14 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import (
-    LOOSEST,
-    Law,
-    StripInverse,
-    correction,
-    inverse_of_amplitudes,
-    stagnated,
-)
+from femic.contact.friction.law import LOOSEST, Law, correction, inverse_of_amplitudes, stagnated
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -268,7 +261,7 @@ class Step:
     def law_preconditioner(self) -> Linear:
         """The approximate inverse of the law."""
         strips = self.coupled.problem.strips(self.coupled.motion)
-        return StripInverse(strips, self.state.law, self.state.edge)
+        return strips.inverse(self.state.law, self.state.edge)
 
     @cached_property
     def columns(self) -> list[tuple[Array, Array]]:

@@ -112,13 +112,13 @@ def test_in_a_box_slip_is_that_of_its_elements(motion):
     """But for its last row, which has no neighbour ahead."""
     part = motion.within(BOX)
     for here, there in (
-        (part.slip_of(BOX.of(U)), motion.slip_of(U)),
+        (part.slip_of(BOX.crop(U)), motion.slip_of(U)),
         (part.given_at(0.3), motion.given_at(0.3)),
         *zip(part.free_slips, motion.free_slips, strict=True),
     ):
-        np.testing.assert_allclose(here[:-1], BOX.of(there)[:-1], rtol=1e-12)
+        np.testing.assert_allclose(here[:-1], BOX.crop(there)[:-1], rtol=1e-12)
     for here, there in zip(part.free, motion.free, strict=True):
-        np.testing.assert_array_equal(here.weights, BOX.of(there.weights))
+        np.testing.assert_array_equal(here.weights, BOX.crop(there.weights))
         assert here.force == there.force
     assert (type(part), part.depth) == (type(motion), motion.depth)
 
