@@ -326,7 +326,7 @@ class _Curve:
 
 # --- store of studies ---
 
-Entry = dict[str, Any]  # of `study.Study`; of a scene without a contact: its seed, number and why
+Entry = dict[str, Any]  # of `Study`; of a scene without a contact: its seed, number and why
 
 log = logging.getLogger(__name__)
 
