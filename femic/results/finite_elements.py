@@ -15,7 +15,7 @@ import xarray as xr
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.contact.finite_elements.meshed_contact import supported_bodies, rigid_compliance
+from femic.contact.finite_elements.meshed_contact import rigid_compliance, supported_bodies
 from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import S, padded, require_solvable
