@@ -22,7 +22,7 @@ from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.reference.run_options import RunOptions
 from femic.results import stressed_contact as contacts
-from femic.results.damage import Damage, damage_of
+from femic.results.damage import Damage, compute_damage
 from femic.scenes.load import load_scene
 
 SOLVED, WHOLE = 15, 300  # of so many scenes the contact of one is solved, and the command of one is run
@@ -86,7 +86,7 @@ def _read(path: Path, options: Mapping[str, Any], *, solve: bool) -> str:
         if one.loads and abs(force - one.loads[-1]) > FORCE * one.loads[-1]:
             raise AssertionError(f"{name} bears {force:g} N of {one.loads[-1]:g} N")
     for name, rolling in solved.rolling.items():
-        _require_damage(name, damage_of(rolling, scene.damage), solved.friction)
+        _require_damage(name, compute_damage(rolling, scene.damage), solved.friction)
     return "solved"
 
 
