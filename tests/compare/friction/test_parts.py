@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from femic.cache import digests
 from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
-from femic.results.friction import LABELS, compute_with_friction
+from femic.results.friction import compute_with_friction
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
@@ -101,11 +100,3 @@ def test_c_and_its_quality_are_taken_from_stored_curves(solved, tmp_path, monkey
     tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
     compute_with_friction(tighter, options)
     assert len(made) == 2
-
-
-@pytest.mark.parametrize("name", LABELS)
-def test_digests_of_stored_solutions_cover_the_solver_of_the_motion(name):
-    """Solvers are registered by place, which digests do not follow: the module of the arrays imports them."""
-    solver = MOTIONS[name].solve.place.partition(":")[0]
-    counted = digests._needed((LABELS[name].labelled.__module__,))
-    assert solver.replace(".", "/") + ".py" in counted
