@@ -16,7 +16,7 @@ def test_places_are_in_half_sides_of_the_patch_and_bodies_are_unlike(monkeypatch
     """b = 2 mm, a = 6 mm: at half of a and twice b; the upper body has half the ratio and its own E."""
     places, bodies = [], []
     integrals, one_body = exact.exact_integrals, exact.one_body
-    monkeypatch.setattr(exact, "integrals", lambda *of: places.append(of) or integrals(*of))
+    monkeypatch.setattr(exact, "exact_integrals", lambda *of: places.append(of) or integrals(*of))
     monkeypatch.setattr(exact, "one_body", lambda *of: bodies.append(of[:2]) or one_body(*of))
     assert HalfSpaces(nu=0.4, size=2.0, aspect=3.0, x=0.5, s=-2.0, ratio=10.0).error() < 1e-14
     ((patch, x, s),) = places
