@@ -69,7 +69,7 @@ def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scen
 
 def test_worker_without_the_store_is_refused(tmp_path):
     assert "does not see the store" in tasks.worker_problem(
-        Origin(str(tmp_path), tasks.results_digest(), registrations())
+        Origin(str(tmp_path), tasks.results_digest(*tasks.STUDY_FOLDERS), registrations())
     )
 
 
