@@ -197,9 +197,7 @@ ARGUMENTS: Mapping[Callable[..., Any], Mapping[str, Argument]] = {
     femic.Body: {
         "contour": needed(PLANE, *noun(type(PLANE))),
         "material": needed(STEEL, *noun(femic.Material)),
-        "rolling_radius": needed(
-            460.0, *(value for value in POSITIVE if value is not NOT_FINITE[1]), 0.46, -460.0
-        ),
+        "rolling_radius": needed(460.0, *(value for value in POSITIVE if value is not NOT_FINITE[1]), -460.0),
         "hub_radius": Argument(None, (*POSITIVE, 460.0, 500.0)),
         "outline": Argument(None, (*MAPPING, {"standard": "61E1"}, {"standard": 60}, {"kind": "rail"})),
     },
