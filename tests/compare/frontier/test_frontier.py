@@ -223,7 +223,7 @@ def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path):
 
 def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
-    monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setattr(harmonic_engine._Run, "solver", lambda *_: pytest.fail("a model was solved"))
     looser = replace(
         ENGINES["harmonic"], comparison=replace(ENGINES["harmonic"].comparison, tolerances=(1e-1, 1e-2))
     )
