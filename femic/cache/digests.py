@@ -22,7 +22,7 @@ PAGE_FOLDERS = ("compare",)
 LIBRARIES = ("gmsh", "numpy", "pyamg", "scikit-fem", "scipy")  # that models depend on
 LIBRARIES_OF_RESULTS = ("xarray",)
 TOKEN = re.compile(
-    r'''(?P<block>"""(?:\\.|(?!""").)*"""|\'\'\'(?:\\.|(?!\'\'\').)*\'\'\')'''
+    r'''(?P<block>[rR]?"""(?:\\.|(?!""").)*"""|[rR]?\'\'\'(?:\\.|(?!\'\'\').)*\'\'\')'''
     r"""|(?P<text>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*')"""
     r"|(?P<comment>[ \t]*#[^\n]*)|(?P<opening>[(\[{])|(?P<closing>[)\]}])",
     re.DOTALL,
@@ -67,7 +67,8 @@ def _code(text: str) -> str:
     for token in TOKEN.finditer(text):
         kind, start = token.lastgroup, token.start()
         depth += (kind == "opening") - (kind == "closing")
-        alone = not text[text.rfind("\n", 0, start) + 1 : start].strip()
+        end = text.rfind("\n", 0, start)  # of the line before
+        alone = not text[end + 1 : start].strip() and text[max(end - 1, 0)] != "\\"
         if kind == "comment" or (kind == "block" and alone and depth == 0):
             parts.append(text[last:start])
             last = token.end()

@@ -222,7 +222,7 @@ def export(
 def _file_content(
     scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions, *, own_grid: bool
 ) -> ContactFile:
-    """Return the content of a file; the matrix of `femic matrix` is used where it is on the `own_grid`."""
+    """Return the content of a file; on its `own_grid` the scene's matrix is kept beside it, `matrix.nc`."""
     on_grid = pair_on_grid(scene.contact_problem, scene.grid)
     if specification.discount is None and on_grid.offset:
         ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)

@@ -37,6 +37,7 @@ WORDS = {
     "comment": ("  # a factor", "  # another comment"),
     "docstring of the module": ("A module.", "The same module."),
     "docstring of a function": ('    """Twice x."""\n', '    """Two times x, in other words."""\n'),
+    "docstring with backslashes": ('"""Twice x."""', 'r"""Twice x, \\alpha."""'),
     "no docstring": ('    """Twice x."""\n', ""),
     "blank lines": ("\n\n\ndef f", "\n\ndef f"),
     "blanks at the end of a line": ("# a factor", "# a factor  "),
@@ -65,7 +66,7 @@ def test_what_the_code_does_changes_it(of, change):
 
 
 def test_a_text_that_is_no_docstring_counts(of):
-    for form in ('"{}"', "f(\n    '{}'\n)", 'f(\n    """{}"""\n)', '"# {}"', "'\\'# {}'"):
+    for form in ('"{}"', '\\\n    """{}"""', "f(\n    '{}'\n)", 'f(\n    """{}"""\n)', '"# {}"', "'\\'# {}'"):
         one, other = (f'def f():\n    """Words."""\n    return {form.format(text)}\n' for text in "ab")
         assert of(one) != of(other)
 
