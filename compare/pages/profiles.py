@@ -16,7 +16,7 @@ from compare.report.parts import Folded, Items, Note, Page, Section, write_resul
 from compare.report.tables import Cell, Row, Table, numbers
 from femic.results.profiles import UM, Understood, to_dataset
 from geometries.arrays import Array
-from geometries.profiles.preparation import ProfileFigure, noise, radius_text
+from geometries.profiles.noise import ProfileFigure, noise, radius_text
 
 # --- the page -------------------------------------------------------------------------------------------
 

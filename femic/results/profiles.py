@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from geometries.profiles.preparation import Prepared, ProfileFigure, equal_steps, profile_figure, sampled
+from geometries.profiles.noise import ProfileFigure, profile_figure
+from geometries.profiles.preparation import Prepared, equal_steps, sampled
 from geometries.profiles.profile import Kind, Profile
 from geometries.profiles.standards import Standard, Worn, named, standard_profile
 

@@ -37,8 +37,8 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
+from geometries.profiles.noise import peak_slope
 from geometries.profiles.placement import STEEPEST
-from geometries.profiles.rounding import peak_slope
 
 # --- the contact with all ICs ---
 
@@ -234,7 +234,7 @@ def _numbers(
 def _by_rounding(place: Place, on_grid: PairOnGrid, pressed: NormalContact) -> float:
     """Return what the last decimals of the profiles' files may change p_max of an area by [MPa].
 
-    Source: `geometries.profiles.rounding`; 0 of the curves of standards.
+    Source: `geometries.profiles.noise`; 0 of the curves of standards.
     """
     if not pressed.in_contact.any():
         return 0.0

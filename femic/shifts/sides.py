@@ -22,8 +22,8 @@ from geometries.arrays import Array
 from geometries.bodies import Body, common_extent
 from geometries.materials import Material
 from geometries.patches import Grid, Patch
+from geometries.profiles.noise import noise, profile_figure
 from geometries.profiles.placement import STEEPEST, Curve, contour_at
-from geometries.profiles.preparation import noise, profile_figure
 from geometries.profiles.profile import Kind
 from geometries.profiles.sections import SectionChoice
 from geometries.profiles.standards import named

@@ -4,7 +4,6 @@ A curve goes through the points (tolerance 0: a cubic spline over the chord leng
 them (a smoothing spline, see `geometries.profiles.smoothing`). What was done is recorded in `notes`. Both
 commute with motions, mirror images and the direction in which the points run.
 
-`noise` says what looks like noise in a profile: last decimals that bend the curve, radii far below real ones.
 `first_crossing` finds out whether points cross or touch themselves.
 """
 
@@ -19,7 +18,6 @@ from geometries.arrays import Array, Indices, Mask
 from geometries.contours import Spline, length_between
 from geometries.errors import WrongInput
 from geometries.profiles.profile import Kind, Profile
-from geometries.profiles.rounding import ROUNDING, advice
 from geometries.profiles.smoothing import (
     Smoothing,
     along_normal,
@@ -35,6 +33,7 @@ from geometries.profiles.smoothing import (
 CROSS_VALIDATION = "cross-validation"
 LEAST_POINTS = 8
 UM = 1e3  # per mm
+ROUNDING_RMS = 1 / np.sqrt(12)  # rms error of rounding, as a share of the last decimal
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +113,7 @@ def prepare(profile: Profile, tolerance: float | Literal["cross-validation"] = 0
     residual = along_normal(spline.curve, spline.parameter(places), points)[1]
     steps = np.zeros_like(points) if profile.steps is None else profile.steps[:, new]
     delta = spline.inclination(places)
-    rounding = np.hypot(*(steps * np.stack([np.sin(delta), np.cos(delta)]))) * ROUNDING
+    rounding = np.hypot(*(steps * np.stack([np.sin(delta), np.cos(delta)]))) * ROUNDING_RMS
     notes = (*profile.notes, *notes, _describe(smoothing, residual))
     return Prepared(profile.kind, profile.name, spline, points, places, residual, rounding, smoothing, notes)
 
@@ -183,76 +182,6 @@ def _describe(smoothing: Smoothing, residual: Array) -> str:
         f"about {2 * np.pi * smoothing.length:.2g} mm are smoothed away (smoothing length "
         f"{smoothing.length:.3g} mm)."
     )
-
-
-# --- figures and noise ---
-
-
-@dataclass(frozen=True, eq=False)
-class ProfileFigure:
-    """All that a figure needs to show how a profile was understood; see `profile_figure`."""
-
-    name: str
-    points: Array  # (y, z) [mm] as given, (2, n)
-    places: Array  # arc lengths [mm] of the points, (n,)
-    residual: Array  # distances [mm] of the points from the curve, positive on its upper side, (n,)
-    s: Array  # arc lengths [mm], (m,)
-    curve: Array  # (y, z) [mm] at s, (2, m)
-    inclination: Array  # [rad] at s, (m,)
-    curvature: Array  # [1/mm] at s, (m,)
-    curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
-    rounding: str  # what the last decimals do to the curve, and a tolerance to take; or nothing
-    notes: tuple[str, ...]  # sentences
-
-
-def profile_figure(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
-    """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
-
-    The curve is given at steps of at most `spacing` [mm].
-    """
-    s = equal_steps(prepared.length, spacing)
-    noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
-    curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
-    measured = prepared.points, prepared.places, prepared.residual
-    return ProfileFigure(
-        prepared.name,
-        *measured,
-        s,
-        curve,
-        inclination,
-        curvature,
-        noise,
-        advice(prepared),
-        prepared.notes,
-    )
-
-
-LEAST_RADIUS = 2.0  # mm: the package has 11 mm and more, edges below railheads 2.6 mm; less looks like noise
-USUAL = 0.01  # mm: a tolerance for measured points
-
-
-def noise(figure: ProfileFigure) -> str:
-    """Return what looks like noise in a profile, and a tolerance to take; nothing where nothing does.
-
-    That is what the last decimals of its file do, or a radius far below those of profiles.
-    """
-    if figure.rounding:
-        return figure.rounding
-    at = int(np.argmax(np.abs(figure.curvature)))
-    if LEAST_RADIUS * abs(figure.curvature[at]) <= 1:
-        return ""
-    rms = float(np.sqrt(np.mean(figure.residual**2)))
-    remedy = f"a tolerance of {USUAL:g} mm" if rms < 0.9 * USUAL else "a larger tolerance"
-    return (
-        f"The least radius is {radius_text(figure, at)} mm (at s = {figure.s[at]:.1f} mm), below "
-        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm and more, so this looks like noise or a burr. "
-        f"Try {remedy}."
-    )
-
-
-def radius_text(figure: ProfileFigure, at: int) -> str:
-    """Return the radius of curvature [mm] at a place of a figure."""
-    return f"{1 / abs(figure.curvature[at]):.3g}"
 
 
 # --- crossings ---

@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 
 from geometries.arrays import Array
-from geometries.profiles.rounding import steps_as_written
 from geometries.profiles.text import (
     MAX_POINTS,
     Rows,
@@ -21,6 +20,7 @@ from geometries.profiles.text import (
     number,
     shortened,
     split_columns,
+    steps_as_written,
 )
 
 # --- profiles ---

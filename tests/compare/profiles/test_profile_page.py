@@ -11,7 +11,7 @@ from compare.pages.profiles import answer_table, doubts, over_length, section, s
 from compare.report.interactive import as_json
 from femic.results.profiles import of_file, of_package
 from femic.scenes.profiles import Reading, prepared_file
-from geometries.profiles.preparation import LEAST_RADIUS
+from geometries.profiles.noise import LEAST_RADIUS
 from geometries.profiles.standards import NAMED
 from tests.pages import widest
 from tests.samples import ERROR, write_head

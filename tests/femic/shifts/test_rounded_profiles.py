@@ -6,7 +6,7 @@ import pytest
 from femic.shifts.contact import contact_at
 from femic.shifts.sides import ContactRequest, Place, layout_of, sections_of
 from femic.shifts.specification import specification_of
-from geometries.profiles.rounding import peak_slope
+from geometries.profiles.noise import peak_slope
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import settle
 

@@ -5,8 +5,9 @@ from profile_samples import sample
 
 from geometries import contours
 from geometries.errors import Failure, WrongInput
+from geometries.profiles.noise import profile_figure
 from geometries.profiles.placement import arc_length_at, contour_at
-from geometries.profiles.preparation import prepare, profile_figure, sampled
+from geometries.profiles.preparation import prepare, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import Fit, by_cross_validation, rms, smooth, with_rms
 from geometries.profiles.standards import standard, standard_profile

@@ -7,7 +7,8 @@ from profile_texts import MM, block_text, columns_text, miniprof_text, old_minip
 from geometries.errors import WrongInput
 from geometries.profiles.axes import Axes, axes_by_shape
 from geometries.profiles.files import read_profile, write_profile
-from geometries.profiles.preparation import noise, prepare, profile_figure
+from geometries.profiles.noise import noise, profile_figure
+from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.text import Rows, drop_zigzags
 

@@ -6,11 +6,12 @@ import scipy
 from profile_texts import block_text, columns_text
 
 from geometries.profiles.files import read_profile
-from geometries.profiles.preparation import Prepared, noise, prepare, profile_figure
+from geometries.profiles.noise import curvature_noise, noise, peak_slope, profile_figure
+from geometries.profiles.preparation import ROUNDING_RMS, Prepared, prepare
 from geometries.profiles.profile import Profile
-from geometries.profiles.rounding import ROUNDING, curvature_noise, peak_slope, steps_as_written
 from geometries.profiles.smoothing import rms, smooth
 from geometries.profiles.standards import standard
+from geometries.profiles.text import steps_as_written
 
 RNG = np.random.default_rng
 
@@ -263,7 +264,7 @@ def test_p_max_after_smoothing_errs_by_less_than_stated(spacing, step):
     found = []
     for seed in range(12):
         places = np.arange(RNG(seed).uniform(0, spacing), outline.length, spacing)
-        curve = prepare(rounded(outline.position(places), step, "wheel"), step * ROUNDING)
+        curve = prepare(rounded(outline.position(places), step, "wheel"), step * ROUNDING_RMS)
         for at in RNG(seed + 99).uniform(80, 115, 3):
             found.append(p_max_error(curve, at, lambda y: np.interp(y, *exact[:, tread]), 4.0, -1))
     errors, stated = np.transpose(found)
@@ -297,7 +298,7 @@ def test_rounding_is_said_with_the_tolerance_to_take(tmp_path, decimals, said):
     step = 10.0**-decimals
     assert f"written in steps of {step:g} mm, 0.5 mm apart" in text
     tolerance = float(text.split("tolerance of ")[1].split(" mm")[0])
-    assert tolerance == pytest.approx(step * ROUNDING, rel=0.1)  # one digit is given
+    assert tolerance == pytest.approx(step * ROUNDING_RMS, rel=0.1)  # one digit is given
     smoothed = cone(tmp_path, decimals, tolerance)
     assert noise(profile_figure(smoothed)) == ""
     tread = np.linspace(90, 150, 601)  # straight
@@ -314,7 +315,7 @@ def test_the_tolerance_to_take_brings_s1002_back(spacing, step):
     outline = standard("S1002").outline
     s = np.arange(0.3 * spacing, outline.length, spacing)
     profile = rounded(outline.position(s), step, "wheel")
-    curve = prepare(profile, step * ROUNDING)
+    curve = prepare(profile, step * ROUNDING_RMS)
     at = np.linspace(1, curve.length - 1, 4001)
     places = at + 0.3 * spacing
     apart = np.min(np.abs(places[:, None] - np.array(outline.joints)), axis=1)

@@ -1,4 +1,4 @@
-"""The last decimals of coordinates in a file: what their rounding does to curve and pressure of a contact.
+"""Noise of profiles: what rounding of the last decimals does to the curve and to the pressure of a contact.
 
 Rounding to steps q leaves errors of rms sigma = q / sqrt(12). A cubic spline through points at the spacing h
 makes of independent errors slopes of rms SLOPE sigma / h and curvatures of rms CURVATURE sigma / h^2, means
@@ -10,67 +10,22 @@ Johnson, Contact Mechanics, 13.2), and a patch of half width b under the relativ
 E*/2 b k: both are E*/2 times a slope. So a contact feels errors of the slope as curvatures of theta / b, and
 no more than the curvature at a point, where b is smaller than h. p_max is the largest of some 1 + 2 b / h
 values that err independently, so it errs upwards.
+
+`noise` says what looks like noise in a profile: last decimals that bend the curve, radii far below real ones.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import scipy
 
 from geometries.arrays import Array
-from geometries.profiles.pieces import Outline
+from geometries.profiles.placement import Curve
+from geometries.profiles.preparation import ROUNDING_RMS, Prepared, equal_steps
 from geometries.profiles.smoothing import rms
-
-if TYPE_CHECKING:
-    from geometries.profiles.placement import Curve
-    from geometries.profiles.preparation import Prepared
-
-
-# --- steps of decimals ---
-
-AROUND = 21  # coordinates among which the last decimal is sought
-SHARE = 0.4  # of them that may have a finer one: nine of ten numbers do not end in 0
-SAME_STEP = 1e-6  # of a step: rounding of the differences of decimal numbers
-
-
-def steps_as_written(tokens: Sequence[str], values: Array) -> Array:
-    """Steps of the last decimals of a column, in its unit, for each of its numbers, (n,).
-
-    A number's own last decimal is that of its last digit; zeros at the end of its decimals are no digits,
-    since many programs fill up with them. A few finer numbers among coarse ones change nothing, nor do zeros
-    that a single number happens to end in; formats with a fixed number of digits are followed. Numbers that
-    repeat their predecessor say nothing. A column that goes on by equal steps was not rounded but chosen: its
-    step is 0.
-    """
-    places = np.array([last_place(token) for token in tokens], dtype=float)
-    new = np.append(True, np.diff(values) != 0)
-    around = scipy.ndimage.percentile_filter(places[new], 100 * SHARE, size=AROUND, mode="mirror")
-    steps = 10.0 ** around[np.cumsum(new) - 1]
-    return np.where(_regular(values), 0.0, steps)
-
-
-def last_place(token: str) -> int:
-    """Power of ten of the last digit of a number, zeros at the end of its decimals left out."""
-    mantissa, _, exponent = token.lower().replace("d", "e").partition("e")
-    return int(exponent or 0) - len(mantissa.partition(".")[2].rstrip("0"))
-
-
-def _regular(values: Array) -> Array:
-    """Whether all steps around each number of a column are equal and not 0, (n,)."""
-    steps = np.diff(values)
-    low, high = (
-        each(steps, AROUND, mode="nearest")
-        for each in (scipy.ndimage.minimum_filter1d, scipy.ndimage.maximum_filter1d)
-    )
-    equal = (low * high > 0) & (high - low <= SAME_STEP * np.abs(high))
-    return np.append(equal, equal[-1:])
-
 
 # --- what rounding does ---
 
-ROUNDING = 1 / np.sqrt(12)  # rms error of rounding, as a share of the last decimal
 SLOPE, CURVATURE = 1.573, 3.789  # of cubic splines: integrals over their response to white noise
 SMOOTHED_SLOPE, SMOOTHED_CURVATURE = 1 / 12, 1 / 18
 LOST = 1 / 3  # slope lost where the curvature jumps, over jump times L: (1/pi) int u^4 / (1 + u^6) du
@@ -102,7 +57,7 @@ class Noise:
         return quantile * half_width * self.over(half_width)
 
 
-def curvature_noise(curve: "Curve", s: float, half_width: float, element: float = 0.0) -> float:
+def curvature_noise(curve: Curve, s: float, half_width: float, element: float = 0.0) -> float:
     """Return the rms error [1/mm] that rounding leaves in the curvature that a patch feels.
 
     The patch lies about the arc length s [mm]; `half_width` [mm] is along s, 0 for the curvature at a point.
@@ -112,7 +67,7 @@ def curvature_noise(curve: "Curve", s: float, half_width: float, element: float 
     return _noise(curve, s, half_width, element).over(half_width)
 
 
-def peak_slope(curve: "Curve", s: float, half_width: float, element: float = 0.0) -> float:
+def peak_slope(curve: Curve, s: float, half_width: float, element: float = 0.0) -> float:
     """Return the slope [rad] that rounding adds to the steepest one in a patch, in 95 of 100 cases at most.
 
     Times E*/2, 1/E* = (1 - nu^2)/E of both bodies, it is the error of p_max [MPa]. The arguments are those of
@@ -123,14 +78,13 @@ def peak_slope(curve: "Curve", s: float, half_width: float, element: float = 0.0
     return float(np.hypot(noise.peak(half_width), _smoothing_loss(curve, s, half_width)))
 
 
-def _noise(curve: "Curve", s: float, half_width: float, element: float) -> Noise:
-    """Return the noise of a curve about an arc length."""
-    if isinstance(curve, Outline):
+def _noise(curve: Curve, s: float, half_width: float, element: float) -> Noise:
+    """Return the noise of a curve about an arc length; none of curves that are not from points."""
+    if not isinstance(curve, Prepared):
         return Noise(0.0, 0.0, 1.0)
-    prepared = cast("Prepared", curve)  # the other kind of curves
-    near = _near(prepared, s, half_width)
-    sigma, spacing = prepared.rounding[near], np.gradient(prepared.places)[near]
-    length = prepared.smoothing.length
+    near = _near(curve, s, half_width)
+    sigma, spacing = curve.rounding[near], np.gradient(curve.places)[near]
+    length = curve.smoothing.length
     if length:
         share = rms(sigma) * np.sqrt(np.mean(spacing) / length**3)
         slope, curvature = share * np.sqrt(SMOOTHED_SLOPE), share * np.sqrt(SMOOTHED_CURVATURE) / length
@@ -139,15 +93,15 @@ def _noise(curve: "Curve", s: float, half_width: float, element: float) -> Noise
     return Noise(SLOPE * rms(sigma / seen), CURVATURE * rms(sigma / seen**2), float(np.median(seen)))
 
 
-def _near(prepared: "Prepared", s: float, half_width: float) -> slice:
+def _near(prepared: Prepared, s: float, half_width: float) -> slice:
     """Return which points are on a patch, and its neighbours."""
     first, behind = np.searchsorted(prepared.places, [s - half_width, s + half_width])
     return slice(max(int(first) - 1, 0), int(behind) + 1)
 
 
-def _smoothing_loss(curve: "Curve", s: float, half_width: float) -> float:
+def _smoothing_loss(curve: Curve, s: float, half_width: float) -> float:
     """Return the slope [rad] that smoothing takes away at most where the curvature of a patch changes."""
-    if isinstance(curve, Outline) or not (length := cast("Prepared", curve).smoothing.length):
+    if not isinstance(curve, Prepared) or not (length := curve.smoothing.length):
         return 0.0
     ends = s - half_width - length, s + half_width + length
     at = np.arange(ends[0] - length, ends[1] + length, length / STEPS)
@@ -158,7 +112,7 @@ def _smoothing_loss(curve: "Curve", s: float, half_width: float) -> float:
     return float(LOST * length * np.max(np.abs(jumps)))
 
 
-def advice(prepared: "Prepared") -> str:
+def advice(prepared: Prepared) -> str:
     """Return what rounding does to a profile, and the tolerance to take; nothing where it hardly matters.
 
     It matters by what it does to p_max on a tread. A curve that has the tolerance, but a corner or a wrong
@@ -180,9 +134,9 @@ def advice(prepared: "Prepared") -> str:
     sigma, curvature = rms(prepared.rounding[near]), curvature_noise(prepared, places[worst], 0.0)
     tolerance = MORE * smoothing.rms if has_tolerance else sigma
     return (
-        f"The points are written in steps of {_plain(sigma / ROUNDING)} mm, {spacing:.2g} mm apart (about "
-        f"s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm (radius "
-        f"{1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take a "
+        f"The points are written in steps of {_plain(sigma / ROUNDING_RMS)} mm, {spacing:.2g} mm apart "
+        f"(about s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm "
+        f"(radius {1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take a "
         f"tolerance of {_plain(tolerance)} mm."
     )
 
@@ -190,3 +144,73 @@ def advice(prepared: "Prepared") -> str:
 def _plain(length: float) -> str:
     """Return a length with one digit, without an exponent."""
     return np.format_float_positional(length, precision=1, fractional=False, trim="-")
+
+
+# --- figures and noise ---
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileFigure:
+    """All that a figure needs to show how a profile was understood; see `profile_figure`."""
+
+    name: str
+    points: Array  # (y, z) [mm] as given, (2, n)
+    places: Array  # arc lengths [mm] of the points, (n,)
+    residual: Array  # distances [mm] of the points from the curve, positive on its upper side, (n,)
+    s: Array  # arc lengths [mm], (m,)
+    curve: Array  # (y, z) [mm] at s, (2, m)
+    inclination: Array  # [rad] at s, (m,)
+    curvature: Array  # [1/mm] at s, (m,)
+    curvature_noise: float  # rms error of the curvature [1/mm] if the residual is noise; inf: unknown
+    rounding: str  # what the last decimals do to the curve, and a tolerance to take; or nothing
+    notes: tuple[str, ...]  # sentences
+
+
+def profile_figure(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
+    """Return raw points, smoothed curve, residual, inclination and curvature over the arc length.
+
+    The curve is given at steps of at most `spacing` [mm].
+    """
+    s = equal_steps(prepared.length, spacing)
+    noise = prepared.smoothing.curvature_noise(prepared.smoothing.rms)
+    curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
+    measured = prepared.points, prepared.places, prepared.residual
+    return ProfileFigure(
+        prepared.name,
+        *measured,
+        s,
+        curve,
+        inclination,
+        curvature,
+        noise,
+        advice(prepared),
+        prepared.notes,
+    )
+
+
+LEAST_RADIUS = 2.0  # mm: the package has 11 mm and more, edges below railheads 2.6 mm; less looks like noise
+USUAL = 0.01  # mm: a tolerance for measured points
+
+
+def noise(figure: ProfileFigure) -> str:
+    """Return what looks like noise in a profile, and a tolerance to take; nothing where nothing does.
+
+    That is what the last decimals of its file do, or a radius far below those of profiles.
+    """
+    if figure.rounding:
+        return figure.rounding
+    at = int(np.argmax(np.abs(figure.curvature)))
+    if LEAST_RADIUS * abs(figure.curvature[at]) <= 1:
+        return ""
+    rms = float(np.sqrt(np.mean(figure.residual**2)))
+    remedy = f"a tolerance of {USUAL:g} mm" if rms < 0.9 * USUAL else "a larger tolerance"
+    return (
+        f"The least radius is {radius_text(figure, at)} mm (at s = {figure.s[at]:.1f} mm), below "
+        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm and more, so this looks like noise or a burr. "
+        f"Try {remedy}."
+    )
+
+
+def radius_text(figure: ProfileFigure, at: int) -> str:
+    """Return the radius of curvature [mm] at a place of a figure."""
+    return f"{1 / abs(figure.curvature[at]):.3g}"
