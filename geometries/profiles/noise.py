@@ -136,8 +136,8 @@ def advice(prepared: Prepared) -> str:
     return (
         f"The points are written in steps of {_plain(sigma / ROUNDING_RMS)} mm, {spacing:.2g} mm apart "
         f"(about s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm "
-        f"(radius {1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take a "
-        f"tolerance of {_plain(tolerance)} mm."
+        f"(radius {1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take "
+        f"a tolerance of {_plain(tolerance)} mm."
     )
 
 
