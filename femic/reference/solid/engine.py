@@ -33,35 +33,18 @@ from femic.reference.engine import (
     RawICs,
     Request,
     SolverChoice,
-    Specification,
     cost_from,
     peak_memory,
 )
 from femic.reference.job import NotConverged
 from femic.reference.run_options import RunOptions, Solved, Step, Task
-from femic.reference.solid.elasticity import rigid_body_modes, stiffness
-from femic.reference.solid.linear import Solution, System, prepare
+from femic.reference.solid.linear import Solution, System, prepare, rigid_body_modes, stiffness
 from femic.reference.solid.mesh import Focus, SolidMesh, solid_mesh
 from femic.reference.symmetry import Parity, Y, held_by_supports, held_by_symmetry, parities
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import Load, Patch, X
 from geometries.quadrature import on_panels
-
-# --- the request ---
-
-
-@dataclass(frozen=True)
-class SolidRequest(Request):
-    """The input of one model."""
-
-    solver: SolverChoice = "auto"
-
-
-def request_for(model: Specification) -> SolidRequest:
-    """Return the request for a model; its cells alone determine its accuracy."""
-    return SolidRequest(model.body, model.loads, model.points, model.cells, model.solver)
-
 
 # --- model, load, solve, observe ---
 
@@ -86,7 +69,7 @@ class SolidModel:
         return int(self.stiffness.shape[0])
 
 
-def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
+def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
     """Mesh, assemble and solve a request: displacements [mm/N] at its points under its loads.
 
     Raises NotConverged if the mesh has more than `most_unknowns`.
@@ -122,11 +105,10 @@ def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
     return RawICs(u, cost)
 
 
-def build_mesh(request: SolidRequest) -> SolidMesh:
+def build_mesh(request: Request) -> SolidMesh:
     """Mesh the body of a request, a quarter of it where symmetry allows, fine at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
-    surface = body.surface
-    half_section = body.symmetric
+    surface, half_section = body.surface, body.symmetric
     patches = list(dict.fromkeys(load.patch for load in request.loads))
     x, s = np.hstack([_spine(patch) for patch in patches])
     s_loads = [patch.s for patch in patches]
@@ -276,9 +258,9 @@ def _report_begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Ite
         yield task
 
 
-def model_key(request: SolidRequest, store: Store) -> str:
+def model_key(request: Request, store: Store) -> str:
     """The key of the model of a request in the store."""
-    return store.key("solid", request)
+    return store.key("solid", request.body, request.loads, request.points, request.cells, request.solver)
 
 
 def _solve_task(task: Task, store: Store) -> Solved:
@@ -300,7 +282,7 @@ MEMORY = 0.0065  # MB per unknown
 VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
 
 
-def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
+def expected_cost(request: Request) -> ExpectedCost:
     """The expected unknowns, seconds and memory of a model."""
     body, half_section = request.body, request.body.symmetric
     fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
@@ -310,7 +292,7 @@ def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
     return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
 
 
-def _cubes(request: SolidRequest) -> float:
+def _cubes(request: Request) -> float:
     """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
     body, cells, points = request.body, request.cells, request.points
     centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T

@@ -109,8 +109,8 @@ def test_wavenumbers_are_refined_on_their_own(models):
 
 
 def test_a_harmonic_job_solves_one_model_a_solid_one_three():
-    assert list(Level(1, 1, 1).models(HARMONIC.estimate.models).values()) == [Level(1, 1, 1)]
-    assert list(Level(1, 1).models(SOLID.estimate.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+    assert list(Level(1, 1, 1).models(HARMONIC.models).values()) == [Level(1, 1, 1)]
+    assert list(Level(1, 1).models(SOLID.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
 
 
 def given(job, **keys):

@@ -9,9 +9,7 @@ from skfem import Basis, ElementTriP4, MeshTri
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
-from femic.reference.harmonic.request import far_radius_of_grid
-from femic.reference.harmonic.section import MeshTri4, SectionSize, section_mesh, shapes
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import MeshTri4, SectionSize, assemble, section_mesh, shapes
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
@@ -168,7 +166,7 @@ def test_cells_growing_like_the_distance_have_the_requested_size(radius, flanks,
     """
     grid = Grid(20, n_s, 0.4, 0.4)
     body = Body(
-        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_of_grid(0.01, grid), np.inf)
+        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(HARMONIC.far_radius(0.01, grid), np.inf)
     )
     settings = Settings(HARMONIC, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2)
     request = MatrixJob(body, grid, settings).request(Level(cells=-1))

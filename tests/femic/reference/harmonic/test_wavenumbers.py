@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.reference.harmonic.wavenumbers import Axis, Samples, sample
+from femic.reference.harmonic.waves import Axis, Samples, sample
 from femic.reference.job import NotConverged
 
 AXIS = Axis(1e-3, 25.0)

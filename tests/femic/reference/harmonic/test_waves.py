@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.reference.harmonic.wavenumbers import Axis
 from femic.reference.harmonic.waves import (
     SINES,
+    Axis,
     Tail,
     half_space_response,
     integral,

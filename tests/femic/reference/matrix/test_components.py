@@ -186,7 +186,7 @@ def test_a_model_of_nn_does_not_serve_other_components(both, of_nn):
 def test_a_plan_counts_the_fields_that_are_solved():
     """On half a section two strips, and the loads of M on two widths of strips: nn needs none along x."""
     fewer, all_nine = (
-        HARMONIC.models.expected_cost(replace(of_all("wheel"), components=components).request(Level()), 1)
+        HARMONIC.expected_cost(replace(of_all("wheel"), components=components).request(Level()), 1)
         for components in (NN, COMPONENTS)
     )
     assert (fewer.fields, all_nine.fields) == (2 + 2 * 3, 3 * 2 + 2 * 4)

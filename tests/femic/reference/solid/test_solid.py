@@ -8,8 +8,8 @@ import pytest
 from femic.reference.engine import Points
 from femic.reference.job import load_directions
 from femic.reference.solid import engine
-from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import build_mesh, observe, patch_load, raw_ics, solve
+from femic.reference.solid.linear import stiffness
 from femic.reference.symmetry import Parity, held_by_symmetry, parities
 from geometries.bodies import Domain
 from geometries.contours import arc, through_points
