@@ -26,7 +26,7 @@ from tables import print_table
 from approx.halfspace import HalfSpace
 from femic.reference.engine import Cost, RawICs, Request
 from femic.reference.engines import SOLID
-from femic.reference.job import Job, component_of, line_errors
+from femic.reference.job import Job, component_of, line_scale
 from femic.reference.result import combine
 from femic.reference.run_options import Level, factors
 from femic.reference.solid import pardiso
@@ -92,7 +92,8 @@ def accuracy_rows(job: Job, levels: list[Level], c: np.ndarray) -> Iterator[list
 
 def worst_share(job: Job, c: np.ndarray, difference: np.ndarray) -> list[float]:
     errors = [
-        line_errors(difference[..., p], c[..., p], c[2, 2, p]) for p in (job.lines[name] for name in LINES)
+        np.max(np.abs(difference[..., p]), axis=-1) / line_scale(c[..., p], c[2, 2, p])
+        for p in (job.lines[name] for name in LINES)
     ]
     return [component_of(np.max(errors, axis=0), component) for component in COMPONENTS]
 

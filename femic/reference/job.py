@@ -39,11 +39,6 @@ def line_scale(c_line: Array, nn_line: Array) -> Array:
     return np.maximum(np.max(np.abs(c_line), axis=-1), FLOOR * np.max(np.abs(nn_line)))
 
 
-def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
-    """Return the largest error of each component on a line as a share of its scale, (3, 3)."""
-    return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
-
-
 def component_of(values: NDArray[Any], component: str) -> float:
     """Return the entry of (3, 3) values for a component: "xn" is displacement x due to traction n."""
     return float(values[indices(component)])

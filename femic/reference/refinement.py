@@ -16,7 +16,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from femic.reference.engine import Cost, Engine, ExpectedCost, RawICs
+from femic.reference.engine import Cost, Engine, ExpectedCost
 from femic.reference.job import Job, NotConverged, Shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.result import EstimatedICs, Reference, combine, scales, shares, total
@@ -254,15 +254,12 @@ def references(
     return solve_to_tolerance(
         jobs,
         options,
-        read=_read_displacements,
+        read=lambda job, solved: job.settings.engine.displacements(
+            solved.model, solved.task.request.loads, solved.task.request.points
+        ),
         combine=combine,
         assess=partial(assess_references, jobs, combined=combined),
     )
-
-
-def _read_displacements(job: Job, solved: Solved) -> RawICs:
-    request = solved.task.request
-    return job.settings.engine.displacements(solved.model, request.loads, request.points)
 
 
 def assess_references(

@@ -296,12 +296,15 @@ def orders(k_max: float, radius: float, last: int | None = None) -> Spectrum:
     return Spectrum(k, weights, k[-1:], np.empty((0, PANEL_POINTS)), k_max)
 
 
-def ring(k_max: float, radius: float) -> Spectrum:
-    """The wavenumbers of a closed ring up to k_max [1/mm]: its low orders, then panels of an integral.
+def spectrum(k_max: float, radius: float) -> Spectrum:
+    """The wavenumbers of a body of a rolling radius [mm] up to k_max [1/mm].
 
-    The sum over orders and the integral differ by the periodic images at x + 2 pi R. Waves that are short
-    compared with the ring, with smooth weights, contribute nothing there.
+    On a closed ring they are its low orders, then panels of an integral. The sum over orders and the integral
+    differ by the periodic images at x + 2 pi R. Waves that are short compared with the ring, with smooth
+    weights, contribute nothing there.
     """
+    if np.isinf(radius):
+        return integral(k_max)
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
     summed, integrated = orders(k_max, radius, LAST_ORDER), integral(k_max)
@@ -325,11 +328,6 @@ def taper(k: Array) -> Array:
 def _by_sum(order: Array) -> Array:
     """Share of the orders of a ring that is summed and not integrated, shape of `order`."""
     return np.asarray(erfc(CROSSOVER_STEEPNESS * np.log(np.maximum(order, 1e-9) / CROSSOVER_ORDER)) / 2)
-
-
-def spectrum(k_max: float, radius: float) -> Spectrum:
-    """The wavenumbers of a body of a rolling radius [mm] up to k_max [1/mm]."""
-    return integral(k_max) if np.isinf(radius) else ring(k_max, radius)
 
 
 def synthesis_weights(

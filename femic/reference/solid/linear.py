@@ -9,7 +9,7 @@ correction make a symmetric cycle. Held components stay in the system as rows of
 with zeros in the modes, so that the blocks stay complete.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,7 +25,7 @@ from femic.cache.workers import one_blas_thread
 from femic.reference.engine import SolverChoice
 from femic.reference.job import NotConverged
 from femic.reference.solid import pardiso
-from geometries.arrays import Array, Indices, Mask
+from geometries.arrays import Array, Mask
 from geometries.materials import Material
 
 # --- stiffness ---
@@ -48,7 +48,16 @@ def stiffness(mesh: MeshTet2, material: Material) -> bsr_matrix:
     )
     entry_number = entry_number.reshape(len(nodes), -1)
     data = np.zeros((len(entries), 9))
-    for cells, order in _chunks(mesh):
+    curved = is_curved(mesh)
+    chunks = [  # of straight, then of curved cells, with the order of their quadrature
+        (cells[start : start + CELLS_AT_ONCE], order)
+        for cells, order in (
+            (np.flatnonzero(~curved), STRAIGHT_ORDER),
+            (np.flatnonzero(curved), CURVED_ORDER),
+        )
+        for start in range(0, len(cells), CELLS_AT_ONCE)
+    ]
+    for cells, order in chunks:
         basis = Basis(mesh, ElementTetP2(), elements=cells, intorder=order)
         grad = np.stack([basis.basis[a][0].grad for a in range(basis.Nbfun)])  # (10, 3, n_cells, n_q)
         products = np.einsum("aieq,bjeq,eq->eabij", grad, grad, basis.dx, optimize=True)
@@ -61,15 +70,6 @@ def stiffness(mesh: MeshTet2, material: Material) -> bsr_matrix:
             )
     rows = np.searchsorted(entries, np.arange(n_nodes + 1) * n_nodes)
     return bsr_matrix((data.reshape(-1, 3, 3), entries % n_nodes, rows), shape=(3 * n_nodes, 3 * n_nodes))
-
-
-def _chunks(mesh: MeshTet2) -> Iterator[tuple[Indices, int]]:
-    """Numbers of cells in portions, first straight then curved cells, with the order of their quadrature."""
-    curved = is_curved(mesh)
-    for is_chosen, order in ((~curved, STRAIGHT_ORDER), (curved, CURVED_ORDER)):
-        cells = np.flatnonzero(is_chosen)
-        for start in range(0, len(cells), CELLS_AT_ONCE):
-            yield cells[start : start + CELLS_AT_ONCE], order
 
 
 def is_curved(mesh: MeshTet2) -> Mask:

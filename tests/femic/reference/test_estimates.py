@@ -8,7 +8,6 @@ import pytest
 from femic.reference.engine import Cost, Points, RawICs, Request
 from femic.reference.engines import ENGINES, HARMONIC, SOLID
 from femic.reference.harmonic.request import HIGHEST, tightening
-from femic.reference.job import line_errors
 from femic.reference.result import (
     CLOSE_TO_ARC,
     ON_OUTLINE,
@@ -26,7 +25,7 @@ from femic.reference.result import (
 )
 from femic.reference.run_options import HIGHER, Level, factors
 from geometries.patches import Patch
-from tests.femic.reference.conftest import COARSE, JOB, changed
+from tests.femic.reference.conftest import COARSE, JOB, changed, line_errors
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)

@@ -11,7 +11,6 @@ from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.harmonic.section import SectionSize, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.job import line_errors
 from femic.reference.meshing import Cells
 from femic.reference.result import combine, discounted
 from femic.reference.run_options import MODELS, Level
@@ -21,7 +20,7 @@ from geometries.contours import arc, plane
 from geometries.materials import Material, one_body
 from geometries.patches import COMPONENTS, Load, Patch, places
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
+from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed, line_errors
 from tests.femic.reference.harmonic.fields import raw_ics
 from tests.femic.reference.solid import test_sphere as sphere
 from tests.femic.reference.solid.test_flat import LINES, OTHERS, halfspace, job, shares

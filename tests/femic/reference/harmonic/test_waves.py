@@ -11,7 +11,6 @@ from femic.reference.harmonic.waves import (
     half_space_response,
     integral,
     orders,
-    ring,
     spectrum,
     synthesis_weights,
     taper,
@@ -76,7 +75,7 @@ def test_the_taper_falls_from_1_to_0_without_a_kink():
     assert np.max(np.abs(np.diff(share, 3))) < 1200 * (k[1] - k[0]) ** 3
 
 
-@pytest.mark.parametrize("over", [integral(30.0), ring(30.0, 200.0), orders(30.0, 20.0)])
+@pytest.mark.parametrize("over", [integral(30.0), spectrum(30.0, 200.0), orders(30.0, 20.0)])
 def test_error_at_the_largest_wavenumbers_has_no_effect_far_away(over):
     """Abruptly ended it would be 1 / (pi x) far away, and with the weight of a patch up to 1 / (pi k a x)."""
     x = np.array([2.0, 4.0, 8.0])
@@ -100,7 +99,7 @@ def test_orders_of_a_ring_add_up_to_a_periodic_sum():
 @pytest.mark.parametrize("x", [0.0, 2.0, 15.0])
 def test_a_sum_over_low_orders_and_an_integral_give_the_sum_over_all(radius, x):
     """Of a function as sharp as it gets, with a peak at order 1."""
-    few, all_of_them = ring(40.0, radius), orders(40.0, radius)
+    few, all_of_them = spectrum(40.0, radius), orders(40.0, radius)
     sums = [
         summed(over, lambda k: np.exp(-k) + 0.1 / (1 + (k * radius - 1) ** 2), x)
         for over in (few, all_of_them)
