@@ -83,8 +83,7 @@ class HarmonicEngine(Engine):
         self, solved: Any, grid: Grid, components: Sequence[str]
     ) -> Mapping[str, Callable[[int], Array]]:
         """Return the columns of an IC matrix from the responses of a section."""
-        syntheses = harmonic_synthesis.syntheses(solved, grid, components)
-        return {name: synthesis.column for name, synthesis in syntheses.items()}
+        return harmonic_synthesis.columns(solved, grid, components)
 
 
 class SolidEngine(Engine):

@@ -12,11 +12,11 @@ body: they have no truncation part, and stay.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from femic.reference.engine import Cost, Engine, ExpectedCost
+from femic.reference.engine import Engine, ExpectedCost
 from femic.reference.job import Job, NotConverged, Shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.result import EstimatedICs, Reference, combine, scales, shares, total
@@ -99,20 +99,8 @@ MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
 
 
-class Refined(Protocol):
-    """The ICs of a body from models at a level of refinement."""
-
-    @property
-    def level(self) -> Level:
-        """The level of refinement."""
-
-    @property
-    def models(self) -> Mapping[str, Cost]:
-        """The costs of the models."""
-
-
 AnyJob = TypeVar("AnyJob", Job, MatrixJob)
-Result = TypeVar("Result", bound=Refined)
+Result = TypeVar("Result")
 
 
 def solve_to_tolerance(
@@ -161,7 +149,7 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], options: RunOptions) -
 
 
 def next_levels(
-    jobs: Mapping[str, AnyJob], results: Mapping[str, Refined], assessed: Assessment
+    jobs: Mapping[str, AnyJob], results: Mapping[str, Any], assessed: Assessment
 ) -> dict[str, Level]:
     """Return the next levels of the bodies that are not accurate enough.
 
@@ -198,13 +186,12 @@ def require_inside(name: str, job: Job | MatrixJob) -> None:
             )
 
 
-def next_level(
-    name: str, job: Job | MatrixJob, result: Refined, estimated: Shares, share: float = 1.0
-) -> Level:
+def next_level(name: str, job: Job | MatrixJob, result: Any, estimated: Shares, share: float = 1.0) -> Level:
     """Return the next level of a body: finer cells, a larger domain, more waves, as its error requires.
 
-    `estimated` is its error on the scale of refinement of its own ICs or of the sum of both bodies; `share`
-    is its share of the tolerance. Raises NotConverged where the next level would be too expensive.
+    `result` is a `Reference` or `MatrixReference`, `estimated` its error on the scale of refinement of its own
+    ICs or of the sum of both bodies; `share` is its share of the tolerance. Raises NotConverged where the
+    next level would be too expensive.
     """
     settings, now = job.settings, result.level
     tolerance = share * settings.tolerance

@@ -6,9 +6,9 @@ dependence is smooth and the radii differ little: weights are computed for a few
 interpolated between them.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import factorial
 
 import numpy as np
@@ -17,7 +17,7 @@ from approx.halfspace import HalfSpace
 from femic.cache.workers import one_blas_thread
 from femic.reference.engine import Cost, Points, RawICs
 from femic.reference.harmonic.request import COLUMNS_NEED
-from femic.reference.harmonic.waves import SINES, Samples, Tail, spectrum, synthesis_weights
+from femic.reference.harmonic.waves import SINES, Samples, spectrum, synthesis_weights, tail
 from femic.reference.run_options import HIGHER
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
@@ -110,10 +110,10 @@ def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> 
     u = np.zeros((3, 3, len(points.x)))
     near = np.flatnonzero(np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max)
     if len(near):
-        tail = Tail.prepare(half_space, patch, k_max, points.x[near])
+        beyond = tail(half_space, patch, k_max, points.x[near])
         for s in np.unique(points.s[near]):
             on_strip = np.flatnonzero(points.s[near] == s)
-            u[..., near[on_strip]] = tail.at(s - patch.s, on_strip)
+            u[..., near[on_strip]] = beyond(s - patch.s, on_strip)
     return u
 
 
@@ -161,69 +161,47 @@ def load_heights(heights: Array, phase: float) -> Array:
     return chebyshev_points(heights, n)
 
 
-@dataclass(frozen=True, eq=False)
-class LagSynthesis:
-    """The synthesis of displacements per unit total load [mm/N] at the lags of a grid from responses.
+def columns(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, Callable[[int], Array]]:
+    """Return what computes columns, of a model (""), and of each of its variations.
 
-    Heights are z / R_roll with z into the body. Weights are known at Chebyshev points of these.
-    """
-
-    grid: Grid
-    heights: Array  # of the strips' circles, (n_s,)
-    loads_at: Array  # heights of circles of loads, Chebyshev points
-    nodes: Array  # of circles half way between load and observer, likewise
-    even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
-    odd: Array  # the same of responses odd in x
-    tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
-    samples: Samples
-    place: Indices  # number of each strip's centre among the observers, (n_s,)
-    computed: Mask  # components, (3, 3)
-    loads: Mapping[Load, int]  # number of each load among the solved ones
-
-    def column(self, strip: int) -> Array:
-        """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s).
-
-        Components that are not computed are NaN.
-        """
-        u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
-        load_shares = lagrange_shares(self.loads_at, self.heights[[strip]])[:, 0]
-        mean_shares = lagrange_shares(self.nodes, (self.heights + self.heights[strip]) / 2)
-        for has_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
-            i, j = np.nonzero(self.computed & has_parity)
-            if not len(i):
-                continue
-            weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
-            loads = [self.loads[Load(self.grid.patch(strip), direction)] for direction in j.tolist()]
-            responses = self.samples.responses[:, loads, i]  # (k, component, observer)
-            at_strips = responses[..., self.place]
-            by_mean_radius = (weights.T @ at_strips.reshape(len(at_strips), -1)).reshape(
-                len(self.nodes), self.grid.n_x, len(i), -1
-            )
-            u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
-        tail_number = np.arange(self.grid.n_s) - strip + self.tails.shape[-1] // 2
-        has_tail = (tail_number >= 0) & (tail_number < self.tails.shape[-1])
-        u[..., has_tail] += np.tensordot(load_shares, self.tails, axes=1)[..., tail_number[has_tail]]
-        return u
-
-
-def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, LagSynthesis]:
-    """Return the synthesis of displacements from a model (""), and from each of its variations.
-
-    It computes only the given `components`. Everything that does not depend on the loaded strip is prepared,
-    and shared between variations with the same wavenumbers.
+    A column has the displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s), NaN
+    where they are not among the `components`. Everything that does not depend on the strip is prepared, and
+    shared between variations with the same wavenumbers.
     """
     body, k_of_model = solved.body, COLUMNS_NEED * solved.samples.axis.k_max
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
     loads_at, nodes = load_heights(heights, k_of_model * grid.dx / 2), node_heights(heights)
     half_lengths, xi = grid.dx / 2 / (1 - loads_at), np.outer(1 / (1 - nodes), grid.lags).ravel()
-    observers = np.searchsorted(solved.s, grid.strips)
-    loads = {load: number for number, load in enumerate(solved.loads)}
+    place = np.searchsorted(solved.s, grid.strips)  # of each strip's centre among the observers
+    load_number = {load: number for number, load in enumerate(solved.loads)}
     computed = np.zeros((3, 3), dtype=bool)
     computed[places(components)] = True
+
+    def column(samples: Samples, weights: tuple[Array, Array], tails: Array, strip: int) -> Array:
+        u = np.full((3, 3, grid.n_x, grid.n_s), np.nan)
+        load_shares = lagrange_shares(loads_at, heights[[strip]])[:, 0]
+        mean_shares = lagrange_shares(nodes, (heights + heights[strip]) / 2)
+        for has_parity, by_radius in zip((~SINES, SINES), weights, strict=True):
+            i, j = np.nonzero(computed & has_parity)
+            if not len(i):
+                continue
+            of_load = np.tensordot(load_shares, by_radius, axes=1).reshape(len(samples.k), -1)
+            loads = [load_number[Load(grid.patch(strip), direction)] for direction in j.tolist()]
+            at_strips = samples.responses[:, loads, i][..., place]  # (k, component, observer)
+            by_mean_radius = (of_load.T @ at_strips.reshape(len(at_strips), -1)).reshape(
+                len(nodes), grid.n_x, len(i), -1
+            )
+            u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
+        number = np.arange(grid.n_s) - strip + tails.shape[-1] // 2
+        has_tail = (number >= 0) & (number < tails.shape[-1])
+        u[..., has_tail] += np.tensordot(load_shares, tails, axes=1)[..., number[has_tail]]
+        return u
+
     half_space = HalfSpace(one_body(body.material, body.side))
     shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber
-    weights: dict[tuple[float, bytes], tuple[Array, Array]] = {}  # by all wavenumbers
-    by_variation = {}
+    # Of responses even and odd in x [1/mm], (load radius, k, mean radius, lag) each, by all wavenumbers.
+    weights: dict[tuple[float, bytes], tuple[Array, Array]] = {}
+    by_variation: dict[str, Callable[[int], Array]] = {}
     for name, samples, k_of_m in solved.variations():
         k_max, key = COLUMNS_NEED * k_of_m, (k_of_m, samples.k.tobytes())
         if key not in weights:
@@ -238,9 +216,7 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
         reach = grid.ds / 2 + WAVE_REACH / float(np.min(largest))
         m = min(int(np.ceil(reach / grid.ds)), grid.n_s - 1)  # strips apart up to which a tail reaches
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
-        by_variation[name] = LagSynthesis(
-            grid, heights, loads_at, nodes, *weights[key], tails, samples, observers, computed, loads
-        )
+        by_variation[name] = partial(column, samples, weights[key], tails)
     return by_variation
 
 
@@ -250,7 +226,7 @@ def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
 
     The last axis counts the strips apart, from -m to m.
     """
-    tail = Tail.prepare(half_space, grid.element, k_max, grid.lags)
-    ahead = np.stack([tail.at(grid.ds * n) for n in range(m + 1)], axis=-1)
+    beyond = tail(half_space, grid.element, k_max, grid.lags)
+    ahead = np.stack([beyond(grid.ds * n) for n in range(m + 1)], axis=-1)
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

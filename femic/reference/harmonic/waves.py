@@ -9,7 +9,7 @@ ring as a whole, are solved and not interpolated.
 **Sum.** A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads
 that vary as cos(k x), with weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed
 ring of radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
-half-space, whose integrals are known in closed form: `Tail`. The transition is smooth (`taper`): at an abrupt
+half-space, whose integrals are known in closed form: `tail`. The transition is smooth (`taper`): at an abrupt
 end the error of the mesh, which is largest there, would spread far along x.
 
 Responses are smooth in ln k, while cos(k x) and sin(k x) oscillate far away: the integrals follow Filon
@@ -368,30 +368,21 @@ def _primitives(k: Array, s: float) -> Array:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Tail:
-    """The half-space's share of displacements under a unit load at x (n,) [mm] from the centre of its patch.
+def tail(half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> Callable[..., Array]:
+    """What short waves add to displacements under a unit load, at x (n,) [mm] from the centre of its patch.
 
-    It is A less its tapered sum up to a largest wavenumber: what short waves add.
+    It is A less its tapered sum up to a largest wavenumber [1/mm]: the half-space's share. The result takes a
+    distance along s [mm], and which of x to `choose`, to displacements [mm/N], (3, 3, n).
     """
+    wavenumbers = integral(k_max)
+    distances, number = np.unique(np.abs(x), return_inverse=True)
+    shares = wavenumbers.shares(patch.a, distances)
+    weights = shares[0][:, number], shares[1][:, number] * np.sign(x)  # of responses even and odd in x
 
-    half_space: HalfSpace
-    patch: Patch
-    x: Array
-    k: Array  # wavenumbers of the sum [1/mm]
-    weights: tuple[Array, Array]  # of responses even and odd in x, (len(k), n) each [1/mm]
-
-    @classmethod
-    def prepare(cls, half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> "Tail":
-        """Prepare the share beyond a largest wavenumber [1/mm]."""
-        wavenumbers = integral(k_max)
-        distances, number = np.unique(np.abs(x), return_inverse=True)
-        even, odd = wavenumbers.shares(patch.a, distances)
-        return cls(half_space, patch, x, wavenumbers.k, (even[:, number], odd[:, number] * np.sign(x)))
-
-    def at(self, s: float, chosen: Indices | slice = slice(None)) -> Array:
-        """Displacements [mm/N] at all x, or some of them, at a distance s [mm] along s, (3, 3, n)."""
-        x, (even, odd) = self.x[chosen], (part[:, chosen] for part in self.weights)
-        response = half_space_response(self.half_space, self.patch.b, s, self.k)
+    def at(s: float, choose: Indices | slice = slice(None)) -> Array:
+        here, (even, odd) = x[choose], (part[:, choose] for part in weights)
+        response = half_space_response(half_space, patch.b, s, wavenumbers.k)
         below = np.where(SINES[..., None], response @ odd, response @ even)
-        return self.half_space.ics(self.patch, x, np.full_like(x, s)) / self.patch.area - below
+        return half_space.ics(patch, here, np.full_like(here, s)) / patch.area - below
+
+    return at

@@ -9,8 +9,6 @@ from femic.reference.engine import Cost, Points, RawICs, Request
 from femic.reference.engines import ENGINES, HARMONIC, SOLID
 from femic.reference.harmonic.request import HIGHEST, tightening
 from femic.reference.result import (
-    CLOSE_TO_ARC,
-    ON_OUTLINE,
     EstimatedICs,
     combine,
     discounted,
@@ -25,7 +23,7 @@ from femic.reference.result import (
 )
 from femic.reference.run_options import HIGHER, Level, factors
 from geometries.patches import Patch
-from tests.femic.reference.conftest import COARSE, JOB, changed, line_errors
+from tests.femic.reference.conftest import COARSE, JOB, changed
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)
@@ -49,21 +47,6 @@ def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     assert result.ic is ic
 
 
-def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
-    """It falls like the square of the size: at half of it, it is four times as large."""
-    ic = EXACT + ERROR
-    result = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
-    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
-    assert np.all(result.mesh_error + result.waves_error == 0)
-
-
-@pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
-def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
-    ic = EXACT + ERROR
-    result = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
-    np.testing.assert_allclose(result.waves_error, 1.25 * np.abs(ERROR))
-
-
 def test_parts_add_up_and_do_not_cancel():
     ic = EXACT + ERROR
     less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
@@ -85,13 +68,6 @@ def test_orders_may_differ_from_point_to_point():
     )
     np.testing.assert_allclose(result.mesh_error, 1.25 * np.abs(ERROR))
     np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
-
-
-def test_errors_of_ij_and_ji_are_pooled():
-    error = np.abs(EXACT)
-    result = pooled(error)
-    for i, j in np.ndindex(3, 3):
-        np.testing.assert_array_equal(result[i, j], np.maximum(error[i, j], error[j, i]))
 
 
 def test_unsolved_components_are_nan_and_do_not_affect_their_transposes():
@@ -166,19 +142,6 @@ def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
 def test_close_to_the_far_arc_truncation_falls_slowly():
     result = orders_at(PATCH_AT, points_at(TRUNCATION), FAR)[1]
     assert dict(zip(TRUNCATION, result.tolist(), strict=True)) == TRUNCATION
-
-
-def test_orders_at_the_limits_of_outline_and_far_arc_are_the_usual_ones():
-    margin = ON_OUTLINE * min(A, B)
-    ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
-    patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
-    assert np.all(orders_at(patch, points_at(ends), FAR)[0] == 2)
-    assert np.all(orders_at(patch, points_at([(CLOSE_TO_ARC * FAR, 0.0)]), FAR)[1] == 2)
-    inside = [(np.nextafter(A + margin, 0), 0.0), (np.nextafter(A - margin, 1), 0.0)]
-    inside += [(0.0, np.nextafter(B + margin, 0)), (0.0, np.nextafter(B - margin, 1))]
-    assert np.all(orders_at(patch, points_at(inside), FAR)[0] == 1)
-    beyond = [(np.nextafter(CLOSE_TO_ARC * FAR, 2 * FAR), 0.0)]
-    assert np.all(orders_at(patch, points_at(beyond), FAR)[1] == 1)
 
 
 def made_up(job, u_of):
@@ -318,15 +281,6 @@ def test_loads_that_only_m_needs_are_no_columns_of_c():
     ic, raw, _ = discounted(job, u)
     np.testing.assert_array_equal(raw[:, 2], u[0, :, : len(job.points.x)])
     assert np.all(np.isnan(ic[:, :2]))
-
-
-def test_the_error_on_a_line_is_the_largest_of_either_sign():
-    c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
-    off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
-    result = line_errors(off, c, c[2, 2])
-    assert result[2, 2] == pytest.approx(0.1)
-    assert result[1, 1] == pytest.approx(0.25)
-    assert result[0, 1] == 0
 
 
 def test_the_worst_is_that_of_what_was_asked_with_its_name():

@@ -96,7 +96,7 @@ def test_mirrored_bodies_have_mirrored_stresses():
     mirrored = SurfaceTractions(other, tractions.p[:, ::-1] * [1, -1, 1])
     s, depth = np.array([-2.0, 1.0, 4.5]), np.array([0.0, 0.6, 2.0])
     fields = [
-        stress_field(body, loads(sign * s, depth, x=0.3), QUICK).stress
+        stress_field(body, loads, section_points(sign * s, depth, x=0.3), QUICK).stress
         for body, loads, sign in ((from_left, tractions, 1), (from_right, mirrored, -1))
     ]
     mirror = np.outer([1, -1, 1], [1, -1, 1])
@@ -155,5 +155,7 @@ def test_tractions_of_another_shape_or_that_are_no_numbers_are_refused():
 
 def test_no_tractions_cause_no_stresses():
     grid = grid_of(4, 3, 1.0, 1.0)
-    field = stress_field(flat(-1), SurfaceTractions(grid, np.zeros((4, 3, 3)))([0.0], [0.0, 1.0]), QUICK)
+    field = stress_field(
+        flat(-1), SurfaceTractions(grid, np.zeros((4, 3, 3))), section_points([0.0], [0.0, 1.0]), QUICK
+    )
     assert np.all(field.stress == 0)

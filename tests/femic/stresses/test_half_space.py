@@ -12,7 +12,15 @@ from femic.stresses.points import InnerPoints, SurfaceTractions
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
-from tests.femic.stresses.samples import SIDES, STEEL, flat, grid_of, tractions_of, unsymmetric
+from tests.femic.stresses.samples import (
+    SIDES,
+    STEEL,
+    flat,
+    grid_of,
+    section_points,
+    tractions_of,
+    unsymmetric,
+)
 
 A, B = 0.3, 0.2
 TRACTION = np.array([0.7, -0.4, 1.3])
@@ -120,7 +128,7 @@ def test_displacements_of_the_surface_are_the_ics_of_the_half_space(side):
 
 def test_the_lower_body_is_the_upper_one_upside_down():
     """A reflection in the surface: pressure stays, tractions along x and s change their sign."""
-    grid, points = grid_of(5, 4, 1.0, 0.7)([-0.4, 0.2], [0.0, 0.3, 1.0], x=0.1)
+    grid, points = grid_of(5, 4, 1.0, 0.7), section_points([-0.4, 0.2], [0.0, 0.3, 1.0], x=0.1)
     tractions = unsymmetric(grid, 1.0, 0.7)
     other = replace(tractions, p=tractions.p * [-1, -1, 1])
     upper, lower = half_space_field(flat(+1), tractions, points), half_space_field(flat(-1), other, points)

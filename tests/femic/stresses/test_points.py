@@ -9,7 +9,7 @@ from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.outlines import SectionOutline
-from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, unsymmetric
+from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, section_points, unsymmetric
 
 BLOCK = Body(
     -1,
@@ -50,7 +50,7 @@ def test_a_point_below_the_crown_of_a_revolved_body_has_the_angle_of_its_own_cir
         ),
         (curved(-1), InnerPoints(0.0, 0.0, [1.0, np.nan]), "finite"),
         (curved(-1), InnerPoints(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
-        (curved(-1)([0.0, 5000.0], [1.0]), "s = 5000"),
+        (curved(-1), section_points([0.0, 5000.0], [1.0]), "s = 5000"),
         (curved(-1), InnerPoints(0.0, 9.0, [30.0]), "left the body again"),
         (curved(+1, rolling_radius=60.0), InnerPoints(0.0, 0.0, [49.0]), "from the axis"),
         (curved(+1, rolling_radius=60.0), InnerPoints(190.0, 0.0, [1.0]), "half way round"),
@@ -65,7 +65,7 @@ def test_points_that_are_not_inside_are_refused_with_their_place_and_a_remedy(bo
 @pytest.mark.parametrize(
     ("body", "inside", "beyond"),
     [
-        (BLOCK([-5.0, 0.0, 5.0], [0.0])([5.0], [-0.01])),
+        (BLOCK, section_points([-5.0, 0.0, 5.0], [0.0]), section_points([5.0], [-0.01])),
         (BLOCK, InnerPoints(0.0, 0.0, [39.9]), InnerPoints(0.0, 0.0, [40.1])),
         (curved(-1), InnerPoints(0.0, 0.0, [0.0, 80.0]), InnerPoints(0.0, 0.0, [-0.01])),
     ],

@@ -209,11 +209,6 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert HARMONIC.far_radius(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
 
 
-def test_given_cells_are_used():
-    given = job().first_cells.scaled(3)
-    assert job(cells=given).first_cells == given
-
-
 def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_needs():
     """At lag 0, where A_nn is largest: 0.05 A_nn of the strips' distance."""
     of_strips, strips = job(), GRID.strips

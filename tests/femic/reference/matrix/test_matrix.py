@@ -14,7 +14,7 @@ from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, solve
 from femic.reference.harmonic.section import assemble
 from femic.reference.harmonic.section_response import strip_force
-from femic.reference.harmonic.synthesis import displacements, syntheses
+from femic.reference.harmonic.synthesis import columns, displacements
 from femic.reference.job import Job, Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares, matrices
@@ -119,12 +119,12 @@ def test_lags_are_points(grid, radius, monkeypatch):
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
     model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
-    for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
+    for name, by_lag in columns(model, job.grid, COMPONENTS).items():
         for strip in (0, 2, 3):
             loads = job.strip_loads[3 * strip : 3 * strip + 3]
             at_points = displacements(model, loads, Points(x, s))
             u = at_points.perturbed[name] if name else at_points.u
-            column = np.moveaxis(by_lag.column(strip).reshape(3, 3, -1), 0, 1)
+            column = np.moveaxis(by_lag(strip).reshape(3, 3, -1), 0, 1)
             np.testing.assert_allclose(column, u, atol=1e-9 * np.max(np.abs(u)))
 
 
