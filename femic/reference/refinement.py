@@ -189,8 +189,8 @@ def require_inside(name: str, job: Job | MatrixJob) -> None:
 def next_level(name: str, job: Job | MatrixJob, result: Any, estimated: Shares, share: float = 1.0) -> Level:
     """Return the next level of a body: finer cells, a larger domain, more waves, as its error requires.
 
-    `result` is a `Reference` or `MatrixReference`, `estimated` its error on the scale of refinement of its own
-    ICs or of the sum of both bodies; `share` is its share of the tolerance. Raises NotConverged where the
+    `result` is a `Reference` or `MatrixReference`, `estimated` its error on the scale of refinement of its
+    own ICs or of the sum of both bodies; `share` is its share of the tolerance. Raises NotConverged where the
     next level would be too expensive.
     """
     settings, now = job.settings, result.level
