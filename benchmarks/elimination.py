@@ -19,11 +19,9 @@ from tables import print_table
 
 from femic.cache.workers import Prepared, Processes, in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
-from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.section import SectionMesh
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.engine import AT_ONCE, build_section
+from femic.reference.harmonic.section import SectionMesh, assemble
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.harmonic.section_work import AT_ONCE
 from femic.reference.run_options import Level
 from femic.results.ics import jobs
 from femic.results.matrices import SOURCE, matrix_jobs
@@ -79,7 +77,7 @@ def on_one_thread(prepare: Callable[[], SectionSolver]) -> Callable[[list[float]
 
 def by_superlu(solver: SectionSolver, section: SectionMesh) -> float:
     """Return milliseconds per wavenumber for factors of K of the free amplitudes, in the same order."""
-    model, amplitudes = assemble(section), solver._shared[0].condensation.elimination.amplitudes
+    model, amplitudes = assemble(section), solver._shared[0][0].elimination.amplitudes
     of_cells = (3 * model.cells[:, :, None] + np.arange(3)).reshape(len(model.cells), -1)
     place = np.full(3 * section.mesh.doflocs.shape[1], -1)
     place[amplitudes] = np.arange(len(amplitudes))

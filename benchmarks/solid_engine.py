@@ -26,7 +26,7 @@ from tables import print_table
 from approx.halfspace import HalfSpace
 from femic.reference.engine import Cost, RawICs, Request
 from femic.reference.engines import SOLID
-from femic.reference.job import Job, component_of, line_errors
+from femic.reference.job import Job, component_of, line_scale
 from femic.reference.result import combine
 from femic.reference.run_options import Level, factors
 from femic.reference.solid import pardiso
@@ -66,7 +66,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
     """Return all models of some levels, and C and its estimate at each."""
     models: dict[Level, RawICs] = {}
     for level in levels:
-        for needed in level.models(SOLID.estimate.models).values():
+        for needed in level.models(SOLID.models).values():
             if needed not in models:
                 models[needed] = in_fresh_process(job.request(needed))
     results = {level: combine(job, level, models) for level in levels}
@@ -78,7 +78,7 @@ def accuracy_rows(job: Job, levels: list[Level], c: np.ndarray) -> Iterator[list
     models, ic, estimate = series(job, levels)
     for level in levels:
         cells, _ = factors(level)
-        cost = [models[model].cost for model in level.models(SOLID.estimate.models).values()]
+        cost = [models[model].cost for model in level.models(SOLID.models).values()]
         shares = [worst_share(job, c, difference) for difference in (ic[level] - c, estimate[level])]
         both = [f"{100 * e:.2f} ({100 * s:.2f})" for e, s in zip(*shares, strict=True)]
         yield [
@@ -92,7 +92,8 @@ def accuracy_rows(job: Job, levels: list[Level], c: np.ndarray) -> Iterator[list
 
 def worst_share(job: Job, c: np.ndarray, difference: np.ndarray) -> list[float]:
     errors = [
-        line_errors(difference[..., p], c[..., p], c[2, 2, p]) for p in (job.lines[name] for name in LINES)
+        np.max(np.abs(difference[..., p]), axis=-1) / line_scale(c[..., p], c[2, 2, p])
+        for p in (job.lines[name] for name in LINES)
     ]
     return [component_of(np.max(errors, axis=0), component) for component in COMPONENTS]
 

@@ -4,24 +4,25 @@ from contextlib import contextmanager
 
 import pytest
 
-from femic.reference.harmonic import request as tuned
+from femic.reference.engines import HarmonicEngine
+from femic.reference.harmonic import request
 
 SIZES = {
-    "CELLS_PER_HALF_STRIP": 0.9,
-    "GROWTH_ON_STRIPS": 1.0,
-    "CELLS_PER_HALF_SIDE": 5.0,
-    "GROWTH": 0.6,
-    "LOOSEST_WAVES": 0.2,
+    (HarmonicEngine, "cells_per_half_strip"): 0.9,
+    (HarmonicEngine, "growth_on_strips"): 1.0,
+    (HarmonicEngine, "cells_per_half_side"): 5.0,
+    (HarmonicEngine, "growth"): 0.6,
+    (request, "LOOSEST_WAVES"): 0.2,
 }
-TUNED = {name: getattr(tuned, name) for name in SIZES}
+TUNED = {(owner, name): getattr(owner, name) for owner, name in SIZES}
 
 
 @contextmanager
 def coarse_sections(sizes=SIZES):
     """The harmonic engine begins with larger cells and fewer wavenumbers; its estimates know of them."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in sizes.items():
-            patch.setattr(tuned, name, value)
+        for (owner, name), value in sizes.items():
+            patch.setattr(owner, name, value)
         yield
 
 

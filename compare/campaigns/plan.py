@@ -17,7 +17,7 @@ from compare.campaigns.results import registry
 from compare.campaigns.tasks import SceneTask, model_tasks, stored_outcome, tasks_of
 from femic.cache.store import Store
 from femic.reference.engine import BASE_MEMORY
-from femic.reference.plan import ModelPlan, plans
+from femic.reference.refinement import ModelPlan, plans
 from femic.scenes.errors import BadScene, require_none
 from geometries.errors import Failure, WrongInput
 

@@ -224,7 +224,7 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
         scene = task.scene
         jobs_of_kinds = [jobs for kind in task.keys for jobs in registry.KINDS[kind].jobs(scene)]
         for body, job in (item for jobs in jobs_of_kinds for item in jobs.items()):
-            key = job.settings.engine.models.key(job.request(Level()), store)
+            key = job.settings.engine.key(job.request(Level()), store)
             tasks.setdefault(key, ModelTask(body, job))
     except Exception:  # a scene that cannot be built must not end the others
         return {}

@@ -42,9 +42,8 @@ def write_fields(results: Results, folder: Path, watch: Watch) -> None:
 
 def _write_solved(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -> Iterator[Path]:
     """Solve loads on one model of a job, write their fields to STEM_LOAD.vtu and yield the paths."""
-    fields = job.settings.engine.fields
-    assert fields is not None  # as scenes with fields are checked
-    for load, field in fields.nodal(replace(job.request(level), loads=loads)):
+    request = replace(job.request(level), loads=loads)
+    for load, field in job.settings.engine.nodal_fields(request):
         yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
 
 

@@ -377,14 +377,14 @@ def _section_meshes(output: RunOutput) -> Iterator[Picture]:
 def _solid_meshes(output: RunOutput) -> Iterator[Picture]:
     """Yield the mesh of each solved body, if this machine draws in 3D, and the last body's surface mesh."""
     results = output.results
-    fields = results.scene.settings.engine.fields
-    if fields is None:
+    engine = results.scene.settings.engine
+    if not engine.has_fields:
         return
     in_3d = views.can_render()
     if not in_3d:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for body, job in results.jobs.items():
-        solid = fields.mesh(job.request(results.references[body].level))
+        solid = engine.mesh(job.request(results.references[body].level))
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # a half section models s >= 0 only
         if in_3d:
             path = output.folder / f"mesh_{body}.png"

@@ -17,7 +17,7 @@ from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import PAGE_FOLDERS, results_digest
 from femic.contact.operators.dense import Reciprocity
 from femic.reference.engine import Cost
-from femic.reference.plan import ModelPlan, total_seconds
+from femic.reference.refinement import ModelPlan, total_seconds
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import models_of, seconds_of
 from femic.results.matrices import MatrixResults, compute_matrix, discounted, expected_seconds, matrix_plans

@@ -97,3 +97,8 @@ def drawing_order(names: Iterable[str]) -> list[str]:
 def without_marker(look: Look) -> Look:
     """Return a look of a line alone."""
     return replace(look, marker="") if look.dash else look
+
+
+# Colours and markers of Matplotlib for points of approximations and of engines where they are compared.
+APPROXIMATION_MARK, OTHER_ENGINE_MARK = ("tab:blue", "o"), ("tab:green", "D")
+ENGINE_MARKS = {"harmonic": ("black", "s"), "solid": ("tab:red", "^")}

@@ -17,14 +17,14 @@ import numpy as np
 import xarray as xr
 
 from approx.variants import VARIANTS, needs_effective
+from compare.studies.frontier import tolerance_ladder
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import C, approximation, c_jobs, full_reference_ics, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem, ContactSpecification
-from femic.reference.engines import ENGINES
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.plan import plans, total_seconds
+from femic.reference.refinement import plans, total_seconds
 from femic.reference.run_options import Level, RunOptions, Solved, Watch
 from femic.results.contact import case_names, compute_contact, map_names, to_dataset
 from femic.results.friction import compute_with_friction
@@ -214,7 +214,7 @@ def ways_of(scene: Scene, tightest: float = TIGHTEST) -> Iterator[Way]:
 
 
 def _tolerances(scene: Scene, elements: int | None, tightest: float) -> Sequence[float]:
-    ladder = ENGINES[scene.settings.engine.name].comparison.tolerances
+    ladder = tolerance_ladder(scene.settings.engine.name)
     looser = [tolerance for tolerance in ladder if tolerance > tightest]
     tolerances = ladder[: len(looser) + 1]
     if elements is None or elements == scene.contact.elements:
@@ -343,8 +343,8 @@ def first_models(
     for jobs in _jobs(scene, tolerance, grids):
         for job in jobs.values():
             engine = job.settings.engine
-            levels = Level().models(engine.estimate.models).values()
-            keys |= {engine.models.key(job.request(level), options.store) for level in levels}
+            levels = Level().models(engine.models).values()
+            keys |= {engine.key(job.request(level), options.store) for level in levels}
     return frozenset(keys)
 
 

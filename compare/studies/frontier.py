@@ -16,12 +16,14 @@ import numpy as np
 import xarray as xr
 
 from approx.variants import VARIANTS, needs_effective
+from compare.report.looks import APPROXIMATION_MARK, ENGINE_MARKS, OTHER_ENGINE_MARK
 from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
-from femic.reference.engines import ENGINES
+from femic.reference.engines import ENGINES, SOLID
 from femic.reference.job import NotConverged
-from femic.reference.plan import total_seconds
+from femic.reference.refinement import total_seconds
 from femic.reference.result import EstimatedICs
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.reference.solid.pardiso import available as direct_available
 from femic.results.ics import (
     Results,
     approximated,
@@ -67,22 +69,33 @@ def approximations(scene: Scene) -> Iterator[Way]:
             yield Way(variant, APPROXIMATION)
 
 
+# The tolerances that are compared, from loose to tight.
+LADDERS = {"harmonic": (1e-1, 1e-2, 1e-3, 1e-4), "solid": (1e-1, 3e-2, 1e-2)}
+
+
+def tolerance_ladder(engine: str) -> tuple[float, ...]:
+    """Return the tolerances of an engine that are compared, from loose to tight."""
+    return LADDERS.get(engine, (1e-1, 1e-2))
+
+
 def engine_ways(name: str, tightest: float = 0.0) -> Iterator[Way]:
     """Yield an engine at its tolerances, loose to tight, with all of its options at each.
 
     The last tolerance is the first that is not above `tightest`.
     """
-    comparison = ENGINES[name].comparison
-    looser = [tolerance for tolerance in comparison.tolerances if tolerance > tightest]
-    for tolerance, options in product(comparison.tolerances[: len(looser) + 1], comparison.options()):
+    ladder = tolerance_ladder(name)
+    looser = [tolerance for tolerance in ladder if tolerance > tightest]
+    solvers = ["multigrid", *(["direct"] if direct_available() else [])] if name == SOLID.name else []
+    all_options = [{"solver": solver} for solver in solvers] or [{}]
+    for tolerance, options in product(ladder[: len(looser) + 1], all_options):
         engine = {"kind": name, "tolerance": tolerance, "check": False, **options}
         yield Way(", ".join([f"{name} {tolerance:g}", *options.values()]), name, engine)
 
 
 def styles() -> dict[str, tuple[str, str]]:
     """Return the colour and the marker of each kind of ways."""
-    engines = {name: (engine.comparison.colour, engine.comparison.marker) for name, engine in ENGINES.items()}
-    return {APPROXIMATION: ("tab:blue", "o")} | engines
+    engines = {name: ENGINE_MARKS.get(name, OTHER_ENGINE_MARK) for name in ENGINES}
+    return {APPROXIMATION: APPROXIMATION_MARK} | engines
 
 
 # --- the frontier ---------------------------------------------------------------------------------------
@@ -414,7 +427,7 @@ def frontier_for(
     If a component vanishes in C, but not by symmetry, a tighter C is computed: the component may only be
     small, and its errors would then be shares of itself.
     """
-    tightest = ENGINES[engine_table(base)["kind"]].comparison.tolerances[-1]
+    tightest = tolerance_ladder(engine_table(base)["kind"])[-1]
     while True:
         request = request_for(base, question)
         frontier = compute_frontier(base, request, options)

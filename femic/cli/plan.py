@@ -10,7 +10,7 @@ from compare.campaigns.maps import maps_of_scene
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import C, c_jobs, components_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.reference.plan import ModelPlan, plans, total_seconds
+from femic.reference.refinement import ModelPlan, plans, total_seconds
 from femic.results.contact import require_solvable
 from femic.results.ics import run_plans
 from femic.results.matrices import expected_seconds, file_size, matrix_plans

@@ -11,6 +11,7 @@ to displacements. Refinement has a scale of its own: `femic.reference.job`.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Measure:
     far: Mask  # (n,) which points lie far from the load
 
     @classmethod
-    def of(cls, c: EstimatedICs, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
+    def against(cls, c: EstimatedICs, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
         """Return the measure of ICs C; A_nn, (n,) [mm/N], replaces C_nn where C_nn was not computed."""
         nn = a_nn if np.any(np.isnan(c.ic[2, 2])) else c.ic[2, 2]
         return cls(c.ic, c.estimate, nn, lines, far)
@@ -103,7 +104,7 @@ class Measure:
             for line, part in self.lines.items()
         }
 
-    @property
+    @cached_property
     def _on_lines(self) -> Mask:
         """The points of all lines, (n,)."""
         on_lines = np.zeros(len(self.nn), dtype=bool)
@@ -111,11 +112,11 @@ class Measure:
             on_lines[part] = True
         return on_lines
 
-    @property
+    @cached_property
     def _far(self) -> Mask:
         """The points of all lines that lie far from the load, (n,); all points of lines if none does."""
-        on_lines = self._on_lines
-        return on_lines & self.far if np.any(on_lines & self.far) else on_lines
+        far = self._on_lines & self.far
+        return far if np.any(far) else self._on_lines
 
     def _nn(self, points: Mask) -> float:
         """Return max |C_nn| over some points [mm/N]."""

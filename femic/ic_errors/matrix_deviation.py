@@ -1,6 +1,6 @@
 """Deviations of approximate IC matrices from C: of entries, and of displacements under tractions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -20,27 +20,27 @@ class ReferenceColumn:
     a_nn: Array  # (n_x, n_s) [mm/N]
 
     @cached_property
-    def own(self) -> tuple[Array, Array]:
-        """Largest |C| far from the load [mm/N], (3, 3), and sums of |C|, (3, 3, n_s): see `Deviation`."""
-        magnitude = np.abs(self.c.ic)
-        return self._largest_far(magnitude), self._sums(magnitude)
+    def _known(self) -> tuple[Array, Array, Array, Array]:
+        """Largest |C| and largest estimate far from the load, (3, 3), and sums of both, (3, 3, n_s)."""
+        magnitude, estimate = np.abs(self.c.ic), self.c.estimate
+        return (
+            self._find_largest(magnitude),
+            self._find_largest(estimate),
+            self._add_lags(magnitude),
+            self._add_lags(estimate),
+        )
 
-    @cached_property
-    def estimates(self) -> tuple[Array, Array]:
-        """The same of the estimate of C's error."""
-        return self._largest_far(self.c.estimate), self._sums(self.c.estimate)
-
-    def of(self, difference: Array) -> tuple[Array, Array, Array]:
-        """The same of a difference from C (3, 3, n_x, n_s) [mm/N], and largest |V - C| / A_nn near."""
+    def deviation(self, difference: Array) -> "Deviation":
+        """Return the deviation of this loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
         magnitude = np.abs(difference)
         near = np.max(magnitude[..., ~self.far] / self.a_nn[~self.far], axis=-1)
-        return self._largest_far(magnitude), self._sums(magnitude), near
+        return Deviation(self._find_largest(magnitude), near, self._add_lags(magnitude), *self._known)
 
-    def _largest_far(self, magnitude: Array) -> Array:
+    def _find_largest(self, magnitude: Array) -> Array:
         return np.asarray(np.max(magnitude * self.far, axis=(2, 3)))
 
     @staticmethod
-    def _sums(magnitude: Array) -> Array:
+    def _add_lags(magnitude: Array) -> Array:
         """Sums (3, 3, n_s) over lags of both signs."""
         return np.asarray(2 * np.sum(magnitude, axis=2) - magnitude[:, :, 0])
 
@@ -55,31 +55,20 @@ class Deviation:
     """
 
     far_difference: Array  # largest |V - C| far from the load [mm/N]
-    far_c: Array  # largest |C| there [mm/N]
-    far_estimate: Array  # largest estimate of C's error there [mm/N]
     near: Array  # largest |V - C| / A_nn nearer to the load
     difference_sums: Array  # sums of |V - C| [mm/N]
-    c: Array  # sums of |C| [mm/N]
+    far_c: Array  # largest |C| far from the load [mm/N]
+    far_estimate: Array  # largest estimate of C's error there [mm/N]
+    c_sums: Array  # sums of |C| [mm/N]
     estimate_sums: Array  # sums of the estimate of C's error [mm/N]
 
-    @classmethod
-    def of_column(cls, difference: Array, column: ReferenceColumn) -> "Deviation":
-        """Return the deviation of one loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
-        far_difference, sums, near = column.of(difference)
-        (far_c, c_sums), (far_estimate, estimate_sums) = column.own, column.estimates
-        return cls(far_difference, far_c, far_estimate, near, sums, c_sums, estimate_sums)
-
-    def joined(self, other: "Deviation") -> "Deviation":
+    def merge(self, other: "Deviation") -> "Deviation":
         """Return the deviation of the loaded strips of both."""
-        return Deviation(
-            np.maximum(self.far_difference, other.far_difference),
-            np.maximum(self.far_c, other.far_c),
-            np.maximum(self.far_estimate, other.far_estimate),
-            np.maximum(self.near, other.near),
-            self.difference_sums + other.difference_sums,
-            self.c + other.c,
-            self.estimate_sums + other.estimate_sums,
-        )
+        parts = {}
+        for name in (field.name for field in fields(self)):
+            accumulate = np.add if name.endswith("sums") else np.maximum
+            parts[name] = accumulate(getattr(self, name), getattr(other, name))
+        return Deviation(**parts)
 
     @property
     def worst(self) -> Array:
@@ -102,21 +91,21 @@ class Deviation:
 
         It is a share of the largest normal displacement that normal tractions up to 1 cause.
         """
-        return self._caused(self.difference_sums) / self._caused(self.c)[N, N]
+        return _worst_strip(self.difference_sums) / _worst_strip(self.c_sums)[N, N]
 
     @property
     def own_displacement_error(self) -> Array:
         """The same errors, (3, 3), as shares of the displacements that the component itself can cause."""
-        c = self._caused(self.c)
-        return self._caused(self.difference_sums) / scale(c, self.negligible, c[N, N])
+        c = _worst_strip(self.c_sums)
+        return _worst_strip(self.difference_sums) / scale(c, self.negligible, c[N, N])
 
     @property
     def negligible(self) -> Mask:
         """Which components, (3, 3), cause displacements that vanish or are below ten times their estimate."""
-        c = self._caused(self.c)
-        return vanishes(c, self._caused(self.estimate_sums), c[N, N])
+        c = _worst_strip(self.c_sums)
+        return vanishes(c, _worst_strip(self.estimate_sums), c[N, N])
 
-    @staticmethod
-    def _caused(sums: Array) -> Array:
-        """Return the largest displacement on any observing strip, (3, 3), from sums (3, 3, n_s)."""
-        return np.asarray(np.max(sums, axis=2))
+
+def _worst_strip(sums: Array) -> Array:
+    """Return the largest displacement on any observing strip, (3, 3), from sums (3, 3, n_s)."""
+    return np.asarray(np.max(sums, axis=2))

@@ -23,7 +23,7 @@ A rule determines M, and so which motions count as rigid.
   of its entries, including the ones that bend a slender section under a load beside its crown.
 - `ApproachRule` subtracts only the rigid part of the normal approach, M_zz. The rest of the response of the
   bodies and their supports, bending included, is elastic and local, and contact needs it.
-- `NoRule` subtracts nothing.
+- `Rule` itself subtracts nothing.
 
 The approach is matched at the load itself. C_nn - A_nn is not smooth there: near a load on a body with mean
 curvature kappa / 2 (kappa is the sum of both principal curvatures, positive where the body is convex) it
@@ -35,7 +35,6 @@ does not depend on the elements. (`tests/femic/reference/test_discount_rules.py`
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,30 +63,17 @@ ENTRIES: tuple[Entry, ...] = (
 AXES = ("x", "y", "z", "phi")
 
 
+Measure = Callable[..., float]  # of displacements (3, n_points) under each load
+
+
 @dataclass(frozen=True)
 class Condition:
     """One equation for M: `measure` of the displacements (3, n_points) under `loads` must be `target`."""
 
     entry: Entry  # the entry of M that it determines
     loads: tuple[Load, ...]
-    measure: Callable[..., float]
+    measure: Measure
     target: float
-
-
-class Rule(Protocol):
-    """The observers and conditions that determine M."""
-
-    def points(self, body: Body) -> Points:
-        """All observers that conditions may read."""
-        ...
-
-    def conditions(self, body: Body, loads: Sequence[Load]) -> list[Condition]:
-        """The conditions that determine the entries of M for the given loads."""
-        ...
-
-    def observers(self, body: Body, fit: Sequence[Condition]) -> Points:
-        """The first of `points`, as many as the given conditions read."""
-        ...
 
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
@@ -165,12 +151,21 @@ def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[A
     The first turns are caused by moments about the contact centre, the second by forces along z. An observer
     at an angle about the axle [rad] sees the turn of the load's section as a turn about x and one about z.
     """
-    observer, load = (_in_own_section(body, arc_length) for arc_length in (s, s_load))
+    in_section = replace(body, rolling_radius=np.inf, hub_radius=None)
+    seen = []
+    for place in (s, s_load):
+        forces = generalized(in_section, np.zeros_like(place), place)
+        lever = np.zeros_like(
+            forces[0]
+        )  # y of a load along x, with the sign of the turn about z that it sees
+        lever[X] = body.side * body.contour.position(place)[0]
+        seen.append((forces[MOMENT], forces[FZ], lever))
+    (moment, radial, lever), (load_moment, load_radial, load_lever) = seen
     sin, cos = np.sin(angle), np.cos(angle)
-    turned_moment = cos * observer.moment + sin * observer.lever
-    load_moment_seen = cos * load.moment - sin * load.lever
-    turned = _outer(turned_moment, load.moment) - _outer(observer.moment, sin * load.lever)
-    return turned, _outer(turned_moment, load.radial) + _outer(observer.radial, load_moment_seen)
+    turned_moment = cos * moment + sin * lever
+    load_moment_seen = cos * load_moment - sin * load_lever
+    turned = _outer(turned_moment, load_moment) - _outer(moment, sin * load_lever)
+    return turned, _outer(turned_moment, load_radial) + _outer(radial, load_moment_seen)
 
 
 def _outer(observer: Array, load: Array) -> Array:
@@ -178,24 +173,23 @@ def _outer(observer: Array, load: Array) -> Array:
     return observer[:, None] * load[None]
 
 
-@dataclass(frozen=True)
-class _InSection:
-    """Unit loads x, s, n in their own section: moment about x at its contact centre and force along z.
-
-    `lever` is y [mm] of a load along x, with the sign of the turn about z that it sees. Shapes: (3, n) each.
-    """
-
-    moment: Array
-    radial: Array
-    lever: Array
+# --- rules ---
 
 
-def _in_own_section(body: Body, s: Array) -> _InSection:
-    """Moment, force and lever of unit loads at arc lengths s [mm]."""
-    forces = generalized(replace(body, rolling_radius=np.inf, hub_radius=None), np.zeros_like(s), s)
-    lever = np.zeros_like(forces[0])
-    lever[X] = body.side * body.contour.position(s)[0]
-    return _InSection(forces[MOMENT], forces[FZ], lever)
+class Rule:
+    """The observers and conditions that determine M; here there are none, and nothing is subtracted."""
+
+    def points(self, body: Body) -> Points:  # noqa: ARG002
+        """All observers that conditions may read."""
+        return Points(np.empty(0), np.empty(0))
+
+    def conditions(self, body: Body, loads: Sequence[Load]) -> list[Condition]:  # noqa: ARG002
+        """The conditions that determine the entries of M for the given loads."""
+        return []
+
+    def observers(self, body: Body, fit: Sequence[Condition]) -> Points:  # noqa: ARG002
+        """The first of `points`, as many as the given conditions read."""
+        return self.points(body)
 
 
 def fit_discount(body: Body, rule: Rule, fit: Sequence[Condition], u: Mapping[Load, Array]) -> Array:
@@ -205,29 +199,18 @@ def fit_discount(body: Body, rule: Rule, fit: Sequence[Condition], u: Mapping[Lo
     """
     if not fit:
         return np.zeros((4, 4))
-    points = rule.points(body)
-    entry_matrices = [_symmetric_entry(condition.entry) for condition in fit]
+    points, entries = rule.points(body), np.zeros((len(fit), 4, 4))
+    for m, condition in zip(entries, fit, strict=True):
+        m[condition.entry] = m[condition.entry[::-1]] = 1.0
     matrix = [
-        [
-            condition.measure(*(rigid_part(entry, body, points, load) for load in condition.loads))
-            for entry in entry_matrices
-        ]
+        [condition.measure(*(rigid_part(m, body, points, load) for load in condition.loads)) for m in entries]
         for condition in fit
     ]
     defects = [
         condition.measure(*(u[load] for load in condition.loads)) - condition.target for condition in fit
     ]
-    return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entry_matrices, axes=1))
+    return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entries, axes=1))
 
-
-def _symmetric_entry(entry: Entry) -> Array:
-    """The matrix (4, 4) with 1 at an entry and its transpose, 0 elsewhere."""
-    m = np.zeros((4, 4))
-    m[entry] = m[entry[::-1]] = 1.0
-    return m
-
-
-# --- rules ---
 
 ELEMENTS_AWAY = 3  # distance in elements, centre to centre, at which the source has C_jj = A_jj
 Z = 2  # number of the global axis z
@@ -236,24 +219,7 @@ BESIDE_LOAD = {+1: (3, 4), -1: (5, 6)}  # the points on both sides of the moment
 
 
 @dataclass(frozen=True)
-class NoRule:
-    """Nothing is subtracted."""
-
-    def points(self, body: Body) -> Points:  # noqa: ARG002 (none, of any body)
-        """No observer."""
-        return Points(np.empty(0), np.empty(0))
-
-    def conditions(self, body: Body, loads: Sequence[Load]) -> list[Condition]:  # noqa: ARG002
-        """No condition."""
-        return []
-
-    def observers(self, body: Body, fit: Sequence[Condition]) -> Points:  # noqa: ARG002
-        """No observer."""
-        return self.points(body)
-
-
-@dataclass(frozen=True)
-class ApproachRule:
+class ApproachRule(Rule):
     """M_zz alone, such that C_nn = A_nn at the centre of a load on |x|, |s| <= `half_side` [mm]."""
 
     half_side: float
@@ -270,13 +236,9 @@ class ApproachRule:
         a_nn = half_space("A", body, load.patch, self.points(body))[N, N, 0]
         return [Condition((FZ, FZ), (load,), lambda u: float(u[N, 0]), float(a_nn))]
 
-    def observers(self, body: Body, fit: Sequence[Condition]) -> Points:  # noqa: ARG002 (all that there are)
-        """The observer at the centre of the load."""
-        return self.points(body)
-
 
 @dataclass(frozen=True)
-class SourceRule:
+class SourceRule(Rule):
     """Where M is fitted [mm]: loads at s = 0 and +-moment_arm, observers up to s = +-rotation_reach.
 
     Observers beside moment loads lie up to s = +-(moment_arm + rotation_reach). Loads are uniform over
@@ -328,17 +290,51 @@ class SourceRule:
         coupled = not body.symmetric and bool(section_directions)
         lateral = S in directions or coupled or off_centre
         normal = bool(section_directions - {S}) or coupled or off_centre
+        points = self.points(body)
+        ends = [RIGHT, LEFT]
+        to_vertical = body.surface.axes(0.0, points.s[ends])[:, Z]  # (3 directions, 2)
+
+        def condition(entry: Entry, loads: Sequence[Load], target: float, measure: Measure) -> Condition:
+            return Condition(entry, tuple(loads), lambda *u: float(measure(*u)), float(target))
+
+        def near(j: int) -> Condition:
+            a = half_space("A", body, self.load(j).patch, points)
+            return condition((j, j), [self.load(j)], a[j, j, NEAR], lambda u: u[j, NEAR])
+
+        def tilt(u: Array) -> float:
+            """u_z(reach) - u_z(-reach) at x = 0, of displacements u (3, n_points) at the observers."""
+            right, left = np.sum(to_vertical * u[:, ends], axis=0)
+            return float(right - left)
+
         needed: list[Condition] = []
         if X in directions:
-            needed.append(_near(body, self, X))
+            needed.append(near(X))
         if lateral:
-            needed += [_near(body, self, S), _tilt_under_lateral_load(body, self)]
+            a = half_space("A", body, self.load(S).patch, points)[N, S]
+            needed += [near(S), condition((FY, MOMENT), [self.load(S)], a[RIGHT] - a[LEFT], tilt)]
         if normal:
-            needed.append(_near(body, self, N))
+            needed.append(near(N))
         if coupled:
-            needed += [_tilt_under_normal_load(body, self), _coupling(self)]
+            loads = [self.load(N), self.load(S)]
+            needed += [
+                condition((FZ, MOMENT), loads[:1], 0.0, tilt),
+                condition((FY, FZ), loads, 0.0, lambda u_n, u_s: u_n[S, NEAR] + u_s[N, NEAR]),
+            ]
         if off_centre:
-            needed.append(_turning(body, self))
+            sides = (1,) if body.symmetric else (1, -1)
+            moment_loads = [self.moment_load(side) for side in sides]
+
+            def antisymmetric(*u: Array) -> float:
+                """C_nn further out minus C_nn further in, summed over the loads."""
+                differences = [
+                    side * (of_load[N, BESIDE_LOAD[side][0]] - of_load[N, BESIDE_LOAD[side][1]])
+                    for side, of_load in zip(sides, u, strict=True)
+                ]
+                return float(sum(differences))
+
+            b_hat = [half_space("Bhat", body, load.patch, points)[:, N] for load in moment_loads]
+            target = antisymmetric(*b_hat)
+            needed.append(condition((MOMENT, MOMENT), moment_loads, target, antisymmetric))
         return needed
 
     def observers(self, body: Body, fit: Sequence[Condition]) -> Points:
@@ -347,59 +343,6 @@ class SourceRule:
         turning = any(condition.entry == (MOMENT, MOMENT) for condition in fit)
         used = slice(None if turning else len((NEAR, RIGHT, LEFT)))
         return Points(points.x[used], points.s[used])
-
-
-def _near(body: Body, rule: SourceRule, j: int) -> Condition:
-    """C_jj = A_jj three elements away; j = 0, 1, 2 determines the entry xx, yy, zz."""
-    a = half_space("A", body, rule.load(j).patch, rule.points(body))
-    return Condition((j, j), (rule.load(j),), lambda u: float(u[j, NEAR]), float(a[j, j, NEAR]))
-
-
-def _tilt_under_lateral_load(body: Body, rule: SourceRule) -> Condition:
-    """Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane."""
-    a = half_space("A", body, rule.load(S).patch, rule.points(body))
-    target = float(a[N, S, RIGHT] - a[N, S, LEFT])
-    return Condition((FY, MOMENT), (rule.load(S),), lambda u: _tilt(body, rule, u), target)
-
-
-def _tilt_under_normal_load(body: Body, rule: SourceRule) -> Condition:
-    """Under the normal load u_z(reach) - u_z(-reach) vanishes."""
-    return Condition((FZ, MOMENT), (rule.load(N),), lambda u: _tilt(body, rule, u), 0.0)
-
-
-def _tilt(body: Body, rule: SourceRule, u: Array) -> float:
-    """u_z(reach) - u_z(-reach) at x = 0, of displacements u (3, n_points) at the observers."""
-    ends = [RIGHT, LEFT]
-    to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, Z]  # (3 directions, 2)
-    right, left = np.sum(to_vertical * u[:, ends], axis=0)
-    return float(right - left)
-
-
-def _coupling(rule: SourceRule) -> Condition:
-    """C_sn + C_ns vanishes three elements away."""
-
-    def measure(u_n: Array, u_s: Array) -> float:
-        return float(u_n[S, NEAR] + u_s[N, NEAR])
-
-    return Condition((FY, FZ), (rule.load(N), rule.load(S)), measure, 0.0)
-
-
-def _turning(body: Body, rule: SourceRule) -> Condition:
-    """Under moment loads the part of C_nn antisymmetric about the load equals the same part of B-hat."""
-    sides = (1,) if body.symmetric else (1, -1)
-    loads = tuple(rule.moment_load(side) for side in sides)
-
-    def antisymmetric(*u: Array) -> float:
-        """C_nn further out minus C_nn further in, summed over the loads."""
-        return float(
-            sum(
-                side * (displacements[N, BESIDE_LOAD[side][0]] - displacements[N, BESIDE_LOAD[side][1]])
-                for side, displacements in zip(sides, u, strict=True)
-            )
-        )
-
-    b_hat = [half_space("Bhat", body, load.patch, rule.points(body))[:, N] for load in loads]
-    return Condition((MOMENT, MOMENT), loads, antisymmetric, antisymmetric(*b_hat))
 
 
 def half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:

@@ -1,17 +1,17 @@
-"""Engines: ways to compute the displacements of loaded bodies, with their input, output and properties.
+"""Engines: ways to compute the displacements of loaded bodies, with their input and output.
 
-An engine is a folder with one record of the type `Engine`; `femic.reference.engines` lists them. All that
-depends on the engine reads its record, which says what the engine can do: ICs at points in any case, IC
-matrices and displacement fields where the record has functions for them.
+An engine is a class derived from `Engine`, registered in `femic.reference.engines`. All that depends on the
+engine asks its attributes what it can do.
 """
 
 import json
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from femic.cache.store import Store
 from femic.reference.meshing import Cells
@@ -102,62 +102,34 @@ def cost_from(text: str) -> Cost:
 
 @dataclass(frozen=True)
 class Request:
-    """The input of a model; engines add fields of their own. In x, points are relative to each load."""
+    """A model to be solved: unit total loads on a body. In x, points are relative to each load.
+
+    `solver` is the linear solver of the solid engine. The harmonic engine reads what follows: the `tolerance`
+    of the job; the smallest scale [mm/N] that it refers to, a number or an array (load, 1, observer); the
+    number of refinements of the wavenumbers.
+
+    A model `on_strips` is for the IC matrix of a grid, with loads on all strips; M is fitted to loads on
+    `fit_patches`. Spare loads and arc lengths are among the others, but serve only later grids, which have
+    wider strips. With `given_domain` the far arc is a support of the body, and not the approximation of a
+    body without end.
+    """
 
     body: Body  # with its domain
-    loads: tuple[Load, ...]  # unit total loads
+    loads: tuple[Load, ...]
     points: Points
     cells: Cells
+    solver: SolverChoice = "auto"
+    tolerance: float = 0.01
+    least_scale: Array | float = 0.0
+    waves: int = 0
+    on_strips: bool = False
+    fit_patches: tuple[Patch, ...] = ()
+    spare_loads: tuple[Load, ...] = ()
+    spare_s: tuple[float, ...] = ()
+    given_domain: bool = False
 
 
-@dataclass(frozen=True)
-class Specification(Request):
-    """A model to be solved, from which an engine makes its request.
-
-    `tolerance` is the one of the job, and `least_scale` [mm/N] the smallest scale that it refers to: a number
-    or an array (load, 1, observer). `waves` counts the refinements of the wavenumbers. `solver` is the linear
-    solver of the solid engine.
-    """
-
-    tolerance: float
-    least_scale: Array | float
-    waves: int
-    solver: SolverChoice
-
-
-@dataclass(frozen=True)
-class MatrixSpecification(Specification):
-    """A model to be solved for an IC matrix, with loads on all strips of a grid.
-
-    M is fitted to loads on `fit_patches`. Spare loads and arc lengths are among the others, but serve only
-    later grids, which have wider strips. With `given_domain` the far arc is a support of the body, and not
-    the approximation of a body without end.
-    """
-
-    fit_patches: tuple[Patch, ...]
-    spare_loads: tuple[Load, ...]
-    spare_s: tuple[float, ...]
-    given_domain: bool
-
-
-# --- the record of an engine ---
-
-
-@dataclass(frozen=True)
-class TunedCells:
-    """The first model: cells that meet a tolerance on the built-in scenes."""
-
-    tolerance: float
-    cells: Callable[[Patch], Cells]
-    coarsest: float  # largest factor on these cells, for large tolerances
-
-    def cells_for(self, tolerance: float, patch: Patch) -> Cells:
-        """Return cells that are likely to meet a tolerance: errors are assumed to fall like its cube."""
-        return self.cells(patch).scaled(min((tolerance / self.tolerance) ** (1 / MESH_ORDER), self.coarsest))
-
-    def tighter(self, tolerance: float) -> float:
-        """Return the factor by which a tolerance is tighter than the tuned one, at least 1."""
-        return max(1.0, self.tolerance / tolerance)
+# --- engines ---
 
 
 @dataclass(frozen=True)
@@ -171,106 +143,95 @@ class Limits:
     distance: float  # largest distance of points from the load, in least half-sides of the patch
 
 
-@dataclass(frozen=True)
-class ErrorEstimate:
-    """How an engine estimates the error of its ICs, and what smaller cells cost."""
+class Engine(ABC):
+    """A way to compute C. An engine has no state; its instance is a global variable, its name in capitals.
 
-    models: tuple[str, ...]  # the models of `run_options.MODELS` that give C and its error
-    safety: float  # factor on the part of the estimate that comes from the mesh
-    growth_of_unknowns: float  # measured exponent of 1 / cell size
-
-    def model_names(self, body: Body) -> tuple[str, ...]:
-        """Return the models for a body: one in a smaller domain only where a domain truncates it."""
-        return tuple(name for name in self.models if name != "small" or body.truncated)
-
-
-@dataclass(frozen=True)
-class Models:
-    """The functions that solve the models of an engine, from specification to displacements."""
-
-    request: Callable[[Specification], Any]  # the engine's own `Request`
-    solve: Callable[[Sequence[Task], RunOptions], Iterator[Solved]]  # in any order
-    key: Callable[[Any, Store], str]  # of the model of a request in a store
-    displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
-    expected_cost: Callable[[Any, int], ExpectedCost]  # expected cost of a request with a number of workers
-
-
-class ColumnSynthesis(Protocol):
-    """The way from the solved model of a grid to the columns of its IC matrix."""
-
-    def column(self, strip: int) -> Array:
-        """Return displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
-
-
-class GridModel(Protocol):
-    """The solved model of a grid."""
-
-    @property
-    def body(self) -> Body:
-        """The body with the domain of the model."""
-
-    @property
-    def cost(self) -> Cost:
-        """The cost of the model."""
-
-
-@dataclass(frozen=True)
-class Matrices:
-    """How an engine computes the IC matrix of a grid: one model serves all strips.
-
-    `columns` gives a synthesis of the components for the model ("") and for each less accurate variation of
-    it, by name, as `RawICs.perturbed`. `far_radius` [mm] is likely to meet a tolerance on a grid.
+    `models` are those of `run_options.MODELS` that give C and its error, `safety` is the factor on the part
+    of the estimate that comes from the mesh.
     """
-
-    tuned: TunedCells  # cells on strips
-    far_radius: Callable[[float, Grid], float]
-    request: Callable[[MatrixSpecification], Any]
-    columns: Callable[[Any, Grid, Sequence[str]], Mapping[str, ColumnSynthesis]]
-    displacements: Callable[[Any, Sequence[Load], Points], RawICs]
-
-
-@dataclass(frozen=True)
-class Fields:
-    """How an engine gives displacements and stresses in the whole body: functions of a request."""
-
-    mesh: Callable[[Any], Any]  # a `SolidMesh`
-    nodal: Callable[[Any], Iterator[tuple[Load, Any]]]  # a `NodalField` per load
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """How an engine appears where engines are compared: its tolerances, loose to tight, and its marks.
-
-    `options` returns the further keys of the table `engine` of a scene file that are tried at each tolerance.
-    """
-
-    tolerances: tuple[float, ...] = (1e-1, 1e-2)
-    options: Callable[[], Sequence[Mapping[str, str]]] = lambda: ({},)
-    colour: str = "tab:green"
-    marker: str = "D"
-
-    def __post_init__(self) -> None:
-        """Raise ValueError unless there are tolerances, from loose to tight."""
-        if not self.tolerances or list(self.tolerances) != sorted(self.tolerances, reverse=True):
-            raise ValueError(f"tolerances = {self.tolerances}: at least one, from loose to tight")
-
-
-@dataclass(frozen=True, eq=False)
-class Engine:
-    """A way to compute C."""
 
     name: str
     description: str  # one line
     limits: Limits
-    tuned: TunedCells
-    far_radius: Callable[[float], float]  # radius [mm] of the far arc that is likely to meet a tolerance
-    least_side: Callable[[Patch], float]  # half-side [mm] of a patch that cells must resolve
-    infinite_length: bool  # whether prismatic bodies have no ends along x
-    solves_transposes: bool  # whether the loads of C_ji are solved with those of C_ij
-    outlines: bool  # whether its cells follow the narrow parts of bodies with an outline
-    shares_a_model: bool  # whether parallel workers share one model, or each solves another
-    estimate: ErrorEstimate
-    models: Models
-    matrices: Matrices | None = None  # None: it has no IC matrices
-    fields: Fields | None = None  # None: it has no fields in 3D
-    comparison: Comparison = Comparison()
+    models: tuple[str, ...]
+    safety: float
+    growth_of_unknowns: float  # measured exponent of 1 / cell size
+    infinite_length = False  # whether prismatic bodies have no ends along x
+    solves_transposes = False  # whether the loads of C_ji are solved with those of C_ij
+    follows_outlines = False  # whether its cells follow the narrow parts of bodies with an outline
+    shares_a_model = False  # whether parallel workers share one model, or each solves another
+    has_matrices = False  # whether it gives `columns` of IC matrices
+    has_fields = False  # whether it gives a `mesh` and `nodal_fields` in 3D
+
+    def __reduce__(self) -> str:
+        """Pickle as the global variable that it is."""
+        return self.name.upper()
+
+    def models_for(self, body: Body) -> tuple[str, ...]:
+        """Return the models for a body: one in a smaller domain only where a domain truncates it."""
+        return tuple(name for name in self.models if name != "small" or body.truncated)
+
+    # Accuracy: what is likely to meet a tolerance.
+
+    @abstractmethod
+    def least_side(self, patch: Patch) -> float:
+        """Return the half-side [mm] of a patch that cells must resolve."""
+
+    @abstractmethod
+    def first_cells(self, tolerance: float, patch: Patch, *, on_strips: bool = False) -> Cells:
+        """Return the cells of the first model, under a patch or on all strips of a grid."""
+
+    @abstractmethod
+    def far_radius(self, tolerance: float, grid: Grid | None = None) -> float:
+        """Return the radius [mm] of the far arc, for single patches or for a grid."""
+
+    # Models.
+
+    def request(self, model: Request) -> Any:
+        """Return the engine's own request, the argument of the functions below."""
+        return model
+
+    @abstractmethod
+    def key(self, request: Any, store: Store) -> str:
+        """Return the key of a model in a store."""
+
+    @abstractmethod
+    def expected_cost(self, request: Any, workers: int) -> ExpectedCost:
+        """Return the cost of a model before it is solved."""
+
+    @abstractmethod
+    def solve(self, tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
+        """Solve models, or take them from the store, and yield them in any order.
+
+        Models are stored, so that an interrupted run of the same code does not solve them again.
+        """
+
+    @abstractmethod
+    def displacements(self, solved: Any, loads: Sequence[Load], points: Points) -> RawICs:
+        """Return displacements of a solved model: loads and points are those of its request, or some."""
+
+    def columns(
+        self, solved: Any, grid: Grid, components: Sequence[str]
+    ) -> Mapping[str, Callable[[int], Array]]:
+        """Return what computes columns of an IC matrix: of a model (""), and of its less accurate variations.
+
+        These have the names of `RawICs.perturbed`. Each function returns displacements [mm/N] due to unit
+        total loads on a strip, shape (3, 3, n_x, n_s).
+        """
+        raise NotImplementedError(self.name)
+
+    def mesh(self, request: Any) -> Any:
+        """Return the mesh of a model, a `SolidMesh`."""
+        raise NotImplementedError(self.name)
+
+    def nodal_fields(self, request: Any) -> Iterator[tuple[Load, Any]]:
+        """Yield the loads of a model, with a `NodalField` each."""
+        raise NotImplementedError(self.name)
+
+
+def scale_cells(cells: Cells, tolerance: float, tuned: float, coarsest: float) -> Cells:
+    """Return cells for a tolerance from those that meet a tuned one: errors are assumed to fall like h^3.
+
+    They are at most `coarsest` times as large.
+    """
+    return cells.scaled(min((tolerance / tuned) ** (1 / MESH_ORDER), coarsest))

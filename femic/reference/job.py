@@ -9,6 +9,7 @@ Theory: docs/theory/errors.md.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from approx.pair import Solid
 from femic.reference.discount import Condition, SourceRule
-from femic.reference.engine import Engine, Points, SolverChoice, Specification
+from femic.reference.engine import Engine, Points, Request, SolverChoice
 from femic.reference.meshing import Cells
 from femic.reference.run_options import Level, factors
 from geometries.arrays import Array
@@ -36,11 +37,6 @@ class NotConverged(Failure):
 def line_scale(c_line: Array, nn_line: Array) -> Array:
     """Return the scale of refinement [mm/N] on a line, (3, 3), from the ICs (3, 3, n) and C_nn (n,) there."""
     return np.maximum(np.max(np.abs(c_line), axis=-1), FLOOR * np.max(np.abs(nn_line)))
-
-
-def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
-    """Return the largest error of each component on a line as a share of its scale, (3, 3)."""
-    return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
 
 
 def component_of(values: NDArray[Any], component: str) -> float:
@@ -97,7 +93,7 @@ class Settings:
 
     def first_cells(self, patch: Patch) -> Cells:
         """Return the cells of the first model."""
-        return self.cells or self.engine.tuned.cells_for(self.tolerance, patch)
+        return self.cells or self.engine.first_cells(self.tolerance, patch)
 
 
 @dataclass(frozen=True)
@@ -136,7 +132,7 @@ class Job:
         solid, points = Solid(self.body.material, self.body.surface), (self.points.x, self.points.s)
         return solid.approximate("A", self.patch, points)[N, N] / self.patch.area
 
-    @property
+    @cached_property
     def fit(self) -> list[Condition]:
         """The conditions that determine M."""
         return self.rule.conditions(self.body, self.loads)
@@ -148,24 +144,23 @@ class Job:
         return tuple(dict.fromkeys([*self.loads, *fit_loads]))
 
     def request(self, level: Level) -> Any:
-        """Return the engine's request for the model at a level."""
-        return self.settings.engine.models.request(self.specification(level))
+        """Return the engine's request for the model at a level.
 
-    def specification(self, level: Level) -> Specification:
-        """Return the model at a level: first the points of the job, then the points where M is fitted."""
+        Its points are first those of the job, then those where M is fitted.
+        """
         fit_points = self.rule.observers(self.body, self.fit)
-        cells, domain = factors(level)
-        a_nn = self.half_space_nn
-        return Specification(
+        (cells, domain), settings, a_nn = factors(level), self.settings, self.half_space_nn
+        model = Request(
             self.body.enlarged(domain),
             self.solved_loads,
             Points(np.append(self.points.x, fit_points.x), np.append(self.points.s, fit_points.s)),
             self.first_cells.scaled(cells),
-            self.settings.tolerance,
+            settings.solver,
+            settings.tolerance,
             FLOOR * min(float(np.max(a_nn[line])) for line in self.lines.values()),
             level.waves,
-            self.settings.solver,
         )
+        return settings.engine.request(model)
 
 
 def load_directions(components: Iterable[str]) -> tuple[int, ...]:

@@ -19,7 +19,6 @@ import numpy as np
 
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
-from geometries.contours import Contour
 from geometries.errors import Failure
 
 # --- Gmsh ---
@@ -88,13 +87,28 @@ def add_section(
     With `half_section` only y >= 0 is added. The contour consists of one curve per smooth piece; it is also
     divided at the arc lengths `breaks` [mm].
     """
-    s_left, s_right = body.s_range
-    inner = [*body.contour.joints, *breaks]
-    ends, curves = _add_contour(gmsh, body.contour, (0.0 if half_section else s_left, s_right), inner)
-    add_closing = _add_closing if body.outline is None else _add_outline
-    closing = add_closing(gmsh, body, ends, half_section)
-    loop = gmsh.model.occ.addCurveLoop([*curves, *closing])
-    return int(gmsh.model.occ.addPlaneSurface([loop])), curves
+    occ, contour = gmsh.model.occ, body.contour
+    s_start, s_end = 0.0 if half_section else body.s_range[0], body.s_range[1]
+    inner = [s for s in (*contour.joints, *breaks) if s_start < s < s_end]
+    places = np.unique([s_start, *inner, s_end])
+    tags = [occ.addPoint(0, *contour.position(s)) for s in places]
+    curves = []
+    for (low, high), ends in zip(pairwise(places), pairwise(tags), strict=True):
+        s = np.linspace(low, high, SAMPLES_PER_CURVE)
+        if np.ptp(contour.inclination(s)) < 1e-12:
+            curves.append(int(occ.addLine(*ends)))
+        else:
+            between = [occ.addPoint(0, y, z) for y, z in contour.position(s[1:-1]).T]
+            curves.append(int(occ.addSpline([ends[0], *between, ends[1]])))
+    if body.outline is None:
+        closing = _add_closing(gmsh, body, (tags[0], tags[-1]), half_section)
+    else:  # its edges from the contour's right end to its left end
+        outline = body.outline
+        points = outline.right_half_beyond(contour) if half_section else outline.beyond(contour)
+        corners = [tags[-1], *(occ.addPoint(0, y, z) for y, z in points.T), tags[0]]
+        closing = [occ.addLine(*pair) for pair in pairwise(corners)]
+    loop = occ.addCurveLoop([*curves, *closing])
+    return int(occ.addPlaneSurface([loop])), curves
 
 
 def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
@@ -117,39 +131,6 @@ def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_secti
     right = to_pole(ends[1], body.s_range[1], +1)
     left = [occ.addLine(pole, ends[0])] if half_section else to_pole(ends[0], body.s_range[0], -1)[::-1]
     return [*right, *left]
-
-
-def _add_outline(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
-    """Add the edges of the outline from the contour's right end to its left end; returns their tags."""
-    assert body.outline is not None
-    points = (
-        body.outline.right_half_beyond(body.contour) if half_section else body.outline.beyond(body.contour)
-    )
-    tags = [ends[1], *(gmsh.model.occ.addPoint(0, y, z) for y, z in points.T), ends[0]]
-    return [gmsh.model.occ.addLine(*pair) for pair in pairwise(tags)]
-
-
-def _add_contour(
-    gmsh: ModuleType, contour: Contour, s_range: tuple[float, float], inner: list[float]
-) -> tuple[tuple[int, int], list[int]]:
-    """Add curves along the contour; returns the tags of its end points and of the curves."""
-    s_start, s_end = s_range
-    breaks = np.unique([s_start, *(s for s in inner if s_start < s < s_end), s_end])
-    tags = [gmsh.model.occ.addPoint(0, *contour.position(s)) for s in breaks]
-    curves = [
-        _add_piece(gmsh, contour, np.linspace(breaks[k], breaks[k + 1], SAMPLES_PER_CURVE), tags[k : k + 2])
-        for k in range(len(breaks) - 1)
-    ]
-    return (tags[0], tags[-1]), curves
-
-
-def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) -> int:
-    """Add a line or a spline through the contour at arc lengths s [mm]; returns its tag."""
-    occ = gmsh.model.occ
-    if np.ptp(contour.inclination(s)) < 1e-12:
-        return int(occ.addLine(*ends))
-    inner = [occ.addPoint(0, y, z) for y, z in contour.position(s[1:-1]).T]
-    return int(occ.addSpline([ends[0], *inner, ends[1]]))
 
 
 # --- the size of cells ---

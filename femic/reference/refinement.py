@@ -12,12 +12,13 @@ body: they have no truncation part, and stay.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from femic.reference.engine import Cost, Engine, Request
-from femic.reference.job import Job, NotConverged, Settings, Shares
+from femic.reference.engine import Engine, ExpectedCost
+from femic.reference.job import Job, NotConverged, Shares
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.result import EstimatedICs, Reference, combine, scales, shares, total
 from femic.reference.run_options import (
     COARSER,
@@ -35,7 +36,6 @@ from femic.reference.run_options import (
     factors,
 )
 from geometries.arrays import Array
-from geometries.bodies import Body
 from geometries.errors import WrongInput
 
 # --- errors of the bodies and of their sum ---
@@ -59,41 +59,31 @@ class Assessment:
         )
 
 
-@dataclass(frozen=True)
-class Batch:
-    """ICs of bodies that share a scale of refinement: at all points, or due to loads on one strip.
+def assess_bodies(
+    ics: Mapping[str, EstimatedICs], measure: Callable[[Sequence[str], Array], Measure], *, combined: bool
+) -> Assessment:
+    """Return the errors of ICs of bodies: of each body and, with `combined`, of the sum of all bodies.
 
-    `measure` takes names of bodies and the sum of their ICs, and returns the measure on the scale of this
-    sum.
+    The ICs share a scale of refinement: they are at all points, or due to loads on one strip. `measure` takes
+    names of bodies and the sum of their ICs, and returns the measure on the scale of this sum.
     """
-
-    ics: Mapping[str, EstimatedICs]
-    measure: Callable[[Sequence[str], Array], Measure]
-
-
-def assess_batch(batch: Batch, *, combined: bool) -> Assessment:
-    """Return the errors of a batch: of each body and, with `combined`, of the sum of all bodies."""
-    own = {body: batch.measure([body], ics.ic)(body, ics) for body, ics in batch.ics.items()}
+    own = {body: measure([body], c.ic)(body, c) for body, c in ics.items()}
     if not combined:
         return Assessment(own)
-    bodies, c = list(batch.ics), total(list(batch.ics.values()))
-    measure = batch.measure(bodies, c.ic)
-    in_combined = {body: measure(body, ics) for body, ics in batch.ics.items()}
-    return Assessment(own, measure(bodies[0], c), in_combined)
+    bodies, c = list(ics), total(list(ics.values()))
+    of_sum = measure(bodies, c.ic)
+    return Assessment(own, of_sum(bodies[0], c), {body: of_sum(body, part) for body, part in ics.items()})
 
 
 def worst_assessment(assessments: Sequence[Assessment]) -> Assessment:
     """Return the worst errors of several assessments of the same bodies."""
     first = assessments[0]
     combined = [assessment.combined for assessment in assessments if assessment.combined is not None]
-    return Assessment(
-        {body: worst_shares([assessment.own[body] for assessment in assessments]) for body in first.own},
-        worst_shares(combined) if combined else None,
-        {
-            body: worst_shares([assessment.in_combined[body] for assessment in assessments])
-            for body in first.in_combined
-        },
-    )
+    own = {body: worst_shares([one.own[body] for one in assessments]) for body in first.own}
+    in_sum = {
+        body: worst_shares([one.in_combined[body] for one in assessments]) for body in first.in_combined
+    }
+    return Assessment(own, worst_shares(combined) if combined else None, in_sum)
 
 
 def worst_shares(shares: Sequence[Shares]) -> Shares:
@@ -109,35 +99,8 @@ MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
 
 
-class RefinableResult(Protocol):
-    """A result that may need refinement."""
-
-    @property
-    def level(self) -> Level:
-        """The level of refinement."""
-
-    @property
-    def models(self) -> Mapping[str, Cost]:
-        """The costs of its models."""
-
-
-class RefinableJob(Protocol):
-    """A job: the ICs of one body."""
-
-    @property
-    def body(self) -> Body:
-        """The body, in the domain of the first model."""
-
-    @property
-    def settings(self) -> Settings:
-        """The engine, the tolerance, and the largest number of unknowns."""
-
-    def request(self, level: Level) -> Any:
-        """Return the engine's request for the model at a level."""
-
-
-AnyJob = TypeVar("AnyJob", bound=RefinableJob)
-Result = TypeVar("Result", bound=RefinableResult)
+AnyJob = TypeVar("AnyJob", Job, MatrixJob)
+Result = TypeVar("Result")
 
 
 def solve_to_tolerance(
@@ -155,7 +118,7 @@ def solve_to_tolerance(
     NotConverged where a tolerance would need a larger model than its job allows.
     """
     for name, job in jobs.items():
-        require_inside(name, job.request(Level(domain=-1)))
+        require_inside(name, job)
     levels = dict.fromkeys(jobs, Level())
     models: dict[str, dict[Level, Any]] = {name: {} for name in jobs}
     while True:
@@ -163,7 +126,7 @@ def solve_to_tolerance(
             (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
             for model in MODELS
             for name, job in jobs.items()
-            if (level := levels[name].models(job.settings.engine.estimate.model_names(job.body)).get(model))
+            if (level := levels[name].models(job.settings.engine.models_for(job.body)).get(model))
             and level not in models[name]
         ]
         options.watch.on_round([task for _, task in unsolved])
@@ -179,19 +142,14 @@ def solve_to_tolerance(
 
 
 def solve_models(unsolved: Sequence[tuple[Engine, Task]], options: RunOptions) -> Iterator[Solved]:
-    """Solve models, engine by engine, and yield them as they finish.
-
-    The engines store them, so that an interrupted run of the same code does not solve them again.
-    """
+    """Solve models, engine by engine, and yield them as they finish."""
     engines = dict.fromkeys(engine for engine, _ in unsolved)
     for engine in engines:
-        yield from engine.models.solve(
-            [task for task_engine, task in unsolved if task_engine is engine], options
-        )
+        yield from engine.solve([task for task_engine, task in unsolved if task_engine is engine], options)
 
 
 def next_levels(
-    jobs: Mapping[str, RefinableJob], results: Mapping[str, RefinableResult], assessed: Assessment
+    jobs: Mapping[str, AnyJob], results: Mapping[str, Any], assessed: Assessment
 ) -> dict[str, Level]:
     """Return the next levels of the bodies that are not accurate enough.
 
@@ -209,11 +167,10 @@ def next_levels(
     return {name: next_level(name, jobs[name], results[name], assessed.in_combined[name], 1 / len(jobs))}
 
 
-def require_inside(name: str, smallest: Request) -> None:
-    """Raise WrongInput if a point or a patch of a request lies outside its model."""
-    body = smallest.body
-    xi_end = body.xi_end
-    low, high = body.s_range
+def require_inside(name: str, job: Job | MatrixJob) -> None:
+    """Raise WrongInput if a point or a patch of a job lies outside its smallest model."""
+    smallest = job.request(Level(domain=-1))
+    body, xi_end, (low, high) = smallest.body, smallest.body.xi_end, smallest.body.s_range
     for patch in dict.fromkeys(load.patch for load in smallest.loads):
         ends = np.array([patch.s - patch.b, patch.s + patch.b])
         s = np.append(smallest.points.s, ends)
@@ -229,27 +186,36 @@ def require_inside(name: str, smallest: Request) -> None:
             )
 
 
-def next_level(
-    name: str, job: RefinableJob, result: RefinableResult, estimated: Shares, share: float = 1.0
-) -> Level:
+def next_level(name: str, job: Job | MatrixJob, result: Any, estimated: Shares, share: float = 1.0) -> Level:
     """Return the next level of a body: finer cells, a larger domain, more waves, as its error requires.
 
-    `estimated` is its error on the scale of refinement of its own ICs or of the sum of both bodies; `share`
-    is its share of the tolerance. Raises NotConverged where the next level would be too expensive.
+    `result` is a `Reference` or `MatrixReference`, `estimated` its error on the scale of refinement of its
+    own ICs or of the sum of both bodies; `share` is its share of the tolerance. Raises NotConverged where the
+    next level would be too expensive.
     """
-    tolerance = share * job.settings.tolerance
+    settings, now = job.settings, result.level
+    tolerance = share * settings.tolerance
     level = Level(
-        result.level.cells + _steps(estimated.mesh, tolerance, COARSER**MESH_ORDER),
-        result.level.domain + _steps(estimated.truncation, tolerance, LARGER**TRUNCATION_ORDER),
-        result.level.waves + _steps(estimated.waves, tolerance, HIGHER**WAVES_ORDER),
+        now.cells + _steps(estimated.mesh, tolerance, COARSER**MESH_ORDER),
+        now.domain + _steps(estimated.truncation, tolerance, LARGER**TRUNCATION_ORDER),
+        now.waves + _steps(estimated.waves, tolerance, HIGHER**WAVES_ORDER),
     )
-    if level == result.level:  # no part is too large, only their sum
+    if level == now:  # no part is too large, only their sum
         level = replace(level, cells=level.cells + 1)
     unknowns = result.models["fine"].unknowns
-    growth = job.settings.engine.estimate.growth_of_unknowns
-    expected = round(unknowns * COARSER ** (growth * (level.cells - result.level.cells)))
-    if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.settings.most_unknowns:
-        raise NotConverged(_too_expensive(name, job, result, estimated, expected))
+    growth = settings.engine.growth_of_unknowns
+    expected = round(unknowns * COARSER ** (growth * (level.cells - now.cells)))
+    if max(level.cells, level.domain, level.waves) > FURTHEST or expected > settings.most_unknowns:
+        cells, domain = factors(now)
+        raise NotConverged(
+            f"{name} body: the estimated error of C_{estimated.component} on the line {estimated.line} is "
+            f"{estimated.total:.2%} with {unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} "
+            f"(at worst {estimated.mesh:.2%} from the mesh, {estimated.truncation:.2%} from the domain, "
+            f"{estimated.waves:.2%} from the wavenumbers); the tolerance {settings.tolerance:.2%} would take "
+            f"about {expected:,} unknowns (`most_unknowns` = {settings.most_unknowns:,}) or a domain more "
+            f"than {LARGER**FURTHEST:g} times the first. Try a larger `tolerance` or `most_unknowns`, "
+            "shorter lines, or only the components that matter"
+        )
     return level
 
 
@@ -258,23 +224,6 @@ def _steps(error: float, tolerance: float, gain: float) -> int:
     if error <= tolerance / 2:
         return 0
     return int(np.clip(np.ceil(np.log(2 * error / tolerance) / np.log(gain)), 1, MOST_STEPS))
-
-
-def _too_expensive(
-    name: str, job: RefinableJob, result: RefinableResult, worst: Shares, expected: int
-) -> str:
-    cells, domain = factors(result.level)
-    settings = job.settings
-    return (
-        f"{name} body: the estimated error of C_{worst.component} on the line {worst.line} is "
-        f"{worst.total:.2%} with "
-        f"{result.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
-        f"{worst.mesh:.2%} from the mesh, {worst.truncation:.2%} from the domain, "
-        f"{worst.waves:.2%} from the wavenumbers); the tolerance "
-        f"{settings.tolerance:.2%} would take about {expected:,} unknowns (`most_unknowns` = "
-        f"{settings.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a "
-        "larger `tolerance` or `most_unknowns`, shorter lines, or only the components that matter"
-    )
 
 
 # --- C at points ---
@@ -289,13 +238,14 @@ def references(
     next run of the same code. Raises WrongInput for points outside a model, NotConverged where the tolerance
     would need a larger model than the job allows.
     """
-    assess_all = partial(assess_references, jobs, combined=combined)
     return solve_to_tolerance(
         jobs,
         options,
-        read=lambda job, solved: job.settings.engine.models.displacements(solved.task.request, solved.model),
+        read=lambda job, solved: job.settings.engine.displacements(
+            solved.model, solved.task.request.loads, solved.task.request.points
+        ),
         combine=combine,
-        assess=assess_all,
+        assess=partial(assess_references, jobs, combined=combined),
     )
 
 
@@ -309,4 +259,47 @@ def assess_references(
         return lambda body, c: shares(jobs[body], c, scale)
 
     ics = {body: reference.c for body, reference in references.items()}
-    return assess_batch(Batch(ics, measure), combined=combined)
+    return assess_bodies(ics, measure, combined=combined)
+
+
+# --- plans ---
+
+
+@dataclass(frozen=True)
+class ModelPlan:
+    """A model before it is solved: its name, engine, size, and expected cost."""
+
+    name: str
+    engine: Engine
+    cells: float  # their size over the size of the scene's first cells
+    far_radius: float  # mm
+    along_x: str  # extent of the model along x, in words
+    expected: ExpectedCost
+
+
+def plans(
+    jobs: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
+) -> Iterator[ModelPlan]:
+    """Yield the plans of the models of the first round; `prefix` comes before their names."""
+    for name, job in jobs.items():
+        engine = job.settings.engine
+        for model, level in Level().models(engine.models_for(job.body)).items():
+            request = job.request(level)
+            body, expected = request.body, engine.expected_cost(request, workers)
+            length_along_x = "infinite" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
+            yield ModelPlan(
+                f"{prefix}{name}, {model}",
+                engine,
+                factors(level)[0],
+                body.domain.far_radius,
+                "full circle" if body.closed else length_along_x,
+                expected,
+            )
+
+
+def total_seconds(model_plans: Sequence[ModelPlan], workers: int) -> float:
+    """Return the expected seconds of all models.
+
+    Engines that share a model among workers solve models one by one, others solve them side by side.
+    """
+    return sum(plan.expected.seconds / (1 if plan.engine.shares_a_model else workers) for plan in model_plans)

@@ -61,26 +61,20 @@ def total(parts: Sequence[EstimatedICs]) -> EstimatedICs:
     )
 
 
-@dataclass(frozen=True)
-class Orders:
-    """Orders of convergence that an estimate assumes, everywhere or at each point, (n,)."""
-
-    mesh: Array | float = ESTIMATE_ORDER
-    truncation: Array | float = TRUNCATION_ORDER
+Orders = tuple[Array | float, Array | float]  # of convergence, in cell size and in 1 / domain size
+ORDERS: Orders = (ESTIMATE_ORDER, TRUNCATION_ORDER)
 
 
-ALIKE_EVERYWHERE = Orders()
-
-
-def orders_at(patch: Patch, points: Points, far_radius: float) -> Orders:
-    """Return the orders at points: lower where gradients are infinite, and close to the far arc."""
+def orders_at(patch: Patch, points: Points, far_radius: float) -> tuple[Array, Array]:
+    """Return the orders at points, (n,) each: lower where gradients are infinite, or close to the far arc."""
     x, s = np.abs(points.x), np.abs(points.s - patch.s)
     margin = ON_OUTLINE * min(patch.a, patch.b)
     around = (x < patch.a + margin) & (s < patch.b + margin)
     on_outline = around & ((x > patch.a - margin) | (s > patch.b - margin))
     close_to_arc = np.hypot(x, s) > CLOSE_TO_ARC * far_radius
-    return Orders(
-        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER), np.where(close_to_arc, LOW_ORDER, TRUNCATION_ORDER)
+    return (
+        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER),
+        np.where(close_to_arc, LOW_ORDER, TRUNCATION_ORDER),
     )
 
 
@@ -89,7 +83,7 @@ def estimated(
     perturbed: Mapping[str, Array],
     *,
     safety: float,
-    orders: Orders = ALIKE_EVERYWHERE,
+    orders: Orders = ORDERS,
 ) -> EstimatedICs:
     """Return ICs (3, 3, ...) [mm/N] with their estimated errors, from less accurate ICs of the same shape.
 
@@ -102,15 +96,15 @@ def estimated(
 
 
 def errors(
-    changes: Mapping[str, Array], *, safety: float, orders: Orders = ALIKE_EVERYWHERE
+    changes: Mapping[str, Array], *, safety: float, orders: Orders = ORDERS
 ) -> tuple[Array, Array, Array]:
     """Return the errors [mm/N] due to mesh, truncation, wavenumbers from the `changes` of less accurate ICs.
 
     Their names and `safety` are those of `estimated`.
     """
     none = np.zeros_like(changes["coarser"])
-    mesh = safety * np.abs(changes["coarser"]) / (COARSER**orders.mesh - 1)
-    truncation = SAFETY * np.abs(changes.get("nearer", none)) / (LARGER**orders.truncation - 1)
+    mesh = safety * np.abs(changes["coarser"]) / (COARSER ** orders[0] - 1)
+    truncation = SAFETY * np.abs(changes.get("nearer", none)) / (LARGER ** orders[1] - 1)
     waves = [np.abs(changes[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in changes]
     return pooled(mesh), truncation, SAFETY * sum(waves, start=none)
 
@@ -144,7 +138,7 @@ class Reference:
 def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     engine = job.settings.engine
-    level_of_model = level.models(engine.estimate.model_names(job.body))
+    level_of_model = level.models(engine.models_for(job.body))
     ic, raw, compliance = discounted(job, models[level].u)
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
     others = {name: discounted(job, models[at].u)[0] for name, at in level_of_model.items() if name != "fine"}
@@ -158,7 +152,7 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
     body = job.body.enlarged(domain)
     orders = orders_at(job.patch, job.points, body.domain.far_radius)
     return Reference(
-        estimated(ic, perturbed, safety=engine.estimate.safety, orders=orders),
+        estimated(ic, perturbed, safety=engine.safety, orders=orders),
         raw,
         compliance,
         level,
@@ -207,21 +201,13 @@ def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
     }
 
 
-def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the largest of the errors (3, 3, n) on each line, (3, 3), as shares of its scale."""
-    return {
-        line: np.max(np.abs(error[..., line_points]), axis=-1) / scale[line]
-        for line, line_points in job.lines.items()
-    }
-
-
 def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, str, str]:
     """Return the largest error over lines and components on their scale: (share, component, line)."""
-    errors = estimated_errors(job, np.nan_to_num(error, nan=np.inf), scale)
+    errors = np.abs(np.nan_to_num(error, nan=np.inf))
     return max(
-        (component_of(errors[line], component), component, line)
+        (component_of(np.max(errors[..., points], axis=-1) / scale[line], component), component, line)
         for component in job.components
-        for line in errors
+        for line, points in job.lines.items()
     )
 
 

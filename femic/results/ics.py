@@ -18,8 +18,7 @@ from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.engine import Cost, Points
 from femic.reference.job import Job
 from femic.reference.matrix.reference import MatrixReference
-from femic.reference.plan import ModelPlan, plans
-from femic.reference.refinement import references
+from femic.reference.refinement import ModelPlan, plans, references
 from femic.reference.result import EstimatedICs, Reference, scales, total
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import require_none
@@ -199,7 +198,7 @@ def measure_of(results: Results, body: str) -> Measure:
     """Return the measure of errors of a body's ICs: `femic.ic_errors.error_measure`."""
     points, patch = (results.points.x, results.points.s), results.scene.patch
     a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
-    return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
+    return Measure.against(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
 
 
 def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:

@@ -31,8 +31,7 @@ from femic.reference.matrix.reference import (
     matrices,
     pair_column,
 )
-from femic.reference.plan import ModelPlan, plans
-from femic.reference.refinement import worst_shares
+from femic.reference.refinement import ModelPlan, plans, worst_shares
 from femic.reference.result import EstimatedICs, total
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import models_of, parts_of, solids
@@ -187,8 +186,7 @@ def _deviations(scene: Scene, body: str, strip: int, column: ReferenceColumn) ->
     approximated = approximations(_variants(scene, body), solids(scene)[body], grid, strip)
     differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
     return {
-        name: Deviation.of_column(difference, column)
-        for name, difference in (differences | {"C": c.estimate}).items()
+        name: column.deviation(difference) for name, difference in (differences | {"C": c.estimate}).items()
     }
 
 
@@ -237,7 +235,7 @@ class Accumulator:
             self.errors[body].append(columns.errors[body])
             joined = self.deviations[body]
             for name, deviation in deviations.items():
-                joined[name] = joined[name].joined(deviation) if name in joined else deviation
+                joined[name] = joined[name].merge(deviation) if name in joined else deviation
 
     def results(self, start: float, workers: int) -> MatrixResults:
         """Return the results after the last strip; `start` is when their computation began [s]."""

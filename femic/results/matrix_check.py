@@ -73,7 +73,7 @@ def _job(results: MatrixResults, body: str, strip: int) -> Job:
             scene.settings,
             engine=CHECK_ENGINE,
             tolerance=np.inf,  # no refinement of these cells; the estimate says how accurate they are
-            cells=CHECK_ENGINE.tuned.cells_for(CHECK_TOLERANCE, grid.patch(strip)),
+            cells=CHECK_ENGINE.first_cells(CHECK_TOLERANCE, grid.patch(strip)),
         ),
     )
 

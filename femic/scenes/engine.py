@@ -1,8 +1,7 @@
 """The table [engine] of a scene file: settings of the reference C."""
 
-import copyreg
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -20,18 +19,6 @@ from geometries.patches import Patch
 LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
-
-
-def _engine(name: str) -> Engine:
-    return ENGINES[name]
-
-
-def _reduced(engine: Engine) -> str | tuple[Any, ...]:
-    """Return how a scene with an engine is pickled: by its name, for its record may have local functions."""
-    return (_engine, (engine.name,)) if ENGINES.get(engine.name) is engine else engine.__reduce_ex__(2)
-
-
-copyreg.pickle(Engine, _reduced)
 
 
 class EngineTable(SceneTable):
@@ -93,7 +80,7 @@ class EngineTable(SceneTable):
 
     def cells(self, patch: Patch) -> Cells:
         """Return the first cells: as given, else as the tolerance needs."""
-        default = self.engine.tuned.cells_for(self.tolerance, patch)
+        default = self.engine.first_cells(self.tolerance, patch)
         return Cells(
             self.smallest_cell or default.smallest,
             self.growth or default.growth,
@@ -116,8 +103,8 @@ class EngineTable(SceneTable):
 
 def engine_misfits(scene: Scene) -> Iterator[str]:
     """Yield settings that the engine of a scene does not have."""
-    if scene.fields and not scene.settings.engine.fields:
-        yield f"fields = true: only {kinds_that(lambda engine: engine.fields)} has fields in 3D"
+    if scene.fields and not scene.settings.engine.has_fields:
+        yield f"fields = true: only {kinds_that(lambda engine: engine.has_fields)} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 
@@ -126,11 +113,11 @@ def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
     """Yield why the engine has no C of these bodies on a grid, and so none for contact."""
     yield from body_limit_misfits(scene)
     engine = scene.settings.engine
-    if engine.matrices is None:
+    if not engine.has_matrices:
         yield (
             f"engine.kind = {engine.name!r}: has no C on a grid, as matrices and contact need it: use "
-            f"{kinds_that(lambda other: other.matrices)} (grid.check compares columns of a matrix with the "
-            "solid engine)"
+            f"{kinds_that(lambda other: other.has_matrices)} (grid.check compares columns of a matrix with "
+            "the solid engine)"
         )
 
 
@@ -149,8 +136,8 @@ def body_limit_misfits(scene: Scene) -> Iterator[str]:
                 f"{name}.rolling_radius = {radius:g}: {remedy} below {limits.rolling_radius:g}, or give a "
                 "larger one"
             )
-        if body.outline is not None and not scene.settings.engine.outlines:
-            remedy = _use(other for other in ENGINES.values() if other.outlines)
+        if body.outline is not None and not scene.settings.engine.follows_outlines:
+            remedy = _use(other for other in ENGINES.values() if other.follows_outlines)
             yield f"{name}.outline: {remedy}, or leave it out"
 
 

@@ -109,7 +109,7 @@ def load_solid_scene(name_or_path: str) -> Scene:
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     scene = parse(table, path)
-    build = build_scene if scene.engine.engine.fields else check_scene
+    build = build_scene if scene.engine.engine.has_fields else check_scene
     return build(name_of(path), text, scene)
 
 

@@ -1,6 +1,6 @@
 """Displacements and stresses inside the true body, by the harmonic engine.
 
-All elements together are one load per wavenumber k (`section_fields`). The stress is
+All elements together are one load per wavenumber k (`femic.stresses.waves`). The stress is
 
     half-space(all waves) + [section - half-space](waves up to the largest k)
 
@@ -23,11 +23,10 @@ from femic.reference.harmonic.section import SectionMesh, SectionSize, section_m
 from femic.reference.meshing import Cells
 from femic.stresses.field import StressField
 from femic.stresses.half_space import half_space_field, on_half_space, staircase
-from femic.stresses.near_surface import centred, sample_points
+from femic.stresses.near_surface import sample_centres, sample_points
 from femic.stresses.points import InnerPoints, SurfaceTractions, merged, require_inside
 from femic.stresses.resolution import Resolution
-from femic.stresses.section_fields import COMPONENTS, WaveSolver
-from femic.stresses.waves import Spectra, in_local_axes, synthesise
+from femic.stresses.waves import COMPONENTS, Spectra, WaveSolver, in_local_axes, synthesise
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.patches import Grid
@@ -72,26 +71,16 @@ def stress_field(
     field = StressField(body, points, flat.u + u, flat.stress + rest, flat.stress, cost=cost)
     if not settings.estimated:
         return replace(field, estimate=np.full(points.shape, np.nan))
-    parts = _changes(field, tractions, rest, settings)
-    largest = {name: float(np.max(part, initial=0.0)) for name, part in parts.items()}
-    return replace(field, estimate=sum(parts.values(), np.zeros(points.shape)), estimate_parts=largest)
-
-
-def _changes(
-    field: StressField, tractions: SurfaceTractions, rest: Array, settings: StressSettings
-) -> dict[str, Array]:
-    """Parts of the estimate (...) [MPa], by what changes: "section", "far arc", "elements"."""
-    body, points = field.body, field.points
-    coarse = SectionUnderWaves.mesh(body, tractions, Resolution.at_fineness(settings.fineness).coarser)
+    coarse = SectionUnderWaves.mesh(body, tractions, resolution.coarser)
     coarser_rest = coarse.body_correction(points, settings.workers)[1]
     parts = {"section": SECTION_SHARE * _with_floor(_largest(coarser_rest - rest))}
     if body.truncated:
         parts["far arc"] = _with_floor(_largest(coarse.far_arc_change(points, settings.workers)))
     flat_of_merged = half_space_field(body, merged(tractions), points).stress
-    assert field.half_space is not None
     share = np.where(tractions.beside_edge(points.x, points.s, points.depth), AT_EDGES, OF_ELEMENTS)
-    parts["elements"] = share * _largest(flat_of_merged - field.half_space)
-    return parts
+    parts["elements"] = share * _largest(flat_of_merged - flat.stress)
+    largest = {name: float(np.max(part, initial=0.0)) for name, part in parts.items()}
+    return replace(field, estimate=sum(parts.values(), np.zeros(points.shape)), estimate_parts=largest)
 
 
 def _largest(change: Array) -> Array:
@@ -138,15 +127,15 @@ class SectionUnderWaves:
         """Displacements (..., 3) and stresses (..., 3, 3) beyond the half-space's, and the cost."""
         samples = sample_points(points, TRUSTED * self.cell)
         long_part = self.spectra.long_part()
-        centres = centred(long_part.grid, samples.points, along_x=False)
+        centres = sample_centres(long_part.grid, samples.points, along_x=False)
         u, stress, cost = self.long_waves(centres.points, workers)
         flat_u, flat_stress = on_half_space(self.section.body, long_part, centres.points)
         flat_stress[centres.on_lattice] -= staircase(
             self.section.body, long_part, centres.lattice_points, along_x=False
         )
         return (
-            samples.continued(centres.at_points(u - flat_u), np.zeros(3, dtype=bool)),
-            samples.continued(centres.at_points(stress - flat_stress), TRACTIONS),
+            samples.extend(centres.at_points(u - flat_u), np.zeros(3, dtype=bool)),
+            samples.extend(centres.at_points(stress - flat_stress), TRACTIONS),
             cost,
         )
 

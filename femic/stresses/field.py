@@ -67,11 +67,6 @@ def tresca(stress: Array) -> Array:
     return np.asarray(values[..., 2] - values[..., 0])
 
 
-def largest_shear(stress: Array) -> Array:
-    """Return the largest shear stress on any plane, half of `tresca`, shape (...) [MPa]."""
-    return tresca(stress) / 2
-
-
 def rise_between(values: Array, axes: Sequence[Array]) -> float:
     """Return how far parabolas through the largest of values (n, m, ...) and its neighbours rise above it.
 
@@ -83,11 +78,7 @@ def rise_between(values: Array, axes: Sequence[Array]) -> float:
         line = np.moveaxis(values, axis, -1)[tuple(at[:axis] + at[axis + 1 :])]
         if 0 < (middle := at[axis]) < len(coordinates) - 1:
             near = slice(middle - 1, middle + 2)
-            rise += _vertex(coordinates[near] - coordinates[middle], line[near]) - float(line[middle])
+            curvature, slope, height = np.polyfit(coordinates[near] - coordinates[middle], line[near], 2)
+            if curvature < 0:
+                rise += float(height - slope**2 / (4 * curvature) - line[middle])
     return rise
-
-
-def _vertex(x: Array, y: Array) -> float:
-    """Return the largest value of the parabola through three points; the middle one, at x = 0, is highest."""
-    curvature, slope, height = np.polyfit(x, y, 2)
-    return float(height - slope**2 / (4 * curvature)) if curvature < 0 else float(y[1])

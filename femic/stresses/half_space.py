@@ -29,12 +29,11 @@ order. Waves of tractions on a half-plane: Johnson (1985), Contact Mechanics, se
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from femic.stresses.field import StressField
-from femic.stresses.near_surface import centred
+from femic.stresses.near_surface import sample_centres
 from femic.stresses.points import InnerPoints, SurfaceTractions, require_inside
 from geometries.arrays import Array
 from geometries.bodies import Body
@@ -57,7 +56,7 @@ def half_space_field(
     require_inside(body, points)
     if not between_centres:
         return StressField(body, points, *on_half_space(body, tractions, points))
-    samples = centred(tractions.grid, points)
+    samples = sample_centres(tractions.grid, points)
     u, stress = on_half_space(body, tractions, samples.points)
     stress[samples.on_lattice] -= staircase(body, tractions, samples.lattice_points)
     return StressField(body, points, samples.at_points(u), samples.at_points(stress))
@@ -69,7 +68,7 @@ def on_half_space(body: Body, tractions: SurfaceTractions, points: InnerPoints) 
     n points out of the lower body and into the upper one.
     """
     to_depth = np.array([1.0, 1.0, body.side])  # signs of x, s, n as x, y, z of the half-space
-    corners = Corners.of_lattice(*tractions.edges, body.side * tractions.p * to_depth)
+    corners = lattice_corners(*tractions.edges, body.side * tractions.p * to_depth)
     flat = (values.ravel() for values in (points.x, points.s, points.depth))
     u, stress = fields(body.material, corners, *flat)
     return (
@@ -85,40 +84,42 @@ AT_ONCE = 2**16  # pairs of point and corner that are worked on at a time
 H, H1 = "h", "h1"
 
 
-@dataclass(frozen=True, eq=False)
-class Corners:
-    """Corners of rectangles at x, y [mm], shape (n,), and second differences of three tractions there (n, 3).
+Corners = tuple[Array, Array, Array]  # x, y [mm], (n,), and second differences of three tractions (n, 3)
 
-    A lattice of elements has the difference over both directions of its tractions at each corner.
+
+def lattice_corners(x_edges: Array, y_edges: Array, tractions: Array) -> Corners:
+    """The corners of a lattice of elements with tractions (n_x, n_y, 3), only those that count.
+
+    At each corner it has the difference over both directions of its tractions.
     """
-
-    x: Array
-    y: Array
-    differences: Array
-
-    @classmethod
-    def of_lattice(cls, x_edges: Array, y_edges: Array, tractions: Array) -> "Corners":
-        """The corners of a lattice of elements with tractions (n_x, n_y, 3), only those that count."""
-        padded = np.pad(tractions, ((1, 1), (1, 1), (0, 0)))
-        differences = np.diff(np.diff(padded, axis=0), axis=1).reshape(-1, 3)
-        counts = np.any(differences != 0, axis=1)
-        x, y = (edges.ravel()[counts] for edges in np.meshgrid(x_edges, y_edges, indexing="ij"))
-        return cls(x, y, differences[counts])
+    padded = np.pad(tractions, ((1, 1), (1, 1), (0, 0)))
+    differences = np.diff(np.diff(padded, axis=0), axis=1).reshape(-1, 3)
+    counts = np.any(differences != 0, axis=1)
+    x, y = (edges.ravel()[counts] for edges in np.meshgrid(x_edges, y_edges, indexing="ij"))
+    return x, y, differences[counts]
 
 
 def derivatives(corners: Corners, x: Array, y: Array, z: Array) -> dict[str, Array]:
     """Derivatives of h and h1 for the tractions of all rectangles, at points (n,); (n, 3 tractions) each.
 
-    The key is the potential and what it is differentiated by, e.g. "h_xxz".
+    The key is the potential and what it is differentiated by, e.g. "h_xxz". All second and third derivatives
+    of h are among them, by Laplace's equation.
     """
+    corners_x, corners_y, differences = corners
     sums: dict[str, list[Array]] = {}
-    n = max(1, AT_ONCE // max(1, len(corners.x)))
+    n = max(1, AT_ONCE // max(1, len(corners_x)))
     for start in range(0, len(x), n):
         part = slice(start, start + n)
-        terms = _terms(x[part, None] - corners.x, y[part, None] - corners.y, z[part, None])
+        terms = _terms(x[part, None] - corners_x, y[part, None] - corners_y, z[part, None])
         for name, values in terms:
-            sums.setdefault(name, []).append(values @ corners.differences)
-    return _completed({name: np.concatenate(parts) for name, parts in sums.items()})
+            sums.setdefault(name, []).append(values @ differences)
+    known = {name: np.concatenate(parts) for name, parts in sums.items()}
+    return known | {
+        "h_zz": -known["h_xx"] - known["h_yy"],
+        "h_zzz": -known["h_xxz"] - known["h_yyz"],
+        "h_xxx": -known["h_xyy"] - known["h_xzz"],
+        "h_yyy": -known["h_xxy"] - known["h_yzz"],
+    }
 
 
 def _terms(X: Array, Y: Array, z: Array) -> Iterator[tuple[str, Array]]:
@@ -157,22 +158,12 @@ def _terms(X: Array, Y: Array, z: Array) -> Iterator[tuple[str, Array]]:
     yield "h_yzz", -z * X / (R * from_y)
 
 
-def _completed(of: dict[str, Array]) -> dict[str, Array]:
-    """All second and third derivatives of h, by Laplace's equation."""
-    return of | {
-        "h_zz": -of["h_xx"] - of["h_yy"],
-        "h_zzz": -of["h_xxz"] - of["h_yyz"],
-        "h_xxx": -of["h_xyy"] - of["h_xzz"],
-        "h_yyy": -of["h_xxy"] - of["h_yzz"],
-    }
-
-
-def derivative(of: Mapping[str, Array], potential: str, by: str) -> Array:
+def derivative(known: Mapping[str, Array], potential: str, by: str) -> Array:
     """A derivative of h or h1 from those of `derivatives`, whatever the order of `by`; shape (n, 3)."""
     by = "".join(sorted(by))
     if potential == H1 and "z" in by:
         potential, by = H, by.replace("z", "", 1)
-    return of[f"{potential}_{by}"]
+    return known[f"{potential}_{by}"]
 
 
 # --- displacements and stresses of the potentials ---
@@ -182,12 +173,27 @@ AXES = "xyz"
 
 def fields(material: Material, corners: Corners, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """Displacements (n, 3) [mm] and stresses (n, 3, 3) [MPa] along x, y and the depth z, at points (n,)."""
-    of = derivatives(corners, x, y, z)
+    known, nu = derivatives(corners, x, y, z), material.nu
+
+    def h(traction: str, by: str) -> Array:
+        """A derivative of h of one traction, shape (n,)."""
+        return derivative(known, H, by)[:, AXES.index(traction)]
+
+    def psi(potential: str, by: str) -> Array:
+        """A derivative of psi (from h) or psi1 (from h1), shape (n,)."""
+        return np.sum([derivative(known, potential, d + by)[:, j] for j, d in enumerate(AXES)], axis=0)
+
+    def displacement(a: str, b: str = "") -> Array:
+        """4 pi G u_a, shape (n,), or its derivative by b."""
+        if a == "z":
+            value = h("z", "z" + b) + (1 - 2 * nu) * psi(H, b) - z * psi(H, "z" + b)
+        else:
+            value = 2 * h(a, "z" + b) - h("z", a + b) + 2 * nu * psi(H1, a + b) - z * psi(H, a + b)
+        return value - psi(H, a) if b == "z" else value
+
     scale = 1 / (4 * np.pi * material.G)
-    u = np.stack([_displacement(of, z, material.nu, a) for a in AXES], axis=-1)
-    gradient = np.stack(
-        [np.stack([_slope(of, z, material.nu, a, b) for b in AXES], axis=-1) for a in AXES], axis=-2
-    )
+    u = np.stack([displacement(a) for a in AXES], axis=-1)
+    gradient = np.stack([np.stack([displacement(a, b) for b in AXES], axis=-1) for a in AXES], axis=-2)
     return scale * u, hooke_stress(material, scale * gradient)
 
 
@@ -203,34 +209,6 @@ def hooke_stress(material: Material, gradient: Array) -> Array:
     return np.asarray(2 * material.G * strain + material.lame * dilatation * np.eye(3))
 
 
-def _displacement(of: Mapping[str, Array], z: Array, nu: float, a: str) -> Array:
-    """4 pi G u_a, shape (n,)."""
-    if a == "z":
-        return _h(of, "z", "z") + (1 - 2 * nu) * _psi(of, H, "") - z * _psi(of, H, "z")
-    return 2 * _h(of, a, "z") - _h(of, "z", a) + 2 * nu * _psi(of, H1, a) - z * _psi(of, H, a)
-
-
-def _slope(of: Mapping[str, Array], z: Array, nu: float, a: str, b: str) -> Array:
-    """4 pi G du_a/db, shape (n,)."""
-    by_depth = _psi(of, H, a) if b == "z" else 0.0
-    if a == "z":
-        slope = _h(of, "z", "z" + b) + (1 - 2 * nu) * _psi(of, H, b) - z * _psi(of, H, "z" + b)
-    else:
-        slope = 2 * _h(of, a, "z" + b) - _h(of, "z", a + b) + 2 * nu * _psi(of, H1, a + b)
-        slope = slope - z * _psi(of, H, a + b)
-    return slope - by_depth
-
-
-def _h(of: Mapping[str, Array], traction: str, by: str) -> Array:
-    """A derivative of h of one traction, shape (n,)."""
-    return derivative(of, H, by)[:, AXES.index(traction)]
-
-
-def _psi(of: Mapping[str, Array], potential: str, by: str) -> Array:
-    """A derivative of psi (from h) or psi1 (from h1), shape (n,)."""
-    return np.sum([derivative(of, potential, d + by)[:, j] for j, d in enumerate(AXES)], axis=0)
-
-
 # --- staircase of uniform elements ---
 
 Z = 2
@@ -244,7 +222,17 @@ def staircase(
     Without `along_x` only the steps from strip to strip count, and points may lie anywhere along x.
     """
     to_depth, grid = np.array([1.0, 1.0, body.side]), tractions.grid
-    steps_x, steps_s = _steps(tractions, centres)
+    p = np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
+    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
+    i = np.floor(place).astype(int)
+    share = (place - i)[:, None]
+    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
+
+    def near(ahead: int, aside: int) -> Array:
+        return (1 - share) * p[i + ahead, j + aside] + share * p[i + 1 + ahead, j + aside]
+
+    # Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid.
+    steps_x, steps_s = (near(1, 0) - near(-1, 0)) / 2, (near(0, 1) - near(0, -1)) / 2
     stress = np.zeros((len(centres.x), 3, 3))
     for y, x, h, steps in ((0, 1, grid.dx, along_x * steps_x), (1, 0, grid.ds, steps_s)):
         rise = body.side * steps * to_depth  # g h
@@ -258,17 +246,3 @@ def staircase(
             stress[:, a, b] -= value
             stress[:, b, a] -= value
     return np.asarray(stress * np.outer(to_depth, to_depth))
-
-
-def _steps(tractions: SurfaceTractions, centres: InnerPoints) -> tuple[Array, Array]:
-    """Mean steps to the next elements along x and along s [MPa], (n, 3) each; 0 beyond the grid."""
-    grid, p = tractions.grid, np.pad(tractions.p, ((3, 4), (3, 3), (0, 0)))
-    place = np.clip((centres.x - tractions.x[0]) / grid.dx + 3, 1, grid.n_x + 4)
-    i = np.floor(place).astype(int)
-    share = (place - i)[:, None]
-    j = np.clip(np.rint((centres.s - grid.strips[0]) / grid.ds).astype(int) + 3, 1, grid.n_s + 4)
-
-    def at(along_x: int, along_s: int) -> Array:
-        return (1 - share) * p[i + along_x, j + along_s] + share * p[i + 1 + along_x, j + along_s]
-
-    return (at(1, 0) - at(-1, 0)) / 2, (at(0, 1) - at(0, -1)) / 2

@@ -6,8 +6,8 @@ tractions, because the half-space has them all: its components along n are inter
 ones extrapolated.
 
 Where elements still cause waves in a field, it is sampled below their centres and interpolated between these
-(`Centred`); where they no longer do, points are their own samples, as interpolation then errs more. Between
-both depths one passes into the other.
+(`CentreSamples`); where they no longer do, points are their own samples, as interpolation then errs more.
+Between both depths one passes into the other.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Samples:
     relative: Array
     shape: tuple[int, ...]
 
-    def continued(self, values: Array, zero: Mask) -> Array:
+    def extend(self, values: Array, zero: Mask) -> Array:
         """Values (..., *c) at the points from those at the samples (m, *c).
 
         `zero` (*c) marks components that vanish at the surface.
@@ -77,7 +77,7 @@ ROUGH_DEPTH, SMOOTH_DEPTH = 0.5, 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Centred:
+class CentreSamples:
     """Sample points (m,), and their shares (n, 5) in the values at n points, `members` (n, 5) each.
 
     `on_lattice` (m,) marks those below centres of elements.
@@ -101,13 +101,16 @@ class Centred:
         return np.asarray(mean.reshape(*self.shape, *values.shape[1:]))
 
 
-def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred:
+def sample_centres(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> CentreSamples:
     """Return the four nearest centres of elements, at the same depth, and the points themselves, by depth.
 
     The lattice of centres goes on beyond the grid. Without `along_x` samples have the x of the points.
     """
     x, s, depth = points.x.ravel(), points.s.ravel(), points.depth.ravel()
-    own = _share_of_points(depth / max(grid.dx if along_x else 0.0, grid.ds))
+    # The share of the points themselves in their values grows with their depth; its slope is steady.
+    ratio = depth / max(grid.dx if along_x else 0.0, grid.ds)
+    t = np.clip((ratio - ROUGH_DEPTH) / (SMOOTH_DEPTH - ROUGH_DEPTH), 0.0, 1.0)
+    own = t**2 * (3 - 2 * t)
     x_ends, x_shares = _neighbours(x, grid.dx, grid.dx * (grid.n_x - 1) / 2)
     if not along_x:
         x_ends, x_shares = np.repeat(x[:, None], 2, axis=1), np.tile([1.0, 0.0], (len(x), 1))
@@ -124,13 +127,7 @@ def centred(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> Centred
     places = np.where(shares[..., None] > 0, places, np.take_along_axis(places, most, axis=1))
     distinct, members = np.unique(places.reshape(-1, 4).round(12), axis=0, return_inverse=True)
     samples = InnerPoints(*distinct[:, :3].T)
-    return Centred(samples, distinct[:, 3] > 0, members.reshape(len(x), 5), shares, points.shape)
-
-
-def _share_of_points(ratio: Array) -> Array:
-    """Share of the points themselves in their values, by depth over the longer side; its slope is steady."""
-    t = np.clip((ratio - ROUGH_DEPTH) / (SMOOTH_DEPTH - ROUGH_DEPTH), 0.0, 1.0)
-    return np.asarray(t**2 * (3 - 2 * t))
+    return CentreSamples(samples, distinct[:, 3] > 0, members.reshape(len(x), 5), shares, points.shape)
 
 
 def _neighbours(values: Array, spacing: float, origin: float) -> tuple[Array, Array]:

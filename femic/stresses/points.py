@@ -58,21 +58,6 @@ class InnerPoints:
         return body.surface.chart_x(self.x, self.s, self.s)
 
 
-def line_into_depth(x: float, s: float, depth: ArrayLike) -> InnerPoints:
-    """Return the points below one point of the surface at some depths [mm], shape (n,)."""
-    return InnerPoints(np.asarray(x), np.asarray(s), np.asarray(depth))
-
-
-def section_points(s: ArrayLike, depth: ArrayLike, x: float = 0.0) -> InnerPoints:
-    """Return points of the section at x, shape (len(s), len(depth))."""
-    return InnerPoints(np.asarray(x), np.asarray(s)[:, None], np.asarray(depth)[None])
-
-
-def lengthwise_points(x: ArrayLike, depth: ArrayLike, s: float = 0.0) -> InnerPoints:
-    """Return points below the line along x at one arc length s, shape (len(x), len(depth))."""
-    return InnerPoints(np.asarray(x)[:, None], np.asarray(s), np.asarray(depth)[None])
-
-
 def points_at(body: Body, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> InnerPoints:
     """Return points by global coordinates x, y, z [mm], which broadcast: below the nearest surface point.
 
@@ -110,9 +95,23 @@ def require_inside(body: Body, points: InnerPoints) -> None:
         np.abs(flat.in_chart(body)) <= length, flat, "more than half way round the body; give a smaller x"
     )
     in_section = flat.in_section(body)
-    _require(_in_domain(body, in_section, rounding), flat, _beyond(body))
-    inside = _foot(body, in_section)[1] >= -rounding
-    _require(inside, flat, "the normal has left the body again at this depth; give a smaller depth")
+    y, z = in_section
+    own_depth = _foot(body, in_section)[1]
+    if body.outline is None:
+        hub = (
+            f" and {body.rolling_radius - body.depth:g} mm from the axis (hub)" if body.depth < np.inf else ""
+        )
+        _require(
+            (np.hypot(y, z) <= body.domain.far_radius + rounding) & (body.side * z <= body.depth + rounding),
+            flat,
+            f"beyond the modelled section, which ends {body.domain.far_radius:g} mm from the contact centre"
+            f"{hub}; give a smaller depth or a larger far_radius",
+        )
+    else:
+        within = _in_polygon(body.outline.closed(body.contour), in_section) | (own_depth < rounding)
+        _require(within, flat, "outside the outline of the section; give a point inside it")
+    left_again = "the normal has left the body again at this depth; give a smaller depth"
+    _require(own_depth >= -rounding, flat, left_again)
 
 
 def _foot(body: Body, in_section: Array) -> tuple[Array, Array]:
@@ -122,17 +121,6 @@ def _foot(body: Body, in_section: Array) -> tuple[Array, Array]:
     return s, body.side * np.sum(apart * body.contour.normal(s), axis=0)
 
 
-def _in_domain(body: Body, in_section: Array, rounding: float) -> Mask:
-    """Whether points (2, n) lie within far arc and hub, or within the outline, shape (n,)."""
-    y, z = in_section
-    if body.outline is None:
-        within_arc = np.hypot(y, z) <= body.domain.far_radius + rounding
-        return np.asarray(within_arc & (body.side * z <= body.depth + rounding))
-    return _in_polygon(body.outline.closed(body.contour), in_section) | (
-        _foot(body, in_section)[1] < rounding
-    )
-
-
 def _in_polygon(boundary: Array, points: Array) -> Mask:
     """Whether points (2, n) lie in a closed polygon (2, m): a ray along y crosses it oddly often."""
     (y, z), (next_y, next_z) = boundary[..., None], np.roll(boundary, -1, axis=1)[..., None]
@@ -140,17 +128,6 @@ def _in_polygon(boundary: Array, points: Array) -> Mask:
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = y + (points[1] - z) / (next_z - z) * (next_y - y)
     return np.asarray(np.sum(straddles & (points[0] < crossing), axis=0) % 2 == 1)
-
-
-def _beyond(body: Body) -> str:
-    """What a point beyond the modelled section of a body is told."""
-    if body.outline is not None:
-        return "outside the outline of the section; give a point inside it"
-    hub = f" and {body.rolling_radius - body.depth:g} mm from the axis (hub)" if body.depth < np.inf else ""
-    return (
-        f"beyond the modelled section, which ends {body.domain.far_radius:g} mm from the contact centre"
-        f"{hub}; give a smaller depth or a larger far_radius"
-    )
 
 
 def _require(valid: Mask, points: InnerPoints, reason: str) -> None:

@@ -82,7 +82,7 @@ def geometry1():
 def geometry1_checked():
     """The same with the solid engine's C at tolerance 3 % (a minute and a half)."""
     scene = load_scene("geometry1")
-    cells = SOLID.tuned.cells_for(0.03, scene.patch)
+    cells = SOLID.first_cells(0.03, scene.patch)
     check = replace(scene.check, settings=replace(scene.check.settings, tolerance=0.03, cells=cells))
     results = compute(replace(scene, check=check), RunOptions(1))
     dataset = to_dataset(results)

@@ -8,7 +8,7 @@ import numpy as np
 from deck import Part, face_loads, nodal_forces, node_set, run
 from meshing import Fineness, Mesh, Rectangle, mesh
 
-from femic.reference.engine import Points, Specification
+from femic.reference.engine import Points, Request
 from femic.reference.engines import ENGINES
 from femic.reference.run_options import Level, RunOptions, Task
 from geometries.arrays import Array
@@ -82,12 +82,11 @@ def by_femic(loaded: LoadedBody) -> Array:
     endless = replace(loaded.body, domain=Domain(loaded.body.domain.far_radius, np.inf))
     loads = tuple(Load(loaded.patch, direction) for direction in range(3))
     x, s = np.array(loaded.points, dtype=float).T
-    cells = engine.tuned.cells_for(TOLERANCE, loaded.patch)
-    request = engine.models.request(
-        Specification(endless, loads, Points(x, s), cells, TOLERANCE, LEAST, 0, "auto")
-    )
-    (solved,) = engine.models.solve([Task(loaded.name, Level(), request, 10**7)], RunOptions(1))
-    return np.transpose(engine.models.displacements(request, solved.model).u, (2, 1, 0))
+    cells = engine.first_cells(TOLERANCE, loaded.patch)
+    model = Request(endless, loads, Points(x, s), cells, tolerance=TOLERANCE, least_scale=LEAST)
+    request = engine.request(model)
+    (solved,) = engine.solve([Task(loaded.name, Level(), request, 10**7)], RunOptions(1))
+    return np.transpose(engine.displacements(solved.model, loads, request.points).u, (2, 1, 0))
 
 
 def by_calculix(loaded: LoadedBody, growth: float, folder: Path) -> tuple[Array, Mesh]:

@@ -7,9 +7,8 @@ from scipy.sparse import bsr_matrix
 from scipy.sparse.linalg import LinearOperator
 
 from femic.reference.meshing import Cells
-from femic.reference.solid.elasticity import rigid_body_modes
 from femic.reference.solid.engine import SolidModel, assemble, from_vertices
-from femic.reference.solid.linear import System, multigrid
+from femic.reference.solid.linear import System, multigrid, rigid_body_modes
 from femic.reference.solid.mesh import Focus, SolidMesh, solid_mesh
 from femic.reference.symmetry import Parity, held_by_symmetry
 from geometries.arrays import Array, Mask

@@ -75,8 +75,7 @@ def domain_on(problem: ContactProblem, grid: Grid) -> Domain:
     given = any(body.domain.radius_given for body in problem.bodies.values())
     if given or problem.discount != "source":
         return Domain(problem.support_radius, np.inf, radius_given=given)
-    matrices_of = problem.settings.engine.matrices
-    least = matrices_of.far_radius(problem.settings.tolerance, grid) if matrices_of else 0.0
+    least = problem.settings.engine.far_radius(problem.settings.tolerance, grid)
     return Domain(max(least, *(body.domain.far_radius for body in problem.bodies.values())), np.inf)
 
 

@@ -18,7 +18,7 @@ A row of the border, forces of loads or what observers see, joins a front with t
 eliminated there. So all places are known before the first wavenumber is solved.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -26,7 +26,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from femic.reference.harmonic.section_model import SectionModel
+from femic.reference.harmonic.section import SectionModel
 from geometries.arrays import Array, Indices, Mask
 
 # --- nested dissection ---
@@ -53,7 +53,9 @@ def dissect(cells: Indices, places: Array, last: Mask) -> list[Part]:
     The last part is the whole. Nodes that are marked in `last` (n_nodes,) are kept by all parts.
     """
     corners = places[:, cells[:, :3]]  # (2, n, 3)
-    measures = _measures(corners.mean(axis=2), np.ptp(corners, axis=2).max(axis=0))
+    (y, z), sizes = corners.mean(axis=2), np.ptp(corners, axis=2).max(axis=0)
+    smallest = int(np.argmin(sizes))
+    measures = y, z, y + z, y - z, np.hypot(y - y[smallest], z - z[smallest])
     cells_of_node = np.bincount(cells.ravel(), minlength=places.shape[1])
     parts: list[Part] = []
     counts: list[Indices] = []  # of the cells that each kept node has in its part
@@ -68,7 +70,10 @@ def dissect(cells: Indices, places: Array, last: Mask) -> list[Part]:
         else:
             nodes, count = np.unique(cells[chosen], return_counts=True)
         done = (count == cells_of_node[nodes]) & ~last[nodes]
-        parts.append(Part(None if halves else chosen, numbers, _in_a_row(nodes[done], places), nodes[~done]))
+        gone, at = nodes[done], places[:, nodes[done]]
+        if len(gone):  # in order along their longer extent, so that neighbours have consecutive numbers
+            gone = gone[np.argsort(at[np.argmax(np.ptp(at, axis=1))], kind="stable")]
+        parts.append(Part(None if halves else chosen, numbers, gone, nodes[~done]))
         counts.append(count[~done])
         return len(parts) - 1
 
@@ -76,15 +81,11 @@ def dissect(cells: Indices, places: Array, last: Mask) -> list[Part]:
     return parts
 
 
-def _measures(centres: Array, sizes: Array) -> Sequence[Array]:
-    """What cells at centres (2, n) are sorted by, of which one half is below and one above the median."""
-    y, z = centres
-    from_smallest = np.hypot(*(centres - centres[:, [np.argmin(sizes)]]))
-    return y, z, y + z, y - z, from_smallest
-
-
 def _halves(cells: Indices, measures: Sequence[Array], chosen: Indices) -> tuple[Indices, ...]:
-    """The two halves of some cells with the fewest nodes in common, none if they are not to be halved."""
+    """The two halves of some cells with the fewest nodes in common, none if they are not to be halved.
+
+    Halves lie below and above the median of one of the `measures` of cells.
+    """
     if len(chosen) <= CELLS_OF_A_LEAF:
         return ()
     marked = np.zeros(np.max(cells[chosen]) + 1, dtype=bool)
@@ -99,32 +100,11 @@ def _halves(cells: Indices, measures: Sequence[Array], chosen: Indices) -> tuple
     return best[1]
 
 
-def _in_a_row(nodes: Indices, places: Array) -> Indices:
-    """Nodes in order along their longer extent, so that neighbours of their part have consecutive ones."""
-    at = places[:, nodes]
-    return nodes[np.argsort(at[np.argmax(np.ptp(at, axis=1))], kind="stable")] if len(nodes) else nodes
-
-
 # --- fronts ---
 
 MOST_RUNS = 12  # of consecutive places up to which blocks are added one by one
 
 Entries = tuple[Indices, Indices, slice]  # amplitude and border of entries in a front, and which they are
-
-
-@dataclass(frozen=True, eq=False)
-class Equations:
-    """The equations [[K, F], [G, 0]] of a section with loads and observers.
-
-    Amplitudes that are not `free` (n_nodes, 3) are held, those of the `last` nodes (n_nodes,) retained.
-    Forces F (3 n_nodes, n) and observers G (m, 3 n_nodes) have all amplitudes.
-    """
-
-    model: SectionModel
-    free: Mask
-    last: Mask
-    forces: csr_matrix
-    observers: csr_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +122,13 @@ class Half:
         if max(len(rows), len(columns)) > MOST_RUNS:
             return []
         return [(row, column, at, beside) for row, at in rows for column, beside in columns]
+
+    def add(self, left: Array, matrix: Array) -> None:
+        """Add what is left of the half to the matrix of the whole."""
+        for rows, columns, at, beside in self.blocks:
+            matrix[:, at, beside] += left[:, rows, columns]
+        if not self.blocks:
+            matrix[:, self.rows[:, None], self.columns] += left
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,120 +160,38 @@ class Front:
         return n + len(self.observers), n + len(self.loads)
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
-    """The parts of a section, and its free amplitudes in the order in which these eliminate them.
-
-    `amplitudes` are their numbers 3 n + c, c the component at node n, the retained ones last. Forces F and
-    observers G^T are in this order.
-    """
-
-    equations: Equations
-    parts: list[Part]
-    amplitudes: Indices
-    number: Indices  # of each of the 3 n_nodes amplitudes in this order
-    starts: Indices  # the first number of each part, and behind the last one of the retained amplitudes
-    forces: csr_matrix
-    seen: csr_matrix
-
-    @classmethod
-    def prepare(cls, equations: Equations) -> "Order":
-        """Order a section's amplitudes."""
-        model, free, last = equations.model, equations.free, equations.last
-        parts = dissect(model.cells, model.section.mesh.doflocs, last)
-        groups = [_amplitudes(part.eliminated, free) for part in parts]
-        amplitudes = np.concatenate([*groups, _amplitudes(np.flatnonzero(last), free)])
-        number = np.full(free.size, -1)
-        number[amplitudes] = np.arange(len(amplitudes))
-        starts = np.append(0, np.cumsum([len(group) for group in groups]))
-        forces, seen = (
-            csr_matrix(border)[amplitudes] for border in (equations.forces, equations.observers.T)
-        )
-        return cls(equations, parts, amplitudes, number, starts, forces, seen)
-
-    @property
-    def retained(self) -> int:
-        """Number of retained amplitudes."""
-        return len(self.amplitudes) - int(self.starts[-1])
-
-    def fronts(self) -> list[Front]:
-        """The fronts of all parts, and last that of the retained amplitudes with the whole border."""
-        fronts: list[Front] = []
-        for number, part in enumerate(self.parts):
-            kept = np.sort(self.number[_amplitudes(part.kept, self.equations.free)])
-            amplitudes = np.append(np.arange(*self.starts[number : number + 2]), kept)
-            halves = {half: fronts[half] for half in part.halves}
-            loads = self._joined(self.forces, number, [half.loads for half in halves.values()])
-            observers = self._joined(self.seen, number, [half.observers for half in halves.values()])
-            fronts.append(self._front(number, amplitudes, (loads, observers), part.cells, halves))
-        retained = np.arange(self.starts[-1], len(self.amplitudes))
-        border = np.arange(self.forces.shape[1]), np.arange(self.seen.shape[1])
-        whole = len(self.parts)
-        return [*fronts, self._front(whole, retained, border, None, {whole - 1: fronts[-1]})]
-
-    def _joined(self, border: csr_matrix, number: int, halves: Sequence[Indices]) -> Indices:
-        """The columns of a border that a part has: those of its halves and of what it eliminates."""
-        low, high = border.indptr[self.starts[number : number + 2]]
-        return np.unique(np.concatenate([border.indices[low:high], *halves])).astype(np.int64)
-
-    def _front(
-        self,
-        number: int,
-        amplitudes: Indices,
-        border: tuple[Indices, Indices],
-        cells: Indices | None,
-        halves: Mapping[int, Front],
-    ) -> Front:
-        """The front of a part; the number behind the last one is that of the retained amplitudes."""
-        retains = number == len(self.parts)
-        first = int(self.starts[number])
-        end = len(self.amplitudes) if retains else int(self.starts[number + 1])
-        loads, observers = border
-        return Front(
-            first,
-            0 if retains else end - first,
-            amplitudes,
-            loads,
-            observers,
-            None if cells is None else self._stiffness(cells, amplitudes),
-            tuple(
-                Half(
-                    half,
-                    _placed(amplitudes, observers, front.kept, front.observers),
-                    _placed(amplitudes, loads, front.kept, front.loads),
-                )
-                for half, front in halves.items()
-            ),
-            _entries(self.forces, (first, end), len(amplitudes), loads),
-            _entries(self.seen, (first, end), len(amplitudes), observers),
-        )
-
-    def _stiffness(self, cells: Indices, amplitudes: Indices) -> Array:
-        """The sums (3, n, n) of the matrices of some cells, without amplitudes that are held."""
-        model, n = self.equations.model, len(amplitudes)
-        cell_amplitudes = (3 * model.cells[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
-        is_free = self.equations.free.ravel()[cell_amplitudes]
-        place = np.where(is_free, np.searchsorted(amplitudes, self.number[cell_amplitudes]), n)
-        entry = (place[:, :, None] * (n + 1) + place[:, None, :]).ravel()
-        sums = [np.bincount(entry, part[cells].ravel(), (n + 1) ** 2) for part in model.cell_matrices]
-        return np.array(sums, dtype=float).reshape(3, n + 1, n + 1)[:, :n, :n]
-
-
 def _amplitudes(nodes: Indices, free: Mask) -> Indices:
     """Numbers 3 n + c of the free amplitudes of nodes."""
     amplitudes = (3 * nodes[:, None] + np.arange(3)).ravel()
     return np.asarray(amplitudes[free.ravel()[amplitudes]])
 
 
-def _entries(border: csr_matrix, rows: tuple[int, int], n: int, columns: Indices) -> Entries:
+def _sum_cells(
+    model: SectionModel, cells: Indices, free: Mask, number: Indices, amplitudes: Indices
+) -> Array:
+    """The sums (3, n, n) of the matrices of some cells, without amplitudes that are held."""
+    n = len(amplitudes)
+    cell_amplitudes = (3 * model.cells[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
+    place = np.where(free.ravel()[cell_amplitudes], np.searchsorted(amplitudes, number[cell_amplitudes]), n)
+    entry = (place[:, :, None] * (n + 1) + place[:, None, :]).ravel()
+    sums = [np.bincount(entry, part[cells].ravel(), (n + 1) ** 2) for part in model.cell_matrices]
+    return np.array(sums, dtype=float).reshape(3, n + 1, n + 1)[:, :n, :n]
+
+
+def _join(border: csr_matrix, first: int, end: int, halves: Sequence[Indices]) -> Indices:
+    """The columns of a border that a part has: those of its halves and of the rows that it eliminates."""
+    low, high = border.indptr[[first, end]]
+    return np.unique(np.concatenate([border.indices[low:high], *halves])).astype(np.int64)
+
+
+def _entries(border: csr_matrix, first: int, end: int, n: int, columns: Indices) -> Entries:
     """The entries of a border in the front of n amplitudes that eliminates those of some rows."""
-    first, end = rows
-    low, high = border.indptr[first], border.indptr[end]
+    low, high = border.indptr[[first, end]]
     row = np.repeat(np.arange(end - first), np.diff(border.indptr[first : end + 1]))
     return row, n + np.searchsorted(columns, border.indices[low:high]), slice(low, high)
 
 
-def _placed(amplitudes: Indices, border: Indices, half: Indices, half_border: Indices) -> Indices:
+def _places(amplitudes: Indices, border: Indices, half: Indices, half_border: Indices) -> Indices:
     """The places of the amplitudes and the border of a half among those of the whole."""
     behind = len(amplitudes) + np.searchsorted(border, half_border)
     return np.append(np.searchsorted(amplitudes, half), behind)
@@ -324,10 +229,52 @@ class Elimination:
     seen: csr_matrix  # G^T (amplitudes, m)
 
     @classmethod
-    def prepare(cls, equations: Equations) -> "Elimination":
-        """Prepare the elimination for the equations of a section."""
-        order = Order.prepare(equations)
-        return cls(order.fronts(), order.amplitudes, order.retained, order.forces, order.seen)
+    def prepare(
+        cls, model: SectionModel, free: Mask, last: Mask, forces: csr_matrix, observers: csr_matrix
+    ) -> "Elimination":
+        """Prepare the elimination for the equations [[K, F], [G, 0]] of a section with loads and observers.
+
+        Amplitudes that are not `free` (n_nodes, 3) are held, those of the `last` nodes (n_nodes,) retained.
+        Forces F (3 n_nodes, n) and observers G (m, 3 n_nodes) have all amplitudes.
+        """
+        parts = dissect(model.cells, model.section.mesh.doflocs, last)
+        none = np.empty(0, dtype=np.int64)
+        parts.append(Part(None, (len(parts) - 1,), np.flatnonzero(last), none))  # what is retained
+        groups = [_amplitudes(part.eliminated, free) for part in parts]
+        amplitudes, starts = np.concatenate(groups), np.append(0, np.cumsum([len(group) for group in groups]))
+        number = np.full(free.size, -1)  # of each amplitude in this order
+        number[amplitudes] = np.arange(len(amplitudes))
+        forces, seen = (csr_matrix(border)[amplitudes] for border in (forces, observers.T))
+        fronts: list[Front] = []
+        for part, first, end in zip(parts, starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+            halves = {half: fronts[half] for half in part.halves}
+            kept = np.sort(number[_amplitudes(part.kept, free)])
+            here, n = np.append(np.arange(first, end), kept), end - first + len(kept)
+            if part is parts[-1]:
+                loads, observed = np.arange(forces.shape[1]), np.arange(seen.shape[1])
+            else:
+                loads = _join(forces, first, end, [half.loads for half in halves.values()])
+                observed = _join(seen, first, end, [half.observers for half in halves.values()])
+            front = Front(
+                first,
+                0 if part is parts[-1] else end - first,
+                here,
+                loads,
+                observed,
+                None if part.cells is None else _sum_cells(model, part.cells, free, number, here),
+                tuple(
+                    Half(
+                        name,
+                        _places(here, observed, half.kept, half.observers),
+                        _places(here, loads, half.kept, half.loads),
+                    )
+                    for name, half in halves.items()
+                ),
+                _entries(forces, first, end, n, loads),
+                _entries(seen, first, end, n, observed),
+            )
+            fronts.append(front)
+        return cls(fronts, amplitudes, len(groups[-1]), forces, seen)
 
     @property
     def batch_size(self) -> int:
@@ -346,35 +293,20 @@ class Elimination:
         factors: list[Array] = []
         left: dict[int, Array] = {}
         for number, front in enumerate(self.fronts):
-            matrix, m = self._front(front, powers, forces, left), front.eliminated
+            matrix, n, m = np.zeros((len(k), *front.shape)), len(front.amplitudes), front.eliminated
+            if front.stiffness is not None:
+                by_cells = powers[:, None] @ front.stiffness.reshape(3, n * n)
+                matrix[:, :n, :n] = by_cells.reshape(len(k), n, n)
+            for half in front.halves:
+                half.add(left.pop(half.number), matrix)
+            row, load, entries = front.forces
+            matrix[:, row, load] += forces[..., entries]
+            row, observer, entries = front.seen
+            matrix[:, observer, row] += self.seen.data[entries]
             factor = np.asarray(np.linalg.solve(matrix[:, :m, :m], matrix[:, :m, m:]), dtype=float)
             left[number] = matrix[:, m:, m:] - matrix[:, m:, :m] @ factor if m else matrix
             factors.append(factor)
         return Eliminated(self, np.array(k), factors, left[len(self.fronts) - 1])
-
-    def _front(self, front: Front, powers: Array, forces: Array, left: dict[int, Array]) -> Array:
-        """The matrix (k, rows, columns) of a front: of cells or of what halves left, and the border."""
-        matrix = np.zeros((len(powers), *front.shape))
-        if front.stiffness is not None:
-            n = len(front.amplitudes)
-            matrix[:, :n, :n] = (powers[:, None] @ front.stiffness.reshape(3, n * n)).reshape(
-                len(powers), n, n
-            )
-        for half in front.halves:
-            _add(matrix, left.pop(half.number), half)
-        row, load, entries = front.forces
-        matrix[:, row, load] += forces[..., entries]
-        row, observer, entries = front.seen
-        matrix[:, observer, row] += self.seen.data[entries]
-        return matrix
-
-
-def _add(matrix: Array, left: Array, half: Half) -> None:
-    """Add what is left of a half to a front."""
-    for rows, columns, at, beside in half.blocks:
-        matrix[:, at, beside] += left[:, rows, columns]
-    if not half.blocks:
-        matrix[:, half.rows[:, None], half.columns] += left
 
 
 def in_parts(k: Sequence[float], batch_size: int, workers: int) -> list[list[float]]:

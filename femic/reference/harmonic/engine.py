@@ -2,7 +2,7 @@
 
 The section of a body is the same everywhere along x (round its axis). A load that varies as cos(k x) causes
 u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitudes on the section
-(`femic.reference.harmonic.section_model`). For a load along x sines and cosines are exchanged: its K is
+(`femic.reference.harmonic.section`). For a load along x sines and cosines are exchanged: its K is
 K(-k), which is K(k) with the sign of U changed. So one factorisation per wavenumber serves all loads. On a
 closed body of revolution k = m / R_roll. Sections that are their own mirror image are halved, with even and
 odd fields. `femic.reference.harmonic.synthesis` computes displacements anywhere along x from the responses.
@@ -14,26 +14,34 @@ responses of the half-space are known in closed form, so the search for its wave
 tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
 many (measured). Seconds and memory follow laws that were fitted on one machine of 2 cores
 (docs/how-to/matrix.md): their ratios are more reliable than their values.
+
+For each of the many small matrices of an elimination NumPy gives the interpreter's lock back and takes it
+again, so threads wait for each other: two are 1.5 to 1.8 times as fast as one, two processes 1.9 times. But a
+process takes a second to start, and prepares the equations once more. So threads serve small sections,
+processes large ones.
 """
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from approx.halfspace import HalfSpace
-from femic.cache.workers import Processes, one_blas_thread
+from femic.cache.workers import Prepared, Processes, in_threads, one_blas_thread
 from femic.reference.engine import BASE_MEMORY, Cost, ExpectedCost, peak_memory
+from femic.reference.harmonic.elimination import in_parts
 from femic.reference.harmonic.request import COLUMNS_NEED, HarmonicRequest
 from femic.reference.harmonic.section import FitCells, SectionMesh, SectionSize, section_mesh
-from femic.reference.harmonic.section_work import MOST_PROCESSES, SectionWork, Solver, processes_for
+from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.stored import (
     NOT_STORED,
     StoredWaves,
+    WaveSolution,
     model_key,
     requested_part,
     store_model,
@@ -41,13 +49,12 @@ from femic.reference.harmonic.stored import (
     with_unit_modulus,
 )
 from femic.reference.harmonic.synthesis import Responses, odd_in_k
-from femic.reference.harmonic.wavenumbers import Samples, sample
-from femic.reference.harmonic.waves import SINES, half_space_response
+from femic.reference.harmonic.waves import SINES, Samples, half_space_response, sample
 from femic.reference.job import NotConverged
 from femic.reference.run_options import RunOptions, Solved, Step, Task
 from geometries.arrays import Array
 from geometries.materials import one_body
-from geometries.patches import Patch
+from geometries.patches import Load, Patch
 
 # --- the section ---
 
@@ -58,32 +65,95 @@ CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at t
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
-    """Mesh the section of a request, half of it where the contour is symmetric."""
-    half_section = request.body.symmetric
-    cells = request.cells
+    """Mesh the section of a request, half of it where the contour is symmetric.
+
+    Around the patches where M is fitted, cells are finer than under strips as wide.
+    """
+    cells, fit_cells = request.cells, None
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
-    if request.even_strips:
+    if request.on_strips:
         k_of_columns = COLUMNS_NEED * request.k_max
         wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / k_of_columns)
-    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _fit_cells(request))
-    return section_mesh(request.body, size, half_section=half_section)
-
-
-def _fit_cells(request: HarmonicRequest) -> FitCells | None:
-    """The cells round the patches where M is fitted, if there are any: finer than under strips as wide."""
-    if not request.fit_patches:
-        return None
-    b = min(patch.b for patch in request.fit_patches)
-    half_widths = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
-    smallest = request.cells.smallest * b / min(half_widths, default=b)
-    behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
-    growth = FINER_GROWTH * request.cells.growth
-    return FitCells(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
+    if request.fit_patches:
+        half_widths = [patch.b for patch in request.fit_patches]
+        b, others = min(half_widths), [load.patch for load in request.loads]
+        least = min((patch.b for patch in others if patch not in request.fit_patches), default=b)
+        smallest = min(cells.smallest * b / least, b) / FINER
+        behind = FINER_BEHIND * max(half_widths)
+        fit_cells = FitCells(strips(request.fit_patches), smallest, FINER_GROWTH * cells.growth, behind)
+    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, fit_cells)
+    return section_mesh(request.body, size, half_section=request.body.symmetric)
 
 
 def strips(patches: Iterable[Patch]) -> Array:
     """Ends [mm] of the strips of s under patches, without repetitions, shape (n, 2)."""
     return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
+
+
+# --- the wavenumbers of a section, in threads or processes ---
+
+UNKNOWNS_FOR_PROCESSES = 25_000  # of a section, from which on processes are faster
+MOST_PROCESSES = 8  # each has equations of its own, hundreds of MB
+AT_ONCE = 4  # wavenumbers that a process solves before it takes others
+
+
+def processes_for(unknowns: int, workers: int) -> int:
+    """Return how many processes solve the wavenumbers of a section; 1 is this process, with its threads."""
+    return min(workers, MOST_PROCESSES) if unknowns >= UNKNOWNS_FOR_PROCESSES else 1
+
+
+@dataclass(frozen=True, eq=False)
+class SectionWork:
+    """A section with loads, and observers at arc lengths s [mm], whose wavenumbers are solved.
+
+    Solutions have responses (share, load, 3, len(s)), with the far arc at some `shares` of its radius; from
+    `cutoff_wavenumber` [1/mm] on with the far arc at the first of them only. They are taken from the `cache`
+    where it has them, and kept there; `kind` begins their names in it.
+    """
+
+    section: SectionMesh
+    loads: tuple[Load, ...]
+    s: Array
+    cache: StoredWaves
+    kind: str = ""
+    shares: tuple[float, ...] = (1.0,)
+    cutoff_wavenumber: float = 0.0
+
+    @cached_property
+    def equations(self) -> SectionSolver:
+        """The prepared equations."""
+        return SectionSolver(self.section, self.loads, self.s, self.shares)
+
+    @cached_property
+    def _in_each_process(self) -> Prepared[Sequence[float], tuple[list[WaveSolution], int, float]]:
+        return Prepared(partial(replace, self))
+
+    def __call__(self, k: Sequence[float]) -> tuple[list[WaveSolution], int, float]:
+        """Solve a group of wavenumbers [1/mm], all on one side of `cutoff_wavenumber`.
+
+        Returns the solutions, the number of this process, and its peak memory so far [MB].
+        """
+        names = {one: f"{self.kind}k{float(one)!r}" for one in k}
+        found = {one: self.cache.get(name) for one, name in names.items()}
+        missing = [one for one, solution in found.items() if solution is None]
+        shares = self.shares if min(k) < self.cutoff_wavenumber else self.shares[:1]
+        with one_blas_thread():
+            for batch in in_parts(missing, self.equations.batch_size, workers=1) if missing else ():
+                responses, residuals = self.equations(batch, shares)
+                for one, *solution in zip(batch, responses, residuals.tolist(), strict=True):
+                    found[one] = solution[0], solution[1]
+                    self.cache.put(names[one], (solution[0], solution[1]))
+        return [solution for solution in found.values() if solution], os.getpid(), peak_memory()
+
+    def solve(
+        self, k: Sequence[float], workers: int, processes: Processes | None = None
+    ) -> Iterator[tuple[list[WaveSolution], int, float]]:
+        """Solve growing wavenumbers [1/mm] in threads, or in processes, group by group in their order."""
+        at_once = AT_ONCE if processes else self.equations.batch_size
+        below = [one for one in k if one < self.cutoff_wavenumber]
+        sides = below, [one for one in k if one >= self.cutoff_wavenumber]
+        groups = [group for side in sides for group in in_parts(side, at_once, workers)]
+        return processes(self._in_each_process, groups) if processes else in_threads(self, groups, workers)
 
 
 # --- responses ---
@@ -99,130 +169,85 @@ def solve(
     progress: Progress = lambda _: None,
     cache: StoredWaves = NOT_STORED,
 ) -> Responses:
-    """Mesh, assemble, and solve the wavenumbers in parallel.
+    """Mesh, assemble, and solve the wavenumbers in parallel, then some of them with coarser cells.
 
     Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
     a small residual. The worst residual is part of the cost. `cache` has the wavenumbers that an earlier
     run has solved, and takes the new ones.
     """
-    run = _Run(most_unknowns, workers, progress, cache)
-    with one_blas_thread(), run.processes:
-        section, samples = _sample(request, run)
-        coarser = _with_coarser_cells(request, run, samples.sparser.k)
-    unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
-    solver = f"direct, {len(samples.k)} wavenumbers"
-    memory = sum((run.memory | {os.getpid(): peak_memory()}).values())
-    cost = Cost(unknowns, cells, solver, (), max(run.residuals), run.seconds, memory)
-    drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
+    seconds = dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
+    residuals: list[float] = []  # of all solutions so far, cached ones included
+    memory: dict[int, float] = {}  # peak memory by process [MB]
+
+    @contextmanager
+    def timed(stage: str) -> Iterator[None]:
+        start = perf_counter()
+        yield
+        seconds[stage] += perf_counter() - start
+
+    def prepare(request: HarmonicRequest, *arcs: Any) -> SectionWork:
+        """Mesh a section, and assemble it where threads share it; processes do so while they solve."""
+        with timed("mesh"):
+            section = build_section(request)
+        if most_unknowns is not None and section.unknowns > most_unknowns:
+            raise NotConverged(
+                f"a section needs {section.unknowns:,} unknowns, `most_unknowns` = {most_unknowns:,}: give a "
+                "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
+            )
+        work = SectionWork(section, request.loads, request.observed, cache, *arcs)
+        if processes_for(section.unknowns, workers) == 1:
+            with timed("assembly"):
+                assert work.equations
+        return work
+
+    def solve_waves(work: SectionWork, k: Sequence[float]) -> list[Array]:
+        responses = []
+        n = processes_for(work.section.unknowns, workers)
+        solved = work.solve(k, n, processes) if n > 1 else work.solve(k, workers)
+        for solutions, process, peak in solved:
+            memory[process] = peak
+            for response, residual in solutions:
+                responses.append(response)
+                residuals.append(residual)
+                progress(len(residuals))
+        return responses
+
+    with one_blas_thread(), Processes(min(workers, MOST_PROCESSES)) as processes:
+        work = prepare(request, "", request.shares, request.cutoff_wavenumber)
+        progress(0)
+
+        def both_arcs(k: Sequence[float]) -> list[Array]:
+            """One solution serves both where the far arc has no effect, and where an outline leaves none."""
+            return [np.repeat(r, 2, axis=0) if len(r) == 1 else r for r in solve_waves(work, k)]
+
+        with timed("solution"):
+            a = min(load.patch.a for load in request.loads)
+            samples = sample(request.axis, both_arcs, odd_in_k(request.loads), a, request.accuracy)
+        coarser_work = prepare(request.coarser, "coarser_")
+        with timed("solution"):
+            coarser = np.concatenate(solve_waves(coarser_work, samples.sparser.k.tolist()))
+    mesh, solver = work.section.mesh, f"direct, {len(samples.k)} wavenumbers"
+    total_memory = sum((memory | {os.getpid(): peak_memory()}).values())
+    cost = Cost(work.section.unknowns, int(mesh.nelements), solver, (), max(residuals), seconds, total_memory)
+    drawn = mesh.p[:, : mesh.nvertices], mesh.t
     return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
 
 
-def _sample(request: HarmonicRequest, run: "_Run") -> tuple[SectionMesh, Samples]:
-    """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
-    section = run.section(request)
-    solver = run.solver(
-        SectionWork(section, request.loads, request.observed, request.shares, request.cutoff_wavenumber)
-    )
-    run.progress(0)
-
-    def both_arcs(wavenumbers: Sequence[float]) -> list[Array]:
-        # one solution serves both where the far arc has no effect, and where an outline leaves it none
-        return [
-            responses if len(responses) > 1 else np.repeat(responses, 2, axis=0)
-            for responses in run.solutions(solver, wavenumbers)
-        ]
-
-    with run.timed("solution"):
-        a = min(load.patch.a for load in request.loads)
-        return section, sample(request.axis, both_arcs, odd_in_k(request.loads), a, request.accuracy)
-
-
-def _with_coarser_cells(request: HarmonicRequest, run: "_Run", wavenumbers: Array) -> Array:
-    """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
-    section = run.section(request.coarser)
-    solver = run.solver(SectionWork(section, request.loads, request.observed, kind="coarser_"))
-    with run.timed("solution"):
-        return np.concatenate(run.solutions(solver, wavenumbers.tolist()))
-
-
-@dataclass(eq=False)
-class _Run:
-    """Meshes sections and solves their wavenumbers; adds up seconds, residuals and memory."""
-
-    most_unknowns: int | None
-    workers: int
-    progress: Progress
-    cache: StoredWaves
-    seconds: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
-    )
-    residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
-    memory: dict[int, float] = field(default_factory=dict)  # peak memory by process [MB]
-
-    @cached_property
-    def processes(self) -> Processes:
-        """The processes that solve large sections."""
-        return Processes(min(self.workers, MOST_PROCESSES))
-
-    def section(self, request: HarmonicRequest) -> SectionMesh:
-        """The section of a request."""
-        with self.timed("mesh"):
-            section = build_section(request)
-        unknowns = 3 * section.mesh.doflocs.shape[1]
-        if self.most_unknowns is not None and unknowns > self.most_unknowns:
-            raise NotConverged(
-                f"a section needs {unknowns:,} unknowns, `most_unknowns` = {self.most_unknowns:,}: give a "
-                "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
-            )
-        return section
-
-    def solver(self, work: SectionWork) -> Solver:
-        """The solver of a section. Where processes assemble it, that time counts as solution."""
-        processes = processes_for(work.unknowns, self.workers)
-        if processes > 1:
-            return work.in_processes(self.processes, processes, self.cache)
-        with self.timed("assembly"):
-            return work.in_threads(self.workers, self.cache)
-
-    def solutions(self, solver: Solver, k: Sequence[float]) -> list[Array]:
-        """Responses (share, load, 3, len(s)) at growing wavenumbers [1/mm], in their order."""
-        responses = []
-        for solved in solver(k):
-            self.memory[solved.process] = solved.peak_memory
-            for response, residual in solved.solutions:
-                responses.append(response)
-                self.residuals.append(residual)
-                self.progress(len(self.residuals))
-        return responses
-
-    @contextmanager
-    def timed(self, stage: str) -> Iterator[None]:
-        """Add the seconds that a block takes to those of a stage."""
-        start = perf_counter()
-        yield
-        self.seconds[stage] += perf_counter() - start
-
-
-# --- models of tasks ---
-
-
-def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
-    """Solve models, and yield each when it is finished.
+def solve_task(task: Task, options: RunOptions) -> Solved:
+    """Return the model of a task from the store, or solve it and put it there.
 
     A model that an interrupted run has begun continues after its last finished wavenumber.
     """
-    for task in tasks:
-        yield _solve_task(task, options)
-
-
-def _solve_task(task: Task, options: RunOptions) -> Solved:
-    """Return the model of a task from the store, or solve it and put it there."""
     stored = stored_model(task.request, options.store)
     if stored is not None:
         return Solved(task, stored, cached=True)
     request = with_unit_modulus(task.request)
     options.watch.on_step(Step(task, "mesh and assembly"))
-    expected = _expected_solutions(request)
+    try:
+        samples = expected_samples(request)
+        expected = len(samples.k) + len(samples.sparser.k)
+    except NotConverged:  # for the half-space; the body may still converge
+        expected = None
     responses = solve(
         request,
         task.most_unknowns,
@@ -234,15 +259,6 @@ def _solve_task(task: Task, options: RunOptions) -> Solved:
     return Solved(task, requested_part(responses, task.request), cached=False)
 
 
-def _expected_solutions(request: HarmonicRequest) -> int | None:
-    """Return the expected number of solutions, None if a half-space needs too many wavenumbers."""
-    try:
-        samples = expected_samples(request)
-        return len(samples.k) + len(samples.sparser.k)
-    except NotConverged:  # for the half-space; the body may still converge
-        return None
-
-
 # --- expected wavenumbers ---
 
 OBSERVERS = 60  # about as many observers are taken
@@ -250,45 +266,31 @@ DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in thes
 
 
 def expected_samples(request: HarmonicRequest) -> Samples:
-    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
-    loads, observed = request.loads, request.observed
+    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does.
+
+    The half-space's k is sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite
+    at k = 0.
+    """
+    loads, observed, body = request.loads, request.observed, request.body
     chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
     accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
-    directions = [load.direction for load in loads]
-    return sample(
-        request.axis,
-        _half_space(request, observed[chosen]),
-        SINES[:, directions].T[..., None],
-        min(load.patch.a for load in loads),
-        accuracy,
-    )
-
-
-def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
-    """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
-
-    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
-    k = 0.
-    """
-    loads, body = request.loads, request.body
-    half_space = HalfSpace(one_body(body.material, body.side))
-    distances = np.stack([s - load.patch.s for load in loads])  # (load, observer)
+    directions = np.array([load.direction for load in loads])
+    distances = np.stack([observed[chosen] - load.patch.s for load in loads])  # (load, observer)
     half_width = np.broadcast_to([[load.patch.b] for load in loads], distances.shape)
     pairs = np.stack([half_width, distances], axis=-1).reshape(-1, 2) / (unit := np.min(half_width))
-    distinct_pairs, pair_numbers = np.unique(pairs.round(DISTANCE_DIGITS), axis=0, return_inverse=True)
-    direction = np.array([[load.direction] for load in loads])
+    distinct_pairs, number = np.unique(pairs.round(DISTANCE_DIGITS), axis=0, return_inverse=True)
+    number = number.reshape(distances.shape)[:, None]
+    half_space = HalfSpace(one_body(body.material, body.side))
 
-    def responses(wavenumbers: Sequence[float]) -> list[Array]:
+    def respond(wavenumbers: Sequence[float]) -> list[Array]:
+        """Responses [mm^2/N], (load, 3, observer) each."""
         k = np.hypot(np.array(wavenumbers), 1 / body.domain.far_radius)
-        distinct_responses = np.stack(
-            [half_space_response(half_space, b, d, k) for b, d in unit * distinct_pairs]
-        )
-        all_responses = distinct_responses[
-            pair_numbers.reshape(distances.shape)[:, None], np.arange(3)[:, None], direction[..., None]
-        ]
-        return list(np.moveaxis(all_responses, -1, 0))  # (k, load, i, observer)
+        distinct = np.stack([half_space_response(half_space, b, d, k) for b, d in unit * distinct_pairs])
+        responses = distinct[number, np.arange(3)[:, None], directions[:, None, None]]
+        return list(np.moveaxis(responses, -1, 0))
 
-    return responses
+    odd = SINES[:, directions].T[..., None]
+    return sample(request.axis, respond, odd, min(load.patch.a for load in loads), accuracy)
 
 
 # --- expected cost ---
@@ -303,7 +305,7 @@ MEMORY, MEMORY_OF_PROCESS = 0.012, 0.006  # MB per unknown: in this process, or 
 def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
     """The expected unknowns, wavenumbers, seconds and memory of a model."""
     section, coarser_section = build_section(request), build_section(request.coarser)
-    unknowns, coarser = (3 * mesh.doflocs.shape[1] for mesh in (section.mesh, coarser_section.mesh))
+    unknowns, coarser = section.unknowns, coarser_section.unknowns
     half_section = section.half_section
     loads = {
         (abs(load.patch.s) if half_section else load.patch.s, load.patch.b, load.direction)

@@ -7,6 +7,11 @@ A displacement is disturbed at the ends of the loaded strips, at joints (where t
 the contour turns on a small radius. Away from a disturbance it is smooth on the scale of the distance from
 it: cells in proportion to that distance, with polynomials of fourth degree on them, need few unknowns. The
 corners of an outline disturb as joints do, and cells are not longer than the section is wide (a web).
+
+The stiffness of the cells at any wavenumber, K(k) = K0 + k K1 + k^2 K2, is computed once. Displacements are
+u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x); on a body of revolution x is the chart coordinate xi =
+R_roll theta and the strains are cylindrical. R_roll = infinity gives the prismatic body. Polynomials of
+fourth degree do not lock: Poisson's ratio may come close to 1/2 (M. Vogelius, Numer. Math. 41, 1983, 39-53).
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +21,7 @@ import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
-from skfem import ElementTriP4, MeshTri, MeshTri2
+from skfem import Basis, ElementTriP4, MeshTri, MeshTri2
 
 from femic.reference.meshing import (
     Cells,
@@ -32,6 +37,7 @@ from femic.reference.symmetry import boundary_facets_on, held_by_supports
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.contours import Contour
+from geometries.errors import Failure
 from geometries.outlines import SectionOutline, corner_turns, widths
 
 # --- the size of cells ---
@@ -70,16 +76,6 @@ class SectionSize:
     wave: float = np.inf
     fit_cells: FitCells | None = None
 
-    def with_mirror_image(self) -> "SectionSize":
-        """The same size for the strips and their mirror images at -s."""
-        fit_cells = self.fit_cells and replace(self.fit_cells, strips=_both_sides(self.fit_cells.strips))
-        return replace(self, strips=_both_sides(self.strips), fit_cells=fit_cells)
-
-
-def _both_sides(strips: Array) -> Array:
-    """Strips (n, 2) and their mirror images, shape (2 n, 2)."""
-    return np.vstack([strips, -strips[:, ::-1]])
-
 
 def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
     """Set the size of cells as the background field of Gmsh's model."""
@@ -100,20 +96,15 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
     formulas = [
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)" for field, (_, h0) in zip(fields, places, strict=True)
     ]
-    if size.fit_cells:
-        formulas.append(_fit_size(gmsh, contour, size.fit_cells, growth))
+    if fit := size.fit_cells:
+        s = _between(fit.strips, fit.h0)
+        field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
+        slowly = f"sqrt({fit.h0:.17g}^2+({fit.growth:.17g}*F{field})^2)"
+        formulas.append(f"max({slowly},{growth:.17g}*(F{field}-{fit.behind:.17g}))")
     if body.rolling_radius < np.inf:
         beyond_local = f"{growth:.17g}*(F{fields[0]}-{LOCAL_RADII * body.rolling_radius:.17g})"
         formulas.append(f"max({size_about_axis(body)},{beyond_local})")
     set_cell_size(gmsh, formulas)
-
-
-def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: float) -> str:
-    """Return the formula for the size of cells around the strips where M is fitted."""
-    s = _between(fit_cells.strips, fit_cells.h0)
-    field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
-    slowly = f"sqrt({fit_cells.h0:.17g}^2+({fit_cells.growth:.17g}*F{field})^2)"
-    return f"max({slowly},{growth:.17g}*(F{field}-{fit_cells.behind:.17g}))"
 
 
 def _outline_sizes(
@@ -186,6 +177,11 @@ class SectionMesh:
     half_section: bool
 
     @property
+    def unknowns(self) -> int:
+        """Number of amplitudes, held ones included."""
+        return 3 * int(self.mesh.doflocs.shape[1])
+
+    @property
     def supported(self) -> Mask:
         """Amplitudes that the far arc and the hub hold, shape (n_nodes, 3)."""
         y, z = self.mesh.p[:, : self.mesh.nvertices]
@@ -208,50 +204,46 @@ def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -
     There is a vertex at each end of a strip, or close to it (`CLOSE_ENDS`). Raises Failure where Gmsh cannot
     mesh the section.
     """
-    apart = CLOSE_ENDS * float(np.min(np.diff(size.strips)))
-    ends = np.abs(size.strips) if half_section else size.strips
-    reserved = [*body.contour.joints, *body.s_range, *([0.0] if half_section else [])]
-    breaks = _distinct(ends.ravel(), np.array(reserved), apart)
+    strips, fit_cells = size.strips, size.fit_cells
+    apart = CLOSE_ENDS * float(np.min(np.diff(strips)))
+    reserved = np.array([*body.contour.joints, *body.s_range, *([0.0] if half_section else [])])
+    ends = np.sort(np.abs(strips).ravel() if half_section else strips.ravel())
+    ends = ends[np.append(True, np.diff(ends) > apart)]
+    breaks = ends[np.all(np.abs(ends[:, None] - reserved) > apart, axis=1)]
+    if half_section:
+        fit_cells = fit_cells and replace(fit_cells, strips=_both_sides(fit_cells.strips))
+        size = replace(size, strips=_both_sides(strips), fit_cells=fit_cells)
     with gmsh_session() as gmsh:
         _, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
         gmsh.model.occ.synchronize()
-        set_section_size(gmsh, body, size.with_mirror_image() if half_section else size)
-        points, triangles, on_contour = _triangles(gmsh, curves)
+        set_section_size(gmsh, body, size)
+        points, triangles, on_contour = _triangulate(gmsh, curves)
     return _curved(body, points, triangles, on_contour, half_section)
 
 
-def _distinct(s: Array, reserved: Array, apart: float) -> Array:
-    """The values s in growing order, without those that nearly repeat another one or a reserved one."""
-    s = np.sort(s)
-    s = s[np.append(True, np.diff(s) > apart)]
-    return s[np.all(np.abs(s[:, None] - reserved) > apart, axis=1)]
+def _both_sides(strips: Array) -> Array:
+    """Strips (n, 2) and their mirror images, shape (2 n, 2)."""
+    return np.vstack([strips, -strips[:, ::-1]])
 
 
-def _triangles(gmsh: ModuleType, curves: list[int]) -> tuple[Array, Indices, Indices]:
+def _triangulate(gmsh: ModuleType, curves: list[int]) -> tuple[Array, Indices, Indices]:
     """The triangulation of Gmsh's frontal algorithm, or of Delaunay's if that has fewer slivers.
 
-    Its arrays are points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges). Where
-    cells grow about as fast as the distance, the frontal algorithm may stop half way without an error.
+    Returns points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges). Where cells
+    grow about as fast as the distance, the frontal algorithm may stop half way without an error.
     """
-    frontal = _generated(gmsh, curves, FRONTAL)
-    if not _slivers(frontal):
-        return frontal
-    return min(frontal, _generated(gmsh, curves, DELAUNAY), key=_slivers)
-
-
-def _generated(gmsh: ModuleType, curves: list[int], algorithm: int) -> tuple[Array, Indices, Indices]:
-    """The triangulation (see `_triangles`) that one of Gmsh's algorithms makes."""
-    gmsh.option.setNumber("Mesh.Algorithm", algorithm)
-    gmsh.model.mesh.clear()
-    gmsh.model.mesh.generate(2)
-    points, triangles, on_contour = collect_cells(gmsh, 2, curves)
-    return np.ascontiguousarray(points[1:]), triangles, on_contour
-
-
-def _slivers(triangulation: tuple[Array, Indices, Indices]) -> int:
-    """Number of slivers among the cells."""
-    points, triangles, _ = triangulation
-    return int(np.sum(shapes(points[:, triangles]) < SLIVER_SHAPE))
+    found = []
+    for algorithm in (FRONTAL, DELAUNAY):
+        gmsh.option.setNumber("Mesh.Algorithm", algorithm)
+        gmsh.model.mesh.clear()
+        gmsh.model.mesh.generate(2)
+        points, triangles, on_contour = collect_cells(gmsh, 2, curves)
+        points = np.ascontiguousarray(points[1:])
+        slivers = int(np.sum(shapes(points[:, triangles]) < SLIVER_SHAPE))
+        found.append((slivers, (points, triangles, on_contour)))
+        if not slivers:
+            break
+    return min(found, key=lambda one: one[0])[1]
 
 
 def shapes(corners: Array) -> Array:
@@ -287,21 +279,17 @@ def _curved(
     if body.outline is None:
         far_arc, *_ = body.on_supports(*mesh.p[:, : mesh.nvertices])
         on_arc = boundary_facets_on(mesh, far_arc)
-        _bend(mesh, on_arc, _along_far_arc(mesh.p[:, mesh.facets[:, on_arc]], body.side), moved)
+        y, z = mesh.p[:, mesh.facets[:, on_arc]]
+        start, end = np.arctan2(y, body.side * z)  # from the depth
+        angle = start + np.arange(ELEMENT_DEGREE + 1)[:, None] / ELEMENT_DEGREE * (end - start)
+        radius = np.mean(np.hypot(y, z), axis=0)
+        places = np.stack([radius * np.sin(angle), body.side * radius * np.cos(angle)])
+        _bend(mesh, on_arc, places, moved)
     nodes = _edge_nodes(mesh, edges)
     nodes = np.where(starts < ends, nodes, nodes[::-1])
     order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
     knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
     return SectionMesh(body, replace(mesh, doflocs=moved), knots, order, half_section)
-
-
-def _along_far_arc(ends: Array, side: int) -> Array:
-    """Places (2, node, edge) [mm] evenly along the arcs between the `ends` (2, 2, edge) of edges."""
-    (y, z), shares = ends, np.arange(ELEMENT_DEGREE + 1)[:, None] / ELEMENT_DEGREE
-    start, end = np.arctan2(y, side * z)  # from the depth
-    angle = start + shares * (end - start)
-    radius = np.mean(np.hypot(y, z), axis=0)
-    return np.stack([radius * np.sin(angle), side * radius * np.cos(angle)])
 
 
 def _edge_nodes(mesh: MeshTri4, edges: Indices) -> Indices:
@@ -327,3 +315,78 @@ def _bend(mesh: MeshTri4, edges: Indices, places: Array, moved: Array) -> None:
         edge_shapes = LAGRANGE(corners[b] / weight)  # (inner node, node of the edge)
         displacement = np.einsum("i,in,cne->cie", weight**2, edge_shapes, bulge[..., on_this_edge])
         moved[:, mesh.dofs.interior_dofs[:, cells[on_this_edge]]] += displacement
+
+
+# --- stiffness ---
+
+QUADRATURE_ORDER = 8  # the order of products of two shape functions
+XX, YY, ZZ, YZ, XZ, XY = range(6)  # strains
+U, V, W = range(3)  # amplitudes of a node
+PHI, DY, DZ = range(3)  # phi / stretch, d phi / dy, d phi / dz
+
+
+@dataclass(frozen=True, eq=False)
+class SectionModel:
+    """A meshed section and the matrices of its cells: parts of K0, K1, K2 [N/mm^2, N/mm, N].
+
+    Amplitude 3 n + c is the component c of node n; a cell has 15 nodes.
+    """
+
+    section: SectionMesh
+    cells: Indices  # nodes of each cell (cells, 15), its corners first
+    cell_matrices: tuple[Array, Array, Array]  # (cells, 45, 45)
+
+
+def assemble(section: SectionMesh) -> SectionModel:
+    """The cell matrices of a section.
+
+    All three are sums of the integrals over a cell of products of phi / stretch, d phi / dy and d phi / dz,
+    phi a shape function; the stretch is the distance from the axis over R_roll, 1 on prismatic bodies. Raises
+    Failure where cells are too coarse for the contour.
+    """
+    body, basis = section.body, Basis(section.mesh, ElementTriP4(), intorder=QUADRATURE_ORDER)
+    det = basis.mapping.detDF(basis.X)
+    if np.any(np.min(det, axis=1) * np.max(det, axis=1) <= 0):
+        raise Failure("cells of the section are too coarse for its contour: give a smaller `growth`")
+    z = np.asarray(basis.global_coordinates())[1]
+    stretch = 1 - body.side * z / body.rolling_radius  # (cells, points)
+    values = np.empty((basis.Nbfun, 3, *stretch.shape))
+    for node in range(basis.Nbfun):
+        field = basis.basis[node][0]
+        values[node] = field / stretch, *field.grad
+    cells, points = stretch.shape
+    flat = np.ascontiguousarray(values.transpose(2, 0, 1, 3)).reshape(cells, -1, points)
+    products = (flat * (basis.dx * stretch)[:, None]) @ flat.swapaxes(1, 2)
+    products = products.reshape(cells, basis.Nbfun, 3, basis.Nbfun, 3).transpose(0, 1, 3, 2, 4)
+    lame, G = body.material.lame, body.material.G
+    stiffness = np.zeros((6, 6))  # stresses by strains [MPa]
+    stiffness[:3, :3], stiffness[3:, 3:] = lame + 2 * G * np.eye(3), G * np.eye(3)
+
+    def virtual_work(strains: Array, others: Array) -> Array:
+        """Matrices of the stresses by some strains in other ones, shape (cells, 45, 45)."""
+        factors = np.einsum("acf,ab,bdg->fgcd", strains, stiffness, others).reshape(9, 9)
+        by_node = (products.reshape(-1, 9) @ factors).reshape(*products.shape[:3], 3, 3)
+        return by_node.swapaxes(2, 3).reshape(len(products), 3 * basis.Nbfun, -1)
+
+    constant, linear = _strains(body.side / body.rolling_radius)
+    mixed = virtual_work(constant, linear)
+    matrices = (
+        virtual_work(constant, constant),
+        mixed + np.swapaxes(mixed, 1, 2),
+        virtual_work(linear, linear),
+    )
+    return SectionModel(section, basis.element_dofs.T.astype(np.int64), matrices)
+
+
+def _strains(bend: float) -> tuple[Array, Array]:
+    """The strains B0 + k B1 by the amplitudes U, V, W of a node, shape (strain, amplitude, product) each.
+
+    The last axis counts phi / stretch, d phi / dy, d phi / dz. `bend` [1/mm] is 1 / R_roll, with the sign of
+    the axle's side.
+    """
+    constant, linear = np.zeros((2, 6, 3, 3))
+    constant[YY, V, DY] = constant[ZZ, W, DZ] = constant[YZ, V, DZ] = constant[YZ, W, DY] = 1
+    constant[XZ, U, DZ] = constant[XY, U, DY] = 1
+    constant[XX, W, PHI], constant[XZ, U, PHI] = -bend, bend
+    linear[XX, U, PHI], linear[XZ, W, PHI], linear[XY, V, PHI] = 1, -1, -1
+    return constant, linear

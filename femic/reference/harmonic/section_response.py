@@ -14,19 +14,18 @@ Where observers are many and loads few, observers are not carried along: the amp
 computed. A field takes as long as `ROWS_PER_FIELD` observers.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron, spmatrix
 from scipy.sparse.linalg import norm
 
-from femic.reference.harmonic.elimination import Eliminated, Elimination, Equations
-from femic.reference.harmonic.section import SectionMesh
-from femic.reference.harmonic.section_model import SectionModel, assemble
+from femic.reference.harmonic.elimination import Elimination
+from femic.reference.harmonic.section import SectionMesh, SectionModel, assemble
 from femic.reference.job import NotConverged
 from femic.reference.symmetry import Parity, Y, parities
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array, Indices, Mask
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
 
@@ -84,105 +83,73 @@ class Condensation:
     by_fields: bool  # responses are read from the amplitudes under all loads
 
     @classmethod
-    def prepare(cls, equations: Equations, supports: int) -> "Condensation":
-        """Prepare the responses of a section with a number of `supports`."""
-        forces, observers = equations.forces, equations.observers
-        by_fields = ROWS_PER_FIELD * supports * forces.shape[1] < observers.shape[0]
+    def prepare(
+        cls,
+        model: SectionModel,
+        held: Sequence[Mask],
+        last: Mask,
+        forces: csr_matrix,
+        observers: csr_matrix,
+    ) -> "Condensation":
+        """Prepare the responses with supports that hold amplitudes, (n_nodes, 3) each.
+
+        They differ at the `last` nodes (n_nodes,) alone.
+        """
+        by_fields = ROWS_PER_FIELD * len(held) * forces.shape[1] < observers.shape[0]
         carried = observers[:0] if by_fields else observers
-        elimination = Elimination.prepare(replace(equations, observers=carried))
+        elimination = Elimination.prepare(model, ~np.all(held, axis=0), last, forces, carried)
         seen = csr_matrix(observers[:, elimination.amplitudes])
         return cls(elimination, elimination.forces, seen, by_fields)
 
     @property
-    def retained(self) -> int:
-        """Number of retained amplitudes."""
-        return self.elimination.retained
+    def retained(self) -> Indices:
+        """Numbers of the retained amplitudes."""
+        amplitudes = self.elimination.amplitudes
+        return amplitudes[len(amplitudes) - self.elimination.retained :]
 
-    def at(self, k: Sequence[float]) -> "Condensed":
-        """The condensed equations at wavenumbers [1/mm]; raises NotConverged where a pivot is 0."""
-        try:
-            return Condensed(self, self.elimination.at(k))
-        except np.linalg.LinAlgError as error:
-            raise not_solved(max(k), len(self.elimination.amplitudes), str(error)) from error
-
-
-@dataclass(frozen=True, eq=False)
-class Condensed:
-    """The equations of retained amplitudes, loads and observers at some wavenumbers."""
-
-    condensation: Condensation
-    eliminated: Eliminated
-
-    def responses(self, supports: Sequence[Mask]) -> tuple[list[Array], Array]:
+    def respond(self, k: Sequence[float], supports: Sequence[Mask]) -> tuple[list[Array], Array]:
         """Responses (k, m, n) [mm^2/N] with each support, and the largest residual (k,) that proves them.
 
-        A support marks which of the retained amplitudes it leaves free. Raises NotConverged where a residual
-        is too large.
+        A support marks which of the retained amplitudes it leaves free. Raises NotConverged where a pivot is
+        0, or a residual is too large.
         """
-        prepared = self.condensation
-        moved = [self._retained(free) for free in supports]
-        weights = column_weights(prepared.forces)
-        combined = np.eye(len(weights)) if prepared.by_fields else weights[:, None]
-        fields = np.split(
-            self.eliminated.fields(
-                np.concatenate([retained @ combined for retained in moved], axis=2),
-                np.tile(combined, len(moved)),
-            ),
-            len(moved),
-            axis=2,
-        )
-        if prepared.by_fields:
-            found = [_seen(prepared.observers, field) for field in fields]
-            fields, seen = [field @ weights[:, None] for field in fields], None
-        else:
-            found = [self._seen_when(retained) for retained in moved]
-            seen = [response @ weights[:, None] for response in found]
-        residuals = self._residuals(supports, np.concatenate(fields, axis=2), seen, weights)
-        for k, residual in zip(self.eliminated.k, residuals, strict=True):
-            require_small(float(residual), float(k), len(prepared.elimination.amplitudes))
-        return found, residuals
-
-    def _retained(self, free: Mask) -> Array:
-        """Retained amplitudes (k, retained, n) under the loads."""
-        left, n = self.eliminated.left[:, : len(free)][:, free], len(free)
-        moved = np.zeros((len(left), n, self.eliminated.left.shape[2] - n))
+        n, size, free = self.elimination.retained, len(self.elimination.amplitudes), np.stack(supports)
         try:
-            moved[:, free] = np.linalg.solve(left[:, :, :n][:, :, free], left[:, :, n:])
+            eliminated = self.elimination.at(k)
+            left = eliminated.left
+            moved = np.zeros((len(free), len(k), n, left.shape[2] - n))  # retained amplitudes under the loads
+            for support, amplitudes in zip(free, moved, strict=True):
+                rows = left[:, :n][:, support]
+                amplitudes[:, support] = np.linalg.solve(rows[:, :, :n][:, :, support], rows[:, :, n:])
         except np.linalg.LinAlgError as error:
-            size = len(self.condensation.elimination.amplitudes)
-            raise not_solved(float(np.max(self.eliminated.k)), size, str(error)) from error
-        return moved
-
-    def _seen_when(self, moved: Array) -> Array:
-        """What observers see (k, m, n) where retained amplitudes are `moved` by the loads."""
-        observer_rows, n = self.eliminated.left[:, moved.shape[1] :], moved.shape[1]
-        return np.asarray(observer_rows[:, :, :n] @ moved - observer_rows[:, :, n:])
-
-    def _residuals(
-        self, supports: Sequence[Mask], fields: Array, seen: Sequence[Array] | None, weights: Array
-    ) -> Array:
-        """The largest residual at each k of fields (k, amplitudes, support) under the weighted loads.
-
-        That of the equations of free amplitudes, or, where observers were carried along, of the observed
-        amplitudes: a share of the amplitudes at the loads, if they move more than the observers.
-        """
-        prepared = self.condensation
-        unbalanced = self.eliminated.forces(fields) - (prepared.forces @ weights)[:, None]
-        at_retained = unbalanced[:, unbalanced.shape[1] - prepared.retained :]
-        at_retained[:, ~np.stack(supports, axis=1)] = 0.0
+            raise not_solved(max(k), size, str(error)) from error
+        weights = column_weights(self.forces)
+        combined = np.eye(len(weights)) if self.by_fields else weights[:, None]
+        retained = np.concatenate([amplitudes @ combined for amplitudes in moved], axis=2)
+        fields = np.split(eliminated.fields(retained, np.tile(combined, len(moved))), len(moved), axis=2)
+        if self.by_fields:
+            responses = [_see(self.observers, field) for field in fields]
+            fields = [field @ weights[:, None] for field in fields]
+        else:
+            observer_rows = left[:, n:]
+            responses = [observer_rows[:, :, :n] @ one - observer_rows[:, :, n:] for one in moved]
+        weighted = np.concatenate(fields, axis=2)  # (k, amplitudes, support)
+        unbalanced = eliminated.forces(weighted) - (self.forces @ weights)[:, None]
+        unbalanced[:, size - n :][:, ~free.T] = 0.0
         residuals = np.max(np.linalg.norm(unbalanced, axis=1), axis=1)
-        if seen is None:
-            return np.asarray(residuals)
-        from_fields, at_loads = (_seen(rows, fields) for rows in (prepared.observers, prepared.forces.T))
-        by_condensation = np.concatenate(seen, axis=2)
-        size = np.max(
-            [np.linalg.norm(values, axis=1) for values in (by_condensation, from_fields, at_loads)], axis=0
-        )
-        apart = np.linalg.norm(by_condensation - from_fields, axis=1) / size
-        return np.asarray(np.maximum(residuals, np.max(apart, axis=1)))
+        if not self.by_fields:
+            # The observed amplitudes twice: as shares of the amplitudes at the loads, if these move more.
+            by_condensation = np.concatenate([response @ weights[:, None] for response in responses], axis=2)
+            by_field, at_loads = (_see(rows, weighted) for rows in (self.observers, self.forces.T))
+            norms = [np.linalg.norm(values, axis=1) for values in (by_condensation, by_field, at_loads)]
+            apart = np.linalg.norm(by_condensation - by_field, axis=1) / np.max(norms, axis=0)
+            residuals = np.maximum(residuals, np.max(apart, axis=1))
+        for one, residual in zip(k, residuals.tolist(), strict=True):
+            require_small(residual, one, size)
+        return responses, residuals
 
 
-def _seen(rows: csr_matrix, fields: Array) -> Array:
+def _see(rows: csr_matrix, fields: Array) -> Array:
     """Products (k, m, c) of rows (m, amplitudes) with fields (k, amplitudes, c)."""
     return np.stack([rows @ field for field in fields])
 
@@ -207,19 +174,41 @@ class SectionSolver:
     def __init__(
         self, section: SectionMesh, loads: Sequence[Load], s: Array, shares: Sequence[float] = (1.0,)
     ) -> None:
-        """Assemble and prepare the equations for some shares of the far radius."""
+        """Assemble and prepare the equations for some shares of the far radius.
+
+        All cases have a common elimination, or each its own where more than `MOST_RETAINED` amplitudes would
+        be retained.
+        """
         ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
         columns = list(dict.fromkeys(_column(load, y) for y in ys for load in _with_part(loads, y)))
-        places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
-        self._shared = _shared_factorisations(
-            section,
-            {(y, share): _held(section, y, share) for y in ys for share in shares},
-            hstack([csc_matrix(strip_force(section, *column)[:, None]) for column in columns], format="csr"),
-            observers(section, places),
+        places, self._place_of_observer = np.unique(
+            np.abs(s) if section.half_section else s, return_inverse=True
         )
-        observer_signs = {y: np.where((s < 0)[:, None], _mirror(y), 1.0) for y in ys}
-        self._parts = {y: _Part.select(loads, y, columns, observer_signs[y]) for y in ys}
-        self._n_loads, self._place_of_observer = len(loads), place_of_observer
+        forces = hstack([csc_matrix(strip_force(section, *column)[:, None]) for column in columns], "csr")
+        held = {(y, share): _held(section, y, share) for y in ys for share in shares}
+        masks = np.stack(list(held.values()))
+        differing = np.any(np.any(masks, axis=0) & ~np.all(masks, axis=0), axis=1)  # (n_nodes,)
+        groups = [held]
+        if 3 * np.sum(differing) > MOST_RETAINED:
+            groups, differing = [{case: mask} for case, mask in held.items()], np.zeros_like(differing)
+        model, seen = assemble(section), observers(section, places)
+        self._shared: list[tuple[Condensation, dict[Case, Mask]]] = []  # with what each case leaves free
+        for group in groups:
+            condensation = Condensation.prepare(model, list(group.values()), differing, forces, seen)
+            free = {case: ~mask.ravel()[condensation.retained] for case, mask in group.items()}
+            self._shared.append((condensation, free))
+        # Loads at s and -s have parts that are equal or opposite: they share a column of the forces. So do
+        # observers share a place.
+        self._parts: dict[int, tuple[list[int], list[int], Array, Array]] = {}
+        column_number = {column: number for number, column in enumerate(columns)}
+        for y in ys:
+            with_part = set(_with_part(loads, y))
+            numbers = [number for number, load in enumerate(loads) if load in with_part]
+            places_of_columns = [column_number[_column(loads[number], y)] for number in numbers]
+            mirrored = np.array([y != 0 and loads[number].patch.s < 0 for number in numbers], dtype=bool)
+            on_other_side = np.array([-y if loads[number].direction == S else y for number in numbers])
+            observer_signs = np.where((s < 0)[:, None], _mirror(y), 1.0)
+            self._parts[y] = numbers, places_of_columns, np.where(mirrored, on_other_side, 1), observer_signs
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
@@ -227,74 +216,27 @@ class SectionSolver:
     @property
     def batch_size(self) -> int:
         """Number of wavenumbers for which one call takes memory, at most."""
-        return min(shared.condensation.elimination.batch_size for shared in self._shared)
+        return min(condensation.elimination.batch_size for condensation, _ in self._shared)
 
     def __call__(self, k: Sequence[float], shares: Sequence[float] = (1.0,)) -> tuple[Array, Array]:
         """Amplitudes [mm^2/N] at wavenumbers [1/mm], and the worst residuals (k,); raises NotConverged."""
-        in_global_axes = np.zeros((len(k), len(shares), self._n_loads, 3, self._axes.shape[2]))
+        in_global_axes = np.zeros((len(k), len(shares), len(self._signs), 3, self._axes.shape[2]))
         worst = np.zeros(len(k))
-        for shared in self._shared:
-            cases = [case for case in shared.free if case[1] in shares]
+        for condensation, free in self._shared:
+            cases = [case for case in free if case[1] in shares]
             if not cases:
                 continue
-            free = [shared.free[case] for case in cases]
-            case_responses, residuals = shared.condensation.at(k).responses(free)
+            case_responses, residuals = condensation.respond(k, [free[case] for case in cases])
             worst = np.maximum(worst, residuals)
             for (y, share), responses in zip(cases, case_responses, strict=True):
-                part = self._parts[y]
+                load_numbers, columns, signs, observer_signs = self._parts[y]
                 at_places = responses.reshape(len(k), -1, 3, responses.shape[2])
-                observed = part.observer_signs[..., None] * at_places[:, self._place_of_observer]
-                in_global_axes[:, shares.index(share), part.load_numbers] += (
-                    part.signs[:, None, None] * np.transpose(observed, (0, 3, 2, 1))[:, part.columns]
+                observed = observer_signs[..., None] * at_places[:, self._place_of_observer]
+                in_global_axes[:, shares.index(share), load_numbers] += (
+                    signs[:, None, None] * np.transpose(observed, (0, 3, 2, 1))[:, columns]
                 )
         in_local_axes = np.einsum("icn,kalcn->kalin", self._axes, in_global_axes)
         return np.asarray(self._signs * in_local_axes), worst
-
-
-@dataclass(frozen=True, eq=False)
-class _SharedFactorisation:
-    """Cases of support, by parity in y and share of the far radius, with a common factorisation.
-
-    `free` marks which of the retained amplitudes each leaves free.
-    """
-
-    condensation: Condensation
-    free: Mapping[Case, Mask]
-
-    @classmethod
-    def prepare(
-        cls,
-        model: SectionModel,
-        held: Mapping[Case, Mask],
-        last: Mask,
-        forces: csr_matrix,
-        seen: csr_matrix,
-    ) -> "_SharedFactorisation":
-        """Prepare cases by what they hold, (n_nodes, 3); they differ at the `last` nodes (n_nodes,) alone."""
-        free = ~np.all(list(held.values()), axis=0)
-        condensation = Condensation.prepare(Equations(model, free, last, forces, seen), len(held))
-        amplitudes = condensation.elimination.amplitudes
-        retained = amplitudes[len(amplitudes) - condensation.retained :]
-        return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
-
-
-def _shared_factorisations(
-    section: SectionMesh, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
-) -> list[_SharedFactorisation]:
-    """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
-    model, differing = assemble(section), _differing(held)
-    if 3 * np.sum(differing) <= MOST_RETAINED:
-        return [_SharedFactorisation.prepare(model, held, differing, forces, seen)]
-    none = np.zeros_like(differing)
-    return [
-        _SharedFactorisation.prepare(model, {case: mask}, none, forces, seen) for case, mask in held.items()
-    ]
-
-
-def _differing(held: Mapping[Case, Mask]) -> Mask:
-    """Nodes that some cases hold in another way than others do, (n_nodes,)."""
-    masks = np.stack(list(held.values()))
-    return np.asarray(np.any(np.any(masks, axis=0) & ~np.all(masks, axis=0), axis=1))
 
 
 def _held(section: SectionMesh, y: int, share: float) -> Mask:
@@ -328,42 +270,6 @@ def _column(load: Load, y: int) -> Column:
     patch = replace(load.patch, s=abs(load.patch.s))
     crosses = patch.s - patch.b < -ON_PLANE * patch.b
     return replace(load, patch=patch), y if crosses else 1
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """The even or the odd part of the loads, or all of them on a whole section.
-
-    Loads at s and -s have parts that are equal or opposite: they share a column of the forces. So do
-    observers share a place.
-    """
-
-    load_numbers: list[int]  # numbers of the loads that have this part
-    columns: list[int]  # the column of the forces that each of these loads uses
-    signs: Array  # the factor of each of these loads on its column
-    observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
-
-    @classmethod
-    def select(
-        cls, loads: Sequence[Load], y: int, columns: Sequence[Column], observer_signs: Array
-    ) -> "_Part":
-        """Select the part of a parity in y, or all of the loads (0)."""
-        with_part = set(_with_part(loads, y))
-        load_numbers = [number for number, load in enumerate(loads) if load in with_part]
-        column_number = {column: number for number, column in enumerate(columns)}
-        return cls(
-            load_numbers,
-            [column_number[_column(loads[number], y)] for number in load_numbers],
-            np.array([_sign(loads[number], y) for number in load_numbers]),
-            observer_signs,
-        )
-
-
-def _sign(load: Load, y: int) -> float:
-    """The factor of the part of a load on that of the load at |s|."""
-    if y == 0 or load.patch.s >= 0:
-        return 1.0
-    return float(-y if load.direction == S else y)
 
 
 def _mirror(y: int) -> Array:

@@ -11,7 +11,7 @@ has an index of the models of each body.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -20,12 +20,11 @@ import xarray as xr
 from femic.cache.store import Store
 from femic.reference.engine import cost_from
 from femic.reference.harmonic.request import SCALE_LOWEST, HarmonicRequest
-from femic.reference.harmonic.synthesis import Responses, select_part
-from femic.reference.harmonic.wavenumbers import Axis, Samples
+from femic.reference.harmonic.synthesis import Responses
+from femic.reference.harmonic.waves import Axis, Samples
 from femic.reference.meshing import Cells
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
-from geometries.materials import Material
 from geometries.patches import DIRECTIONS, Load, Patch
 
 # --- E = 1 MPa ---
@@ -35,25 +34,12 @@ DIGITS = 9  # significant digits of an accuracy: it differs by rounding between 
 
 
 def with_unit_modulus(request: HarmonicRequest) -> HarmonicRequest:
-    """Return the request for the same body with E = 1 MPa."""
+    """Return the request for the same body with E = 1 MPa, its accuracy rounded to `DIGITS`."""
     body = request.body
+    accuracy = np.asarray(request.accuracy * (body.material.E / UNIT), dtype=float)
+    scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(accuracy)))
     unit = replace(body, material=replace(body.material, E=UNIT))
-    return replace(request, body=unit, accuracy=_rounded(request.accuracy * (body.material.E / UNIT)))
-
-
-def with_material(solved: Responses, material: Material) -> Responses:
-    """Return the responses of the body with its own E from responses for E = 1 MPa."""
-    factor = UNIT / material.E
-    samples = replace(solved.samples, responses=factor * solved.samples.responses)
-    body = replace(solved.body, material=material)
-    return replace(solved, body=body, samples=samples, coarser=factor * solved.coarser)
-
-
-def _rounded(values: Array | float) -> Array:
-    """Return values rounded to `DIGITS`."""
-    values = np.asarray(values, dtype=float)
-    scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(values)))
-    return np.round(values * scale) / scale
+    return replace(request, body=unit, accuracy=np.round(accuracy * scale) / scale)
 
 
 # --- entries of the store ---
@@ -92,18 +78,6 @@ def to_entry(responses: Responses) -> xr.Dataset:
     )
 
 
-def from_entry(entry: xr.Dataset, body: Body, loads: tuple[Load, ...], axis: Axis) -> Responses:
-    """Return the responses of a body to loads from an entry of `to_entry`."""
-    k, at_arc = entry.k.values, entry.response.values
-    nearer = at_arc.copy()
-    nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
-    samples = Samples(axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
-    drawn = entry.vertices.values, entry.triangles.values
-    cost = cost_from(entry.attrs["cost"])
-    coarser = entry.response_coarser.values
-    return Responses(body, loads, entry.s.values, samples, coarser, cost, drawn)
-
-
 @dataclass(frozen=True)
 class StoredWaves:
     """The solved wavenumbers of an unfinished entry, by name."""
@@ -119,8 +93,7 @@ class StoredWaves:
     def put(self, name: str, solution: WaveSolution) -> None:
         """Store the responses and their residual."""
         responses, residual = solution
-        part = {"responses": responses, "residual": np.array(residual)}
-        self.store.put_part(self.key, name, part)
+        self.store.put_part(self.key, name, {"responses": responses, "residual": np.array(residual)})
 
 
 NOT_STORED = StoredWaves(Store(), "")
@@ -140,12 +113,18 @@ def model_key(request: HarmonicRequest, store: Store) -> str:
 
 def stored_model(request: HarmonicRequest, store: Store) -> Responses | None:
     """Return the requested responses from a stored model of any E, None if there is none."""
-    unit_request = with_unit_modulus(request)
-    for key, outline in _candidates(unit_request, store):
-        entry = store.get(key)
-        if entry is not None:
-            body = outline.in_domain(unit_request.body)
-            return requested_part(from_entry(entry, body, outline.loads, outline.axis(body)), request)
+    unit = with_unit_modulus(request)
+    own, entry = ModelOutline.describe(unit), store.get(model_key(unit, store))
+    if entry is not None:
+        return requested_part(own.read(entry, unit.body), request)
+    if not unit.on_strips:
+        return None
+    index = _index_key(unit, store)
+    stored = {key: store.part(index, key) for key in store.part_names(index)}
+    outlines = {key: ModelOutline(**arrays) for key, arrays in stored.items() if arrays is not None}
+    for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
+        if outlines[key].serves(unit) and (entry := store.get(key)) is not None:
+            return requested_part(outlines[key].read(entry, unit.body), request)
     return None
 
 
@@ -153,31 +132,28 @@ def store_model(responses: Responses, request: HarmonicRequest, store: Store) ->
     """Store the responses to a request with E = 1 MPa, and their outline in the index of the body."""
     key = model_key(request, store)
     store.put(key, to_entry(responses))
-    if request.even_strips:
+    if request.on_strips:
         store.put_part(_index_key(request, store), key, asdict(ModelOutline.describe(request)))
 
 
 def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
-    """Return the requested responses, with the E of the request, of a model that serves it."""
+    """Return the requested responses, with the E of the request, of a model for E = 1 MPa that serves it."""
     members = [_members(solved.loads, load) for load in request.requested_loads]
-    s = request.requested_s
+    s, factor = request.requested_s, UNIT / request.body.material.E
     places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
-    return with_material(
-        select_part(solved, request.requested_loads, members, s, places), request.body.material
+
+    def part(responses: Array) -> Array:
+        means = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
+        return factor * np.stack(means, axis=-3)[..., places]
+
+    return replace(
+        solved,
+        body=replace(solved.body, material=request.body.material),
+        loads=request.requested_loads,
+        s=s,
+        samples=replace(solved.samples, responses=part(solved.samples.responses)),
+        coarser=part(solved.coarser),
     )
-
-
-def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "ModelOutline"]]:
-    """Yield keys and outlines of models that may serve a request, its own model first."""
-    yield model_key(request, store), ModelOutline.describe(request)
-    if not request.even_strips:
-        return
-    index = _index_key(request, store)
-    stored = {key: store.part(index, key) for key in store.part_names(index)}
-    outlines = {key: ModelOutline(**arrays) for key, arrays in stored.items() if arrays is not None}
-    for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
-        if outlines[key].serves(request):
-            yield key, outlines[key]
 
 
 def _index_key(request: HarmonicRequest, store: Store) -> str:
@@ -219,45 +195,46 @@ class ModelOutline:
             for strip, direction in zip(self.strips.tolist(), self.directions, strict=True)
         )
 
-    def in_domain(self, body: Body) -> Body:
-        """Return a body in the domain of the model."""
-        return replace(body, domain=replace(body.domain, far_radius=float(self.far_radius)))
-
-    def axis(self, body: Body) -> Axis:
-        """Return the axis of wavenumbers."""
-        return Axis(SCALE_LOWEST / float(self.far_radius), float(self.k_max), body.rolling_radius)
+    def read(self, entry: xr.Dataset, body: Body) -> Responses:
+        """Return the responses of a body, in the domain of the model, from the entry of the model."""
+        radius, k, at_arc = float(self.far_radius), entry.k.values, entry.response.values
+        nearer = at_arc.copy()
+        nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
+        axis = Axis(SCALE_LOWEST / radius, float(self.k_max), body.rolling_radius)
+        samples = Samples(axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
+        return Responses(
+            replace(body, domain=replace(body.domain, far_radius=radius)),
+            self.loads,
+            entry.s.values,
+            samples,
+            entry.response_coarser.values,
+            cost_from(entry.attrs["cost"]),
+            (entry.vertices.values, entry.triangles.values),
+        )
 
     def serves(self, request: HarmonicRequest) -> bool:
-        """Whether the model has all that a request needs, at least as accurate."""
+        """Whether the model has all that a request needs, at least as accurate.
+
+        Its far arc is as far away as requested or, if it approximates infinity, farther. Its loads make up
+        each requested load; a single one does so where M is fitted, for only there are the cells as small as
+        M needs them.
+        """
         patches = [load.patch for load in request.requested_loads]
         apart = SAME_PLACE * min(patch.b for patch in patches)
         requested, cells = request.cells, Cells(*self.cells.tolist())
+        radius, loads = request.body.domain.far_radius, self.loads
+        members = {load: len(_members(loads, load)) for load in request.requested_loads}
         return bool(
-            self._has_domain(request)
+            ROUNDING * self.far_radius >= radius
+            and not (request.given_domain and self.far_radius > ROUNDING * radius)
             and ROUNDING * self.k_max >= request.k_max
             and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
             and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
             and cells.smallest <= ROUNDING * requested.smallest
             and cells.growth <= ROUNDING * requested.growth
             and np.all(np.min(np.abs(self.s[:, None] - request.requested_s), axis=0) < apart)
-            and self._has(request)
+            and all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
         )
-
-    def _has_domain(self, request: HarmonicRequest) -> bool:
-        """Whether the far arc is as far away as requested or, if it approximates infinity, farther."""
-        radius = request.body.domain.far_radius
-        if request.given_domain:
-            return bool(radius / ROUNDING <= self.far_radius <= ROUNDING * radius)
-        return bool(ROUNDING * self.far_radius >= radius)
-
-    def _has(self, request: HarmonicRequest) -> bool:
-        """Whether the model has loads that make up each requested load: a single one where M is fitted.
-
-        Only there are the cells as small as M needs them.
-        """
-        loads = self.loads
-        members = {load: len(_members(loads, load)) for load in request.requested_loads}
-        return all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
 
 
 def _members(loads: Sequence[Load], load: Load) -> Indices:

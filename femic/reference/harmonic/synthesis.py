@@ -6,9 +6,9 @@ dependence is smooth and the radii differ little: weights are computed for a few
 interpolated between them.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from math import factorial
 
 import numpy as np
@@ -17,8 +17,7 @@ from approx.halfspace import HalfSpace
 from femic.cache.workers import one_blas_thread
 from femic.reference.engine import Cost, Points, RawICs
 from femic.reference.harmonic.request import COLUMNS_NEED
-from femic.reference.harmonic.wavenumbers import Samples
-from femic.reference.harmonic.waves import SINES, Tail, spectrum, synthesis_weights
+from femic.reference.harmonic.waves import SINES, Samples, spectrum, synthesis_weights, tail
 from femic.reference.run_options import HIGHER
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
@@ -64,23 +63,6 @@ class Responses:
         yield "lower", at_arc, k_max / HIGHER
 
 
-def select_part(
-    solved: Responses, loads: Sequence[Load], members: Sequence[Indices], s: Array, places: Indices
-) -> Responses:
-    """Return the responses at some arc lengths s [mm] to loads that are means of solved loads.
-
-    `members` are the numbers of the solved loads that make up each load, `places` the numbers of the arc
-    lengths.
-    """
-
-    def part(responses: Array) -> Array:
-        means = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
-        return np.stack(means, axis=-3)[..., places]
-
-    samples = replace(solved.samples, responses=part(solved.samples.responses))
-    return replace(solved, loads=tuple(loads), s=s, samples=samples, coarser=part(solved.coarser))
-
-
 def odd_in_k(loads: Sequence[Load]) -> Mask:
     """Return which responses to loads are odd in k, as displacements are in x, shape (load, 3, 1)."""
     return np.stack([SINES[:, load.direction] for load in loads])[..., None]
@@ -94,67 +76,33 @@ def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> R
 
     The result has the displacements from the variations of the responses as `RawICs.perturbed`.
     """
-    loads_of_patch: dict[Patch, list[int]] = {}
-    for j, load in enumerate(loads):
-        loads_of_patch.setdefault(load.patch, []).append(j)
+    surface, radius = solved.body.surface, solved.body.rolling_radius
+    half_space = HalfSpace(one_body(solved.body.material, solved.body.side))
     variations = list(solved.variations())
     u = {name: np.empty((len(loads), 3, len(points.x))) for name, _, _ in variations}
+    observer = np.searchsorted(solved.s, points.s)
     with one_blas_thread():
-        for numbers in loads_of_patch.values():
-            under_patch = _UnderPatch.prepare(
-                solved, [loads[j] for j in numbers], points, {k_max for _, _, k_max in variations}
-            )
+        for patch in dict.fromkeys(load.patch for load in loads):
+            xi = surface.chart_x(points.x, points.s, patch.s)
+            distances, distance = np.unique(np.abs(xi), return_inverse=True)
+            stretch = float(surface.chart_x(1.0, patch.s, patch.s))
+            known: dict[float, tuple[tuple[Array, Array], Array]] = {}  # by the largest wavenumber
             for name, samples, k_max in variations:
-                u[name][numbers] = under_patch.displacements(samples, k_max)
+                wavenumbers = spectrum(k_max, radius)
+                if k_max not in known:
+                    shares = wavenumbers.shares(patch.a * stretch, distances)
+                    known[k_max] = shares, _tail(half_space, patch, k_max * stretch, points)
+                shares, tail = known[k_max]
+                even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, shares)
+                weights = even[:, distance], odd[:, distance] * np.sign(xi)
+                for row, load in enumerate(loads):
+                    if load.patch != patch:
+                        continue
+                    responses = samples.responses[:, solved.loads.index(load)]
+                    for i, is_odd in enumerate(SINES[:, load.direction]):
+                        under_waves = np.einsum("kp,kp->p", responses[:, i, observer], weights[int(is_odd)])
+                        u[name][row, i] = under_waves + tail[i, load.direction]
     return RawICs(u.pop(""), solved.cost, u, solved.drawn)
-
-
-@dataclass(frozen=True, eq=False)
-class _UnderPatch:
-    """Displacements at points under loads on one patch; what variations have in common is computed once."""
-
-    solved: Responses
-    loads: list[Load]  # on the same patch
-    points: Points
-    observer: Indices  # number of each point's arc length in the responses
-    distance: Indices  # number of each point's |xi| in the shares
-    sign: Array  # of each point's xi
-    shares: dict[float, tuple[Array, Array]]  # at |xi| without repetitions, by the largest wavenumber
-    tails: dict[float, Array]  # the half-space's share [mm/N], (3, 3, n_points), by the largest wavenumber
-
-    @classmethod
-    def prepare(
-        cls, solved: Responses, loads: list[Load], points: Points, largest: Iterable[float]
-    ) -> "_UnderPatch":
-        """Prepare what variations with these largest wavenumbers [1/mm] have in common."""
-        surface, patch = solved.body.surface, loads[0].patch
-        xi = surface.chart_x(points.x, points.s, patch.s)
-        distances, distance = np.unique(np.abs(xi), return_inverse=True)
-        stretch = float(surface.chart_x(1.0, patch.s, patch.s))
-        observer = np.searchsorted(solved.s, points.s)
-        shares = {
-            k_max: spectrum(k_max, solved.body.rolling_radius).shares(patch.a * stretch, distances)
-            for k_max in largest
-        }
-        half_space = HalfSpace(one_body(solved.body.material, solved.body.side))
-        tails = {k_max: _tail(half_space, patch, k_max * stretch, points) for k_max in shares}
-        return cls(solved, loads, points, observer, distance, np.sign(xi), shares, tails)
-
-    def displacements(self, samples: Samples, k_max: float) -> Array:
-        """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
-
-        The half-space's share is added.
-        """
-        wavenumbers = spectrum(k_max, self.solved.body.rolling_radius)
-        even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, self.shares[k_max])
-        weights = np.stack([even[:, self.distance], odd[:, self.distance] * self.sign])
-        u = np.empty((len(self.loads), 3, len(self.points.x)))
-        for row, load in enumerate(self.loads):
-            responses = samples.responses[:, self.solved.loads.index(load)]
-            for i, is_odd in enumerate(SINES[:, load.direction]):
-                u[row, i] = np.einsum("kp,kp->p", responses[:, i, self.observer], weights[int(is_odd)])
-        directions = [load.direction for load in self.loads]
-        return u + np.swapaxes(self.tails[k_max], 0, 1)[directions]
 
 
 def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> Array:
@@ -162,10 +110,10 @@ def _tail(half_space: HalfSpace, patch: Patch, k_max: float, points: Points) -> 
     u = np.zeros((3, 3, len(points.x)))
     near = np.flatnonzero(np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max)
     if len(near):
-        tail = Tail.prepare(half_space, patch, k_max, points.x[near])
+        beyond = tail(half_space, patch, k_max, points.x[near])
         for s in np.unique(points.s[near]):
             on_strip = np.flatnonzero(points.s[near] == s)
-            u[..., near[on_strip]] = tail.at(s - patch.s, on_strip)
+            u[..., near[on_strip]] = beyond(s - patch.s, on_strip)
     return u
 
 
@@ -176,157 +124,100 @@ ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analyt
 S_MIRROR = mirror_signs(S)  # signs of the components (i, j) where s changes sign
 
 
-@dataclass(frozen=True, eq=False)
-class Heights:
-    """Chebyshev points of the heights of circles, z / R_roll with z into the body, shape (n_points,)."""
-
-    points: Array
-
-    @classmethod
-    def covering(cls, heights: Array) -> "Heights":
-        """Enough points for some heights z / R_roll; one point if they are all alike."""
-        half_range = float(np.ptp(heights)) / 2
-        digits = INTERPOLATION_DIGITS * np.log(10)
-        n = 2 + int(np.ceil(digits / np.log(max(ANALYTIC_RANGE / half_range, 2.0)))) if half_range else 1
-        return cls._chebyshev(heights, n)
-
-    @property
-    def stretch(self) -> Array:
-        """Chart length over arc length at the points, shape (n_points,)."""
-        return 1 / (1 - self.points)
-
-    @classmethod
-    def covering_loads(cls, heights: Array, phase: float) -> "Heights":
-        """Enough points for the heights z / R_roll of loads: `phase` is k_max a.
-
-        At the radius of a load weights depend on its half-length alone, by sin(k a) / (k a): their n-th
-        derivative is less than (k a)^n.
-        """
-        half_range = float(np.ptp(heights)) / 2
-        phase *= half_range * float(np.max(1 / (1 - heights))) ** 2
-        n = 1
-        while 2 * (phase / 2) ** n / factorial(n) > 10.0**-INTERPOLATION_DIGITS:
-            n += 1
-        return cls._chebyshev(heights, n)
-
-    @classmethod
-    def _chebyshev(cls, heights: Array, n: int) -> "Heights":
-        middle, half_range = (np.max(heights) + np.min(heights)) / 2, np.ptp(heights) / 2
-        return cls(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
-
-    def shares(self, heights: Array) -> Array:
-        """Lagrange polynomials of the points at heights, shape (n_points, len(heights))."""
-        gaps = heights - self.points[:, None]
-        shares = np.ones_like(gaps)
-        for m, point in enumerate(self.points):
-            other_points = np.arange(len(self.points)) != m
-            shares[m] = np.prod(gaps[other_points] / (point - self.points[other_points])[:, None], axis=0)
-        return shares
+def chebyshev_points(values: Array, n: int) -> Array:
+    """The n Chebyshev points of the range of some values, shape (n,)."""
+    middle, half_range = (np.max(values) + np.min(values)) / 2, np.ptp(values) / 2
+    return np.asarray(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
 
 
-@dataclass(frozen=True, eq=False)
-class LagSynthesis:
-    """The synthesis of displacements per unit total load [mm/N] at the lags of a grid from responses."""
-
-    grid: Grid
-    heights: Array  # z / R_roll of the strips' circles, (n_s,)
-    loads_at: Heights  # circles of loads
-    nodes: Heights  # circles half way between load and observer
-    even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
-    odd: Array  # the same of responses odd in x
-    tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
-    samples: Samples
-    place: Indices  # number of each strip's centre among the observers, (n_s,)
-    computed: Mask  # components, (3, 3)
-    loads: Mapping[Load, int]  # number of each load among the solved ones
-
-    def column(self, strip: int) -> Array:
-        """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s).
-
-        Components that are not computed are NaN.
-        """
-        u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
-        load_shares = self.loads_at.shares(self.heights[[strip]])[:, 0]
-        mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
-        for has_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
-            i, j = np.nonzero(self.computed & has_parity)
-            if not len(i):
-                continue
-            weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
-            loads = [self.loads[Load(self.grid.patch(strip), direction)] for direction in j.tolist()]
-            responses = self.samples.responses[:, loads, i]  # (k, component, observer)
-            at_strips = responses[..., self.place]
-            by_mean_radius = (weights.T @ at_strips.reshape(len(at_strips), -1)).reshape(
-                len(self.nodes.points), self.grid.n_x, len(i), -1
-            )
-            u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
-        tail_number = np.arange(self.grid.n_s) - strip + self.tails.shape[-1] // 2
-        has_tail = (tail_number >= 0) & (tail_number < self.tails.shape[-1])
-        u[..., has_tail] += np.tensordot(load_shares, self.tails, axes=1)[..., tail_number[has_tail]]
-        return u
+def lagrange_shares(points: Array, values: Array) -> Array:
+    """Lagrange polynomials of points at some values, shape (len(points), len(values))."""
+    gaps = values - points[:, None]
+    shares = np.ones_like(gaps)
+    for m, point in enumerate(points):
+        others = np.arange(len(points)) != m
+        shares[m] = np.prod(gaps[others] / (point - points[others])[:, None], axis=0)
+    return shares
 
 
-def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, LagSynthesis]:
-    """Return the synthesis of displacements from a model (""), and from each of its variations.
+def node_heights(heights: Array) -> Array:
+    """Enough Chebyshev points for some heights z / R_roll; one point if they are all alike."""
+    half_range = float(np.ptp(heights)) / 2
+    digits = INTERPOLATION_DIGITS * np.log(10)
+    n = 2 + int(np.ceil(digits / np.log(max(ANALYTIC_RANGE / half_range, 2.0)))) if half_range else 1
+    return chebyshev_points(heights, n)
 
-    It computes only the given `components`. Everything that does not depend on the loaded strip is prepared,
-    and shared between variations with the same wavenumbers.
+
+def load_heights(heights: Array, phase: float) -> Array:
+    """Enough Chebyshev points for the heights z / R_roll of loads: `phase` is k_max a.
+
+    At the radius of a load weights depend on its half-length alone, by sin(k a) / (k a): their n-th
+    derivative is less than (k a)^n.
+    """
+    phase *= float(np.ptp(heights)) / 2 * float(np.max(1 / (1 - heights))) ** 2
+    n = 1
+    while 2 * (phase / 2) ** n / factorial(n) > 10.0**-INTERPOLATION_DIGITS:
+        n += 1
+    return chebyshev_points(heights, n)
+
+
+def columns(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, Callable[[int], Array]]:
+    """Return what computes columns, of a model (""), and of each of its variations.
+
+    A column has the displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s), NaN
+    where they are not among the `components`. Everything that does not depend on the strip is prepared, and
+    shared between variations with the same wavenumbers.
     """
     body, k_of_model = solved.body, COLUMNS_NEED * solved.samples.axis.k_max
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
-    loads_at, nodes = Heights.covering_loads(heights, k_of_model * grid.dx / 2), Heights.covering(heights)
-    weights = _Weights(body, grid, loads_at, nodes)
-    observers = np.searchsorted(solved.s, grid.strips)
-    loads = {load: number for number, load in enumerate(solved.loads)}
+    loads_at, nodes = load_heights(heights, k_of_model * grid.dx / 2), node_heights(heights)
+    half_lengths, xi = grid.dx / 2 / (1 - loads_at), np.outer(1 / (1 - nodes), grid.lags).ravel()
+    place = np.searchsorted(solved.s, grid.strips)  # of each strip's centre among the observers
+    load_number = {load: number for number, load in enumerate(solved.loads)}
     computed = np.zeros((3, 3), dtype=bool)
     computed[places(components)] = True
+
+    def column(samples: Samples, weights: tuple[Array, Array], tails: Array, strip: int) -> Array:
+        u = np.full((3, 3, grid.n_x, grid.n_s), np.nan)
+        load_shares = lagrange_shares(loads_at, heights[[strip]])[:, 0]
+        mean_shares = lagrange_shares(nodes, (heights + heights[strip]) / 2)
+        for has_parity, by_radius in zip((~SINES, SINES), weights, strict=True):
+            i, j = np.nonzero(computed & has_parity)
+            if not len(i):
+                continue
+            of_load = np.tensordot(load_shares, by_radius, axes=1).reshape(len(samples.k), -1)
+            loads = [load_number[Load(grid.patch(strip), direction)] for direction in j.tolist()]
+            at_strips = samples.responses[:, loads, i][..., place]  # (k, component, observer)
+            by_mean_radius = (of_load.T @ at_strips.reshape(len(at_strips), -1)).reshape(
+                len(nodes), grid.n_x, len(i), -1
+            )
+            u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
+        number = np.arange(grid.n_s) - strip + tails.shape[-1] // 2
+        has_tail = (number >= 0) & (number < tails.shape[-1])
+        u[..., has_tail] += np.tensordot(load_shares, tails, axes=1)[..., number[has_tail]]
+        return u
+
     half_space = HalfSpace(one_body(body.material, body.side))
-    by_variation = {}
+    shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber
+    # Of responses even and odd in x [1/mm], (load radius, k, mean radius, lag) each, by all wavenumbers.
+    weights: dict[tuple[float, bytes], tuple[Array, Array]] = {}
+    by_variation: dict[str, Callable[[int], Array]] = {}
     for name, samples, k_of_m in solved.variations():
-        k_max = COLUMNS_NEED * k_of_m
-        even, odd = weights.look_up(samples, k_max)
-        largest = k_max * loads_at.stretch
-        m = _reach(grid, float(np.min(largest)))
+        k_max, key = COLUMNS_NEED * k_of_m, (k_of_m, samples.k.tobytes())
+        if key not in weights:
+            wavenumbers = spectrum(k_max, body.rolling_radius)
+            if k_max not in shares:
+                shares[k_max] = wavenumbers.shares_of_loads(half_lengths.tolist(), xi)
+            by_load = [synthesis_weights(samples.axis, samples.k, wavenumbers, w) for w in shares[k_max]]
+            shape = (len(by_load), len(samples.k), len(nodes), grid.n_x)
+            even, odd = (np.stack(w).reshape(shape) for w in zip(*by_load, strict=True))
+            weights[key] = even, odd
+        largest = k_max / (1 - loads_at)
+        reach = grid.ds / 2 + WAVE_REACH / float(np.min(largest))
+        m = min(int(np.ceil(reach / grid.ds)), grid.n_s - 1)  # strips apart up to which a tail reaches
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
-        by_variation[name] = LagSynthesis(
-            grid, heights, loads_at, nodes, even, odd, tails, samples, observers, computed, loads
-        )
+        by_variation[name] = partial(column, samples, weights[key], tails)
     return by_variation
-
-
-@dataclass(frozen=True, eq=False)
-class _Weights:
-    """The weights of responses in displacements at the lags, computed once for the same wavenumbers."""
-
-    body: Body
-    grid: Grid
-    loads_at: Heights
-    nodes: Heights
-    shares: dict[float, list[tuple[Array, Array]]] = field(default_factory=dict)  # by largest wavenumber
-    known: dict[tuple[float, bytes], tuple[Array, Array]] = field(default_factory=dict)
-
-    def look_up(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
-        """Weights [1/mm] of responses even and odd in x, (load radius, k, mean radius, lag) each."""
-        key = k_max, samples.k.tobytes()
-        if key not in self.known:
-            self.known[key] = self._compute(samples, k_max)
-        return self.known[key]
-
-    def _compute(self, samples: Samples, k_max: float) -> tuple[Array, Array]:
-        wavenumbers = spectrum(k_max, self.body.rolling_radius)
-        if k_max not in self.shares:
-            half_lengths = (self.grid.dx / 2 * self.loads_at.stretch).tolist()
-            xi = np.outer(self.nodes.stretch, self.grid.lags).ravel()
-            self.shares[k_max] = wavenumbers.shares_of_loads(half_lengths, xi)
-        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, w) for w in self.shares[k_max]]
-        shape = (len(weights), len(samples.k), len(self.nodes.points), self.grid.n_x)
-        even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
-        return even, odd
-
-
-def _reach(grid: Grid, k_max: float) -> int:
-    """The number of strips apart up to which the half-space has a share."""
-    return min(int(np.ceil((grid.ds / 2 + WAVE_REACH / k_max) / grid.ds)), grid.n_s - 1)
 
 
 @lru_cache(maxsize=64)
@@ -335,7 +226,7 @@ def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
 
     The last axis counts the strips apart, from -m to m.
     """
-    tail = Tail.prepare(half_space, grid.element, k_max, grid.lags)
-    ahead = np.stack([tail.at(grid.ds * n) for n in range(m + 1)], axis=-1)
+    beyond = tail(half_space, grid.element, k_max, grid.lags)
+    ahead = np.stack([beyond(grid.ds * n) for n in range(m + 1)], axis=-1)
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

@@ -1,9 +1,15 @@
-"""Displacements along x from responses at wavenumbers, and the response of the half-space at a wavenumber.
+"""Wavenumbers: which are solved, displacements along x from responses at them, and the half-space's response.
 
-A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads that
-vary as cos(k x), with weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring
-of radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
-half-space, whose integrals are known in closed form: `Tail`. The transition is smooth (`taper`): at an abrupt
+**Choice.** Responses are smooth in t = asinh(k / scale), which is like ln k beyond the scale; below it they
+are even or odd in k. Between the solved wavenumbers they are interpolated by splines of fifth degree. An
+interval is halved as long as the error of the spline in the middle of the interval changes the displacements
+too much. On a closed ring only k = m / R exists, m = 0, 1, 2, ... The orders m = 0 and 1, which may move the
+ring as a whole, are solved and not interpolated.
+
+**Sum.** A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads
+that vary as cos(k x), with weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed
+ring of radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
+half-space, whose integrals are known in closed form: `tail`. The transition is smooth (`taper`): at an abrupt
 end the error of the mesh, which is largest there, would spread far along x.
 
 Responses are smooth in ln k, while cos(k x) and sin(k x) oscillate far away: the integrals follow Filon
@@ -12,18 +18,179 @@ Legendre polynomials, whose integrals with cos(k x) and sin(k x) are spherical B
 displacements far away take no more wavenumbers than displacements nearby.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 
 from approx.halfspace import HalfSpace, ics_from_integrals
-from femic.reference.harmonic.wavenumbers import Axis
-from geometries.arrays import Array, Indices
+from femic.reference.job import NotConverged
+from geometries.arrays import Array, Indices, Mask
 from geometries.patches import Patch, X, mirror_signs
 from geometries.quadrature import gauss
+
+# --- the wavenumbers that are solved ---
+
+SPLINE_DEGREE = 5
+FIRST_SPACING = 1.2  # spacing in t of the first wavenumbers
+FEWEST_ORDERS = 8  # number of orders m = 0, 1, ... of a ring that are always solved; 3 for a large ring
+MOST_WAVENUMBERS = 1000  # largest number of wavenumbers
+HALVING_GAIN = 64  # approximate factor by which the error of an interval falls when it is halved
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The wavenumbers 0 ... k_max [1/mm] of an infinitely long body, or k = m / radius of a ring [mm].
+
+    `scale` [1/mm] is the scale in t = asinh(k / scale).
+    """
+
+    scale: float
+    k_max: float
+    radius: float = np.inf
+
+    def first(self) -> Array:
+        """Wavenumbers [1/mm] to begin with, in growing order and with both ends, shape (n,)."""
+        t_end = np.arcsinh(self.k_max / self.scale)
+        k = self.scale * np.sinh(
+            np.linspace(0, t_end, max(int(np.ceil(t_end / FIRST_SPACING)), SPLINE_DEGREE) + 1)
+        )
+        if np.isinf(self.radius):
+            return np.asarray(k)
+        last_order = np.floor(self.k_max * self.radius)
+        fewest_orders = 3 if self.radius * self.scale > 1 else FEWEST_ORDERS
+        orders = np.append(np.round(k * self.radius), np.arange(fewest_orders))
+        return np.unique(np.minimum(orders, last_order)) / self.radius
+
+    def between(self, low: float, high: float) -> float | None:
+        """The wavenumber [1/mm] in the middle of two, or None where the ring has no order between them."""
+        k = float(self.scale * np.sinh(np.mean(np.arcsinh(np.array([low, high]) / self.scale))))
+        if np.isinf(self.radius):
+            return k
+        first_order, last_order = round(low * self.radius) + 1, round(high * self.radius) - 1
+        if first_order > last_order:
+            return None
+        return float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
+
+    def interpolation(self, nodes: Array, targets: Array) -> tuple[Array, Array]:
+        """Return matrices that interpolate functions of k: the first even functions, the second odd ones.
+
+        Each has shape (len(targets), len(nodes)) and maps values at the wavenumbers `nodes` to values at the
+        wavenumbers `targets` [1/mm].
+        """
+        if np.isinf(self.radius):
+            mirrored_nodes, identity = np.append(-nodes[:0:-1], nodes), np.eye(len(nodes))
+            even, odd = (
+                self._spline(mirrored_nodes, np.vstack([parity * identity[:0:-1], identity]), targets)
+                for parity in (+1, -1)
+            )
+            return even, odd
+        rigid = nodes < 1.5 / self.radius
+        matrix = np.zeros((len(targets), len(nodes)))
+        for order in np.flatnonzero(rigid):
+            matrix[np.round(targets * self.radius) == order, order] = 1.0
+        elastic_targets = targets * self.radius > 1.5
+        elastic_nodes = nodes[~rigid]
+        matrix[np.ix_(elastic_targets, ~rigid)] = self._spline(
+            elastic_nodes, np.eye(len(elastic_nodes)), targets[elastic_targets]
+        )
+        return matrix, matrix
+
+    def _spline(self, nodes: Array, values: Array, targets: Array) -> Array:
+        """Values at other wavenumbers by the spline in t through values at nodes."""
+        spline = scipy.interpolate.make_interp_spline(np.arcsinh(nodes / self.scale), values, k=SPLINE_DEGREE)
+        return np.asarray(spline(np.arcsinh(targets / self.scale)))
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Responses (n, ...) at the solved wavenumbers k (n,) [1/mm].
+
+    `last` (n,) marks the wavenumbers that were solved last in their interval.
+    """
+
+    axis: Axis
+    k: Array
+    responses: Array
+    last: Mask
+
+    @property
+    def sparser(self) -> "Samples":
+        """The samples without those that were solved last in their interval."""
+        k = self.k[~self.last]
+        return Samples(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
+
+    def changed(self, at_sparser: Array, odd: Mask) -> "Samples":
+        """The samples changed to `at_sparser` (n_sparser, ...) at the wavenumbers of `sparser`.
+
+        Between these the change is interpolated: where it is small, so is the error of that. `odd` marks the
+        entries of a response that are odd in k.
+        """
+        sparser = self.sparser
+        change = interpolated(self.axis, sparser.k, at_sparser - sparser.responses, odd, self.k)
+        return replace(self, responses=self.responses + change)
+
+
+def sample(
+    axis: Axis,
+    solve: Callable[[Sequence[float]], Sequence[Array]],
+    odd: Mask,
+    a: float,
+    accuracy: Array | float,
+) -> Samples:
+    """Solve as many wavenumbers as the displacements need.
+
+    `solve` returns the responses to unit loads at given wavenumbers. `odd` marks the entries of a response
+    that are odd in k. `a` [mm] is the half-length of the loads. Intervals are halved until the error that
+    each leaves in the displacements is below `accuracy` [mm/N], a number or an array; `odd` and `accuracy`
+    broadcast with a response. Errors of neighbouring intervals alternate in sign. Raises NotConverged where
+    more than `MOST_WAVENUMBERS` would be needed.
+    """
+    first_wavenumbers = axis.first().tolist()
+    responses_at = dict(zip(first_wavenumbers, solve(first_wavenumbers), strict=True))
+    open_intervals = list(pairwise(first_wavenumbers))
+    all_middles: dict[float, tuple[float, float]] = {}
+    while open_intervals:
+        middles = {k: ends for ends in open_intervals if (k := axis.between(*ends)) is not None}
+        if len(responses_at) + len(middles) > MOST_WAVENUMBERS:
+            raise NotConverged(
+                f"more than {MOST_WAVENUMBERS} wavenumbers would be needed for displacements within "
+                f"{np.min(accuracy):.1e} mm/N: "
+                "give a larger `tolerance`, or shorter lines"
+            )
+        nodes = sorted(responses_at)
+        known = np.stack([responses_at[k] for k in nodes])
+        expected = interpolated(axis, np.array(nodes), known, odd, np.array(list(middles)))
+        solved_at = dict(zip(middles, solve(list(middles)), strict=True))
+        errors = {
+            k: np.max(np.abs(solved_at[k] - interpolation) / accuracy)
+            for k, interpolation in zip(solved_at, expected, strict=True)
+        }
+        responses_at |= solved_at
+        all_middles |= middles
+        open_intervals = []
+        for middle, (low, high) in middles.items():
+            reach = (high - low) / np.pi * min(1.0, 1 / (middle * a))
+            if errors[middle] * reach / HALVING_GAIN > 1:
+                open_intervals += [(low, middle), (middle, high)]
+    wavenumbers, interval_ends = sorted(responses_at), {end for ends in all_middles.values() for end in ends}
+    last = np.array([k in all_middles and k not in interval_ends for k in wavenumbers])
+    return Samples(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
+
+
+def interpolated(axis: Axis, nodes: Array, values: Array, odd: Mask, targets: Array) -> Array:
+    """Values (len(targets), ...) at other wavenumbers, interpolated between those at `nodes` [1/mm]."""
+    even_values, odd_values = (
+        np.tensordot(matrix, values, axes=1) for matrix in axis.interpolation(nodes, targets)
+    )
+    return np.where(odd, odd_values, even_values)
+
+
+# --- sums over wavenumbers ---
 
 SINES = mirror_signs(X) < 0  # (i, j): components odd in x
 PANEL_POINTS = 16  # Gauss points per panel
@@ -75,24 +242,21 @@ class Spectrum:
     def shares_of_loads(self, half_lengths: Sequence[float], x: Array) -> list[tuple[Array, Array]]:
         """The `shares` for loads of several half-lengths a [mm]."""
         even, odd = np.empty((2, len(half_lengths), len(self.k), len(x)))
-        for start in range(0, len(x), POSITIONS_AT_ONCE):
-            positions = slice(start, start + POSITIONS_AT_ONCE)
-            for load, shares in enumerate(self._shares(half_lengths, x[positions])):
-                even[load, :, positions], odd[load, :, positions] = shares.real, shares.imag
-        return list(zip(even, odd, strict=True))
-
-    def _shares(self, half_lengths: Sequence[float], x: Array) -> Iterator[NDArray[np.complex128]]:
-        """The weights even in x + i times the weights odd in x, at a few positions x, load by load."""
         n_gentle = int(np.sum(_half(self.ends) * max(half_lengths) <= GENTLE_PHASE))
-        steep_ends = self.ends[n_gentle:]
         gentle_k, steep_k = np.split(self.points, [n_gentle])
-        single = self.weights[:, None] * np.exp(1j * np.outer(self.single, x))
-        gentle, share = _filon(self.ends[: n_gentle + 1], x), self.share[..., None] / np.pi
-        for a in half_lengths:
-            steep = (_filon(steep_ends, x + a) - _filon(steep_ends, x - a)) / (2j * a * steep_k[..., None])
-            panels = share * np.concatenate([np.sinc(gentle_k * a / np.pi)[..., None] * gentle, steep])
-            singles = np.sinc(self.single * a / np.pi)[:, None] * single
-            yield np.concatenate([singles, panels.reshape(-1, len(x))])
+        gentle_ends, steep_ends = self.ends[: n_gentle + 1], self.ends[n_gentle:]
+        for start in range(0, len(x), POSITIONS_AT_ONCE):
+            here = slice(start, start + POSITIONS_AT_ONCE)
+            single = self.weights[:, None] * np.exp(1j * np.outer(self.single, x[here]))
+            gentle, share = _filon(gentle_ends, x[here]), self.share[..., None] / np.pi
+            for number, a in enumerate(half_lengths):
+                steep = _filon(steep_ends, x[here] + a) - _filon(steep_ends, x[here] - a)
+                steep = steep / (2j * a * steep_k[..., None])
+                panels = share * np.concatenate([np.sinc(gentle_k * a / np.pi)[..., None] * gentle, steep])
+                singles = np.sinc(self.single * a / np.pi)[:, None] * single
+                shares = np.concatenate([singles, panels.reshape(-1, len(x[here]))])
+                even[number, :, here], odd[number, :, here] = shares.real, shares.imag
+        return list(zip(even, odd, strict=True))
 
 
 def _middle(ends: Array) -> Array:
@@ -132,12 +296,15 @@ def orders(k_max: float, radius: float, last: int | None = None) -> Spectrum:
     return Spectrum(k, weights, k[-1:], np.empty((0, PANEL_POINTS)), k_max)
 
 
-def ring(k_max: float, radius: float) -> Spectrum:
-    """The wavenumbers of a closed ring up to k_max [1/mm]: its low orders, then panels of an integral.
+def spectrum(k_max: float, radius: float) -> Spectrum:
+    """The wavenumbers of a body of a rolling radius [mm] up to k_max [1/mm].
 
-    The sum over orders and the integral differ by the periodic images at x + 2 pi R. Waves that are short
-    compared with the ring, with smooth weights, contribute nothing there.
+    On a closed ring they are its low orders, then panels of an integral. The sum over orders and the integral
+    differ by the periodic images at x + 2 pi R. Waves that are short compared with the ring, with smooth
+    weights, contribute nothing there.
     """
+    if np.isinf(radius):
+        return integral(k_max)
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
     summed, integrated = orders(k_max, radius, LAST_ORDER), integral(k_max)
@@ -161,11 +328,6 @@ def taper(k: Array) -> Array:
 def _by_sum(order: Array) -> Array:
     """Share of the orders of a ring that is summed and not integrated, shape of `order`."""
     return np.asarray(erfc(CROSSOVER_STEEPNESS * np.log(np.maximum(order, 1e-9) / CROSSOVER_ORDER)) / 2)
-
-
-def spectrum(k_max: float, radius: float) -> Spectrum:
-    """The wavenumbers of a body of a rolling radius [mm] up to k_max [1/mm]."""
-    return integral(k_max) if np.isinf(radius) else ring(k_max, radius)
 
 
 def synthesis_weights(
@@ -206,30 +368,21 @@ def _primitives(k: Array, s: float) -> Array:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Tail:
-    """The half-space's share of displacements under a unit load at x (n,) [mm] from the centre of its patch.
+def tail(half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> Callable[..., Array]:
+    """What short waves add to displacements under a unit load, at x (n,) [mm] from the centre of its patch.
 
-    It is A less its tapered sum up to a largest wavenumber: what short waves add.
+    It is A less its tapered sum up to a largest wavenumber [1/mm]: the half-space's share. The result takes a
+    distance along s [mm], and which of x to `choose`, to displacements [mm/N], (3, 3, n).
     """
+    wavenumbers = integral(k_max)
+    distances, number = np.unique(np.abs(x), return_inverse=True)
+    shares = wavenumbers.shares(patch.a, distances)
+    weights = shares[0][:, number], shares[1][:, number] * np.sign(x)  # of responses even and odd in x
 
-    half_space: HalfSpace
-    patch: Patch
-    x: Array
-    k: Array  # wavenumbers of the sum [1/mm]
-    weights: tuple[Array, Array]  # of responses even and odd in x, (len(k), n) each [1/mm]
-
-    @classmethod
-    def prepare(cls, half_space: HalfSpace, patch: Patch, k_max: float, x: Array) -> "Tail":
-        """Prepare the share beyond a largest wavenumber [1/mm]."""
-        wavenumbers = integral(k_max)
-        distances, number = np.unique(np.abs(x), return_inverse=True)
-        even, odd = wavenumbers.shares(patch.a, distances)
-        return cls(half_space, patch, x, wavenumbers.k, (even[:, number], odd[:, number] * np.sign(x)))
-
-    def at(self, s: float, chosen: Indices | slice = slice(None)) -> Array:
-        """Displacements [mm/N] at all x, or some of them, at a distance s [mm] along s, (3, 3, n)."""
-        x, (even, odd) = self.x[chosen], (part[:, chosen] for part in self.weights)
-        response = half_space_response(self.half_space, self.patch.b, s, self.k)
+    def at(s: float, choose: Indices | slice = slice(None)) -> Array:
+        here, (even, odd) = x[choose], (part[:, choose] for part in weights)
+        response = half_space_response(half_space, patch.b, s, wavenumbers.k)
         below = np.where(SINES[..., None], response @ odd, response @ even)
-        return self.half_space.ics(self.patch, x, np.full_like(x, s)) / self.patch.area - below
+        return half_space.ics(patch, here, np.full_like(here, s)) / patch.area - below
+
+    return at

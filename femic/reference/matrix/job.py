@@ -1,6 +1,6 @@
 """The job of an IC matrix: a body, a grid, and the accuracy."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.pair import Solid
-from femic.reference.discount import ApproachRule, Condition, NoRule, Rule
-from femic.reference.engine import Matrices, MatrixSpecification, Points
+from femic.reference.discount import ApproachRule, Condition, Rule
+from femic.reference.engine import Points, Request
 from femic.reference.engines import kinds_that
 from femic.reference.job import FLOOR, Settings, load_directions
 from femic.reference.meshing import Cells
@@ -44,23 +44,17 @@ class MatrixJob:
 
     def __post_init__(self) -> None:
         """Raise WrongInput for an engine without IC matrices."""
-        if self.settings.engine.matrices is None:
+        if not self.settings.engine.has_matrices:
             raise WrongInput(
                 f"`engine`: the {self.settings.engine.name} engine has no IC matrices: use one with "
-                f"{kinds_that(lambda engine: engine.matrices)}"
+                f"{kinds_that(lambda engine: engine.has_matrices)}"
             )
-
-    @property
-    def matrices(self) -> Matrices:
-        """The functions of the engine for IC matrices."""
-        assert self.settings.engine.matrices is not None  # as `__post_init__` has made sure
-        return self.settings.engine.matrices
 
     @property
     def first_cells(self) -> Cells:
         """The cells of the first model."""
-        cells = self.matrices.tuned.cells_for(self.settings.tolerance, self.grid.patch(0))
-        return self.settings.cells or cells
+        settings, element = self.settings, self.grid.patch(0)
+        return settings.cells or settings.engine.first_cells(settings.tolerance, element, on_strips=True)
 
     @property
     def solved(self) -> tuple[str, ...]:
@@ -86,38 +80,29 @@ class MatrixJob:
         every: dict[Discount, Rule] = {
             "approach": ApproachRule(self.settings.approach_side),
             "source": self.settings.source_rule(a, b),
-            "none": NoRule(),
+            "none": Rule(),
         }
         return {name: every[name] for name in self.discounts}
 
     @cached_property
     def fits(self) -> Mapping[Discount, list[Condition]]:
         """The conditions that determine M, by discount."""
-        return self._fits(1)
+        return {name: rule.conditions(self.body, self.strip_loads) for name, rule in self.rules.items()}
 
-    def _fits(self, merged: int) -> dict[Discount, list[Condition]]:
-        rules = self._rules(merged)
-        return {name: rule.conditions(self.body, self.strip_loads) for name, rule in rules.items()}
-
-    @property
+    @cached_property
     def fit_loads(self) -> tuple[Load, ...]:
         """The loads of these conditions."""
-        return _collect_loads(self.fits)
+        return _collect_loads(self.fits.values())
+
+    @cached_property
+    def merged_fit_loads(self) -> tuple[Load, ...]:
+        """The loads that determine M where strips and their lengths are `MERGED` times as large."""
+        rules = self._rules(MERGED).values()
+        return _collect_loads([rule.conditions(self.body, self.strip_loads) for rule in rules])
 
     def fit_points(self, discount: Discount) -> Points:
         """The points at which the conditions of a discount read displacements."""
         return self.rules[discount].observers(self.body, self.fits[discount])
-
-    @property
-    def merged_strips(self) -> Array:
-        """Centres of strips that consist of `MERGED` strips each [mm], from the left end of the grid."""
-        n_s, n = self.grid.n_s, MERGED
-        return np.asarray(np.mean(self.grid.strips[: n_s - n_s % n].reshape(-1, n), axis=1))
-
-    @property
-    def merged_fit_loads(self) -> tuple[Load, ...]:
-        """The loads that determine M where strips and their lengths are `MERGED` times as large."""
-        return _collect_loads(self._fits(MERGED))
 
     @property
     def given_domain(self) -> bool:
@@ -129,16 +114,13 @@ class MatrixJob:
         return discount == "source" and discount in self.discounts and self.body.truncated
 
     def request(self, level: Level) -> Any:
-        """Return the engine's request for the model at a level."""
-        return self.matrices.request(self.specification(level))
+        """Return the engine's request for the model at a level.
 
-    def specification(self, level: Level) -> MatrixSpecification:
-        """Return the model at a level, with loads and observers on all strips, and those that M needs.
-
-        It also serves later grids of strips `MERGED` times as wide (`femic.reference.harmonic.stored`).
+        It has loads and observers on all strips, and those that M needs. It also serves later grids of strips
+        `MERGED` times as wide, from the left end of the grid (`femic.reference.harmonic.stored`).
         """
-        cells, domain = factors(level)
-        strips, merged = self.grid.strips, self.merged_strips
+        (cells, domain), strips, n_s = factors(level), self.grid.strips, self.grid.n_s
+        merged = np.mean(strips[: n_s - n_s % MERGED].reshape(-1, MERGED), axis=1)
         s = np.concatenate([strips, merged])
         fitted = [self.fit_points(name) for name in self.discounts]
         points = Points(
@@ -147,20 +129,22 @@ class MatrixJob:
         )
         own_loads = dict.fromkeys([*self.strip_loads, *self.fit_loads])
         loads = tuple(dict.fromkeys([*own_loads, *self.merged_fit_loads]))
-        return MatrixSpecification(
+        model = Request(
             self.body.enlarged(domain),
             loads,
             points,
             self.first_cells.scaled(cells),
+            self.settings.solver,
             self.settings.tolerance,
             self._least_scales(loads, np.unique(points.s)),
             level.waves,
-            self.settings.solver,
+            on_strips=True,
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
             spare_loads=loads[len(own_loads) :],
             spare_s=tuple(np.setdiff1d(merged, [*strips, *self._fit_s]).tolist()),
             given_domain=self.given_domain,
         )
+        return self.settings.engine.request(model)
 
     @property
     def _fit_s(self) -> Array:
@@ -191,8 +175,6 @@ class MatrixJob:
         return scales[:, None]
 
 
-def _collect_loads(fits: Mapping[Discount, Sequence[Condition]]) -> tuple[Load, ...]:
+def _collect_loads(fits: Iterable[Sequence[Condition]]) -> tuple[Load, ...]:
     """The loads of conditions, each once."""
-    return tuple(
-        dict.fromkeys(load for fit in fits.values() for condition in fit for load in condition.loads)
-    )
+    return tuple(dict.fromkeys(load for fit in fits for condition in fit for load in condition.loads))

@@ -21,15 +21,14 @@ import numpy as np
 
 from femic.cache.workers import in_threads, one_blas_thread
 from femic.reference.discount import FZ, discount, fit_discount, motions
-from femic.reference.engine import ColumnSynthesis, Cost, GridModel, Points
+from femic.reference.engine import Cost, Points
 from femic.reference.job import FLOOR, Shares
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.meshing import Cells
 from femic.reference.refinement import (
     Assessment,
-    Batch,
     Measure,
-    assess_batch,
+    assess_bodies,
     solve_to_tolerance,
     worst_assessment,
 )
@@ -75,18 +74,12 @@ def column_shares(
 ) -> Shares:
     """Return the largest estimate of components in a column, and of each part, on the column's scale."""
     chosen = places(components)
-    mesh, truncation, waves, total_share = (
-        _infinite_where_nan(part[chosen] / scale[chosen]) for part in (*c.errors, c.estimate)
-    )
+    shares = [part[chosen] / scale[chosen] for part in (*c.errors, c.estimate)]
+    mesh, truncation, waves, total_share = (np.where(np.isnan(part), np.inf, part) for part in shares)
     number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
     line = f"of strip {observer} under strip {strip} (worst at lag {lag})"
     parts = float(np.max(mesh)), float(np.max(truncation)), float(np.max(waves))
     return Shares(*parts, float(np.max(total_share)), components[int(number)], line)
-
-
-def _infinite_where_nan(shares: Array) -> Array:
-    shares[np.isnan(shares)] = np.inf
-    return shares
 
 
 # --- the matrix of a body ---
@@ -95,17 +88,6 @@ ELEMENTS_FOR_THREADS = 16_000  # of a grid, from which on two threads compute co
 MOST_THREADS = 4  # that compute columns
 REMEMBERED_ENTRIES = 20_000_000  # of the largest matrix that is held in memory as a whole
 REMEMBERED_COLUMNS = 2 * MOST_THREADS  # of larger matrices
-
-
-@dataclass(frozen=True, eq=False)
-class RawColumn:
-    """C before the discount due to unit total loads on one strip, (3, 3, n_x, n_s) [mm/N].
-
-    `changes` are those of C by each variation of the model that its estimate needs, in single precision.
-    """
-
-    ic: Array
-    changes: Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -120,29 +102,26 @@ class MatrixReference:
     cells: Cells
     body: Body
     models: Mapping[str, Cost]
-    solved: GridModel
+    solved: Any  # the model, as its engine has solved it
 
     @cached_property
-    def _syntheses(self) -> Mapping[str, ColumnSynthesis]:
-        """The syntheses of columns: of the model (""), and of its variations."""
-        return self.job.matrices.columns(self.solved, self.job.grid, self.job.solved)
+    def _columns(self) -> Mapping[str, Callable[[int], Array]]:
+        """What computes columns: of the model (""), and of its variations."""
+        return self.job.settings.engine.columns(self.solved, self.job.grid, self.job.solved)
 
     @cached_property
     def _compliances(self) -> dict[Discount, dict[str, Array]]:
         """M (4, 4) by discount: of the model (""), and of its variations."""
-        return {name: self._fit_compliances(name) for name in self.job.discounts}
-
-    def _fit_compliances(self, name: Discount) -> dict[str, Array]:
-        job = self.job
-        if not job.fits[name]:
-            return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
-        u = job.matrices.displacements(self.solved, job.fit_loads, job.fit_points(name))
-        return {
-            variation: fit_discount(
-                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, load_u, strict=True))
-            )
-            for variation, load_u in {"": u.u, **u.perturbed}.items()
-        }
+        job, compliances = self.job, {}
+        for name, fit in job.fits.items():
+            compliances[name] = dict.fromkeys(self._columns, np.zeros((4, 4)))
+            if not fit:
+                continue
+            raw = job.settings.engine.displacements(self.solved, job.fit_loads, job.fit_points(name))
+            for variation, u in {"": raw.u, **raw.perturbed}.items():
+                u_of_load = dict(zip(job.fit_loads, u, strict=True))
+                compliances[name][variation] = fit_discount(job.body, job.rules[name], fit, u_of_load)
+        return compliances
 
     @property
     def discount(self) -> Array:
@@ -150,26 +129,28 @@ class MatrixReference:
         return self._compliances[self.job.discounts[0]][""]
 
     @cached_property
-    def _raw(self) -> Callable[[int], RawColumn]:
-        """Return the raw column of a strip; all columns of a small matrix are remembered."""
+    def _raw(self) -> Callable[[int], tuple[Array, dict[str, Array]]]:
+        """Return C before the discount under loads on a strip, (3, 3, n_x, n_s) [mm/N], and its changes.
+
+        These are by each variation of the model that the estimate needs, in single precision. All columns of
+        a small matrix are remembered.
+        """
+
+        def synthesise(strip: int) -> tuple[Array, dict[str, Array]]:
+            ic = self._columns[""](strip)
+            return ic, {
+                variation: (column(strip) - ic).astype(np.float32)
+                for variation, column in self._columns.items()
+                if variation and (variation != "nearer" or self.job.truncated("source"))
+            }
+
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
         is_small = 9 * n_x * n_s**2 <= REMEMBERED_ENTRIES
-        return lru_cache(maxsize=n_s if is_small else REMEMBERED_COLUMNS)(self._synthesise)
-
-    def _synthesise(self, strip: int) -> RawColumn:
-        ic = self._syntheses[""].column(strip)
-        return RawColumn(
-            ic,
-            {
-                variation: (synthesis.column(strip) - ic).astype(np.float32)
-                for variation, synthesis in self._syntheses.items()
-                if variation and (variation != "nearer" or self.job.truncated("source"))
-            },
-        )
+        return lru_cache(maxsize=n_s if is_small else REMEMBERED_COLUMNS)(synthesise)
 
     def raw_column(self, strip: int, variation: str = "") -> Array:
         """Return C before the discount [mm/N] due to unit total loads on one strip, (3, 3, n_x, n_s)."""
-        return self._syntheses[variation].column(strip) if variation else self._raw(strip).ic
+        return self._columns[variation](strip) if variation else self._raw(strip)[0]
 
     def column(self, strip: int, discount: Discount | None = None) -> EstimatedICs:
         """Return C [mm/N] due to unit total loads on one strip, arrays (3, 3, n_x, n_s).
@@ -177,14 +158,14 @@ class MatrixReference:
         `discount` is one of the discounts of the job, by default the first.
         """
         name = discount or self.job.discounts[0]
-        raw, m, rigid = self._raw(strip), self._compliances[name], self._rigid(strip, name)
-        ic = raw.ic - rigid(m[""])
+        (raw, raw_changes), m, rigid = self._raw(strip), self._compliances[name], self._rigid(strip, name)
+        ic = raw - rigid(m[""])
         changes = {
             variation: change - rigid(m[variation] - m[""]).astype(np.float32)
-            for variation, change in raw.changes.items()
+            for variation, change in raw_changes.items()
             if variation != "nearer" or self.job.truncated(name)  # elsewhere the far arc is a support
         }
-        return EstimatedICs(ic, *errors(changes, safety=self.job.settings.engine.estimate.safety))
+        return EstimatedICs(ic, *errors(changes, safety=self.job.settings.engine.safety))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
         """Return C [mm/N] for a pair of bodies, before their approach is subtracted, (3, 3, n_x, n_s).
@@ -253,9 +234,9 @@ def matrices(
     )
 
 
-def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
+def _matrix_reference(job: MatrixJob, level: Level, models: Mapping[Level, Any]) -> MatrixReference:
     """Return the IC matrix of a body at a level from its models."""
-    level_of_model = level.models(job.settings.engine.estimate.model_names(job.body))
+    level_of_model = level.models(job.settings.engine.models_for(job.body))
     solved, costs = models[level], model_costs(level_of_model, models)
     cells = job.first_cells.scaled(factors(level)[0])
     return MatrixReference(job, level, cells, solved.body, costs, solved)
@@ -281,7 +262,12 @@ def assess_matrices(
     def assess_strip(strip: int) -> tuple[Assessment, list[Any]]:
         columns = {body: reference.column(strip) for body, reference in references.items()}
         made = [one.made(strip, columns) for one in taking]
-        return assess_batch(_batch(jobs, strip, columns), combined=combined), made
+
+        def measure(bodies: Sequence[str], ic: Array) -> Measure:
+            scale = column_scale(strip, ic, [jobs[body] for body in bodies])
+            return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
+
+        return assess_bodies(columns, measure, combined=combined), made
 
     with one_blas_thread():
         for one in taking:
@@ -298,16 +284,6 @@ def assess_matrices(
     if consumer is not None and not taking:
         consumer.discard()
     return worst_assessment(assessments)
-
-
-def _batch(jobs: Mapping[str, MatrixJob], strip: int, columns: Mapping[str, EstimatedICs]) -> Batch:
-    """The columns of bodies under loads on a strip, with the measure of their errors."""
-
-    def measure(bodies: Sequence[str], ic: Array) -> Measure:
-        scale = column_scale(strip, ic, [jobs[body] for body in bodies])
-        return lambda body, c: column_shares(strip, c, scale, jobs[body].components)
-
-    return Batch(columns, measure)
 
 
 # --- a pair of bodies ---

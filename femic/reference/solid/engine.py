@@ -10,7 +10,7 @@ more reliable than their values.
 """
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import pairwise
@@ -33,35 +33,18 @@ from femic.reference.engine import (
     RawICs,
     Request,
     SolverChoice,
-    Specification,
     cost_from,
     peak_memory,
 )
 from femic.reference.job import NotConverged
 from femic.reference.run_options import RunOptions, Solved, Step, Task
-from femic.reference.solid.elasticity import rigid_body_modes, stiffness
-from femic.reference.solid.linear import Solution, System, prepare
+from femic.reference.solid.linear import Solution, System, prepare, rigid_body_modes, stiffness
 from femic.reference.solid.mesh import Focus, SolidMesh, solid_mesh
 from femic.reference.symmetry import Parity, Y, held_by_supports, held_by_symmetry, parities
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
-from geometries.patches import Load, Patch, X
+from geometries.patches import Load, X
 from geometries.quadrature import on_panels
-
-# --- the request ---
-
-
-@dataclass(frozen=True)
-class SolidRequest(Request):
-    """The input of one model."""
-
-    solver: SolverChoice = "auto"
-
-
-def request_for(model: Specification) -> SolidRequest:
-    """Return the request for a model; its cells alone determine its accuracy."""
-    return SolidRequest(model.body, model.loads, model.points, model.cells, model.solver)
-
 
 # --- model, load, solve, observe ---
 
@@ -86,7 +69,7 @@ class SolidModel:
         return int(self.stiffness.shape[0])
 
 
-def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
+def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
     """Mesh, assemble and solve a request: displacements [mm/N] at its points under its loads.
 
     Raises NotConverged if the mesh has more than `most_unknowns`.
@@ -122,33 +105,26 @@ def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
     return RawICs(u, cost)
 
 
-def build_mesh(request: SolidRequest) -> SolidMesh:
+def build_mesh(request: Request) -> SolidMesh:
     """Mesh the body of a request, a quarter of it where symmetry allows, fine at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
-    surface = body.surface
-    half_section = body.symmetric
+    surface, half_section = body.surface, body.symmetric
     patches = list(dict.fromkeys(load.patch for load in request.loads))
-    x, s = np.hstack([_spine(patch) for patch in patches])
+    covering = []  # centres of squares that cover a patch; one if the patch is square
+    for patch in patches:
+        width, sides = min(patch.a, patch.b), (patch.a, patch.b)
+        x, s = (np.linspace(-1, 1, round(np.ceil(side / width))) * (side - width) for side in sides)
+        covering.append([grid.ravel() for grid in np.meshgrid(x, patch.s + s, indexing="ij")])
+    x, s = np.hstack(covering)
     s_loads = [patch.s for patch in patches]
     at_patches = np.stack([surface.chart_x(x, s, s), s])
     at_points = np.hstack([[surface.chart_x(points.x, points.s, s_load), points.s] for s_load in s_loads])
-    centres, read_points = (
-        _distinct(surface.position(np.abs(xi), np.abs(s) if half_section else s), smallest)
-        for xi, s in (at_patches, np.hstack([at_points, at_patches]))
-    )
-    return solid_mesh(body, request.cells, Focus(centres, read_points), half_section=half_section)
-
-
-def _spine(patch: Patch) -> Array:
-    """Centres (x, s) [mm] of squares that cover a patch, shape (2, n); one if the patch is square."""
-    width = min(patch.a, patch.b)
-    x, s = (np.linspace(-1, 1, round(np.ceil(half / width))) * (half - width) for half in (patch.a, patch.b))
-    return np.stack([grid.ravel() for grid in np.meshgrid(x, patch.s + s, indexing="ij")])
-
-
-def _distinct(points: Array, spacing: float) -> Array:
-    """Points (3, n) without those that repeat an earlier one to a thousandth of `spacing` [mm]."""
-    return points[:, np.sort(np.unique((points / spacing).round(3), axis=1, return_index=True)[1])]
+    focus = []
+    for xi, s in (at_patches, np.hstack([at_points, at_patches])):
+        places = surface.position(np.abs(xi), np.abs(s) if half_section else s)
+        rounded = (places / smallest).round(3)
+        focus.append(places[:, np.sort(np.unique(rounded, axis=1, return_index=True)[1])])
+    return solid_mesh(body, request.cells, Focus(*focus), half_section=half_section)
 
 
 def assemble(solid: SolidMesh) -> SolidModel:
@@ -257,9 +233,15 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
             unsolved.append(task)
         else:
             yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), cached=True)
-    begun_tasks, workers = _report_begun(unsolved, options.watch.on_step), options.workers
+    workers = options.workers
+
+    def take() -> Iterator[Task]:
+        for task in unsolved:
+            options.watch.on_step(Step(task, "solid engine at work"))
+            yield task
+
     try:
-        yield from in_processes(partial(_solve_task, store=store), begun_tasks, workers)
+        yield from in_processes(partial(_solve_task, store=store), take(), workers)
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
@@ -269,16 +251,9 @@ def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
         ) from error
 
 
-def _report_begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
-    """Yield tasks as processes take them, and report that each has begun."""
-    for task in tasks:
-        on_step(Step(task, "solid engine at work"))
-        yield task
-
-
-def model_key(request: SolidRequest, store: Store) -> str:
+def model_key(request: Request, store: Store) -> str:
     """The key of the model of a request in the store."""
-    return store.key("solid", request)
+    return store.key("solid", request.body, request.loads, request.points, request.cells, request.solver)
 
 
 def _solve_task(task: Task, store: Store) -> Solved:
@@ -300,7 +275,7 @@ MEMORY = 0.0065  # MB per unknown
 VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
 
 
-def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
+def expected_cost(request: Request) -> ExpectedCost:
     """The expected unknowns, seconds and memory of a model."""
     body, half_section = request.body, request.body.symmetric
     fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
@@ -310,7 +285,7 @@ def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
     return ExpectedCost(unknowns, 0, fields, body.symmetric, seconds, memory)
 
 
-def _cubes(request: SolidRequest) -> float:
+def _cubes(request: Request) -> float:
     """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
     body, cells, points = request.body, request.cells, request.points
     centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T

@@ -14,8 +14,9 @@ from skfem import ElementTetP2
 from skfem.quadrature import get_quadrature
 
 from femic.cache.files import replacing
-from femic.reference.solid.elasticity import CELLS_AT_ONCE
-from femic.reference.solid.engine import Field, SolidRequest, assemble, build_mesh, solve
+from femic.reference.engine import Request
+from femic.reference.solid.engine import Field, assemble, build_mesh, solve
+from femic.reference.solid.linear import CELLS_AT_ONCE
 from femic.reference.solid.mesh import SolidMesh
 from femic.reference.symmetry import Y, on_plane
 from geometries.arrays import Array, Indices, Mask
@@ -46,7 +47,7 @@ class NodalField:
     von_mises: Array  # (n_nodes,) [MPa/N]
 
 
-def nodal_fields(request: SolidRequest) -> Iterator[tuple[Load, NodalField]]:
+def nodal_fields(request: Request) -> Iterator[tuple[Load, NodalField]]:
     """Solve the loads of a request, and yield each with its field on the whole body."""
     model = assemble(build_mesh(request))
     grid = figure_grid(model.solid)
@@ -123,16 +124,11 @@ def _cell_stress(nodes: Array, material: Material, u: Array) -> tuple[Array, Arr
     strain = (gradient + np.swapaxes(gradient, -1, -2)) / 2
     trace = np.einsum("eqkk->eq", strain)[..., None, None]
     sigma = material.lame * trace * np.eye(3) + 2 * material.G * strain
-    continued = np.einsum("aq,eqij->eaij", _continuation(gauss_points), sigma, optimize=True)
-    return continued, np.abs(np.linalg.det(jacobian)) @ weights
-
-
-def _continuation(gauss_points: Array) -> Array:
-    """Matrix (10, 4) that takes the values of a linear function at four points to the cell's nodes."""
-    linear_functions = [
+    at_nodes, at_points = (
         np.column_stack([np.ones(len(points)), points]) for points in (P2.doflocs, gauss_points.T)
-    ]
-    return linear_functions[0] @ np.linalg.inv(linear_functions[1])
+    )  # linear functions
+    continued = np.einsum("aq,eqij->eaij", at_nodes @ np.linalg.inv(at_points), sigma, optimize=True)
+    return continued, np.abs(np.linalg.det(jacobian)) @ weights
 
 
 def von_mises(sigma: Array) -> Array:

@@ -26,7 +26,7 @@ from femic.reference.meshing import (
     set_cell_size,
     size_about_axis,
 )
-from geometries.arrays import Array, Indices, Mask
+from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
 
@@ -55,43 +55,30 @@ class Tetrahedra:
 
 def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetrahedra:
     """Mesh x >= 0 of a body (only y >= 0 of it for `half_section`); raises Failure where Gmsh cannot."""
+    surface = body.surface
     if not body.reaches_hub and BENT_RATIO * body.domain.far_radius < body.rolling_radius < np.inf:
-        return _bent(body, cells, focus, half_section)
+        # Gmsh does not mesh surfaces that turn by tiny angles: the mesh of the prismatic body is bent.
+        domain = Domain(body.domain.far_radius, body.xi_end)
+        straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
+        straight_focus = Focus(surface.to_chart(focus.centres), surface.to_chart(focus.points))
+        mesh = fill(straight, cells, straight_focus, half_section=half_section)
+        return replace(mesh, points=surface.to_global(mesh.points))
     with gmsh_session() as gmsh:
-        _add_volume(gmsh, body, half_section)
-        _set_cell_size(gmsh, body, cells, focus)
+        occ = gmsh.model.occ
+        section = [(2, add_section(gmsh, body, half_section=half_section)[0])]
+        if np.isinf(body.rolling_radius):
+            occ.extrude(section, body.xi_end, 0, 0)
+        else:
+            angle = -body.side * body.xi_end / body.rolling_radius  # towards +x
+            turned = occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
+            occ.convertToNURBS([(dim, tag) for dim, tag in turned if dim == 3])  # meshed 15 times faster
+        occ.synchronize()
+        r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
+        size = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
+        set_cell_size(gmsh, [size, size_about_axis(body)] if body.rolling_radius < np.inf else [size])
+        gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY_3D)
         gmsh.model.mesh.generate(3)
         return _collect(gmsh, body)
-
-
-def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahedra:
-    """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces that turn by tiny angles."""
-    domain = Domain(body.domain.far_radius, body.xi_end)
-    straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
-    straight_focus = Focus(body.surface.to_chart(focus.centres), body.surface.to_chart(focus.points))
-    straight_mesh = fill(straight, cells, straight_focus, half_section=half_section)
-    return replace(straight_mesh, points=body.surface.to_global(straight_mesh.points))
-
-
-def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
-    """Add the section to Gmsh's model, extruded or revolved."""
-    occ = gmsh.model.occ
-    section = [(2, add_section(gmsh, body, half_section=half_section)[0])]
-    if np.isinf(body.rolling_radius):
-        occ.extrude(section, body.xi_end, 0, 0)
-    else:
-        angle = -body.side * body.xi_end / body.rolling_radius  # towards +x
-        turned = occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
-        occ.convertToNURBS([(dim, tag) for dim, tag in turned if dim == 3])  # meshed 15 times faster
-    occ.synchronize()
-
-
-def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
-    """Set the size of cells by the distances from the focus, and the meshing algorithm."""
-    r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
-    size = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    set_cell_size(gmsh, [size, size_about_axis(body)] if body.rolling_radius < np.inf else [size])
-    gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY_3D)
 
 
 def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
@@ -153,18 +140,6 @@ class SolidMesh:
         return int(self.mesh.nvertices)
 
 
-@dataclass(frozen=True, eq=False)
-class Near:
-    """What lies within a distance [mm] of points (3, n) [mm]."""
-
-    points: Array
-    distance: float
-
-    def beyond(self, at: Array) -> Mask:
-        """Which of some points (3, m) lie farther away, (m,)."""
-        return np.asarray(cKDTree(self.points.T).query(at.T)[0] > self.distance)
-
-
 def solid_mesh(
     body: Body, cells: Cells, focus: Focus, *, half_section: bool, curved_within: float = np.inf
 ) -> SolidMesh:
@@ -173,42 +148,54 @@ def solid_mesh(
     Cells that would fold keep straight edges farther than `curved_within` [mm] from the centres of the focus.
     """
     linear = fill(body, cells, focus, half_section=half_section)
-    near = None if np.isinf(curved_within) else Near(focus.centres, curved_within)
-    return curved(body, linear, half_section=half_section, near=near)
+    return curved(body, linear, focus.centres, half_section=half_section, curved_within=curved_within)
 
 
-def curved(body: Body, linear: Tetrahedra, *, half_section: bool, near: Near | None = None) -> SolidMesh:
+def curved(
+    body: Body,
+    linear: Tetrahedra,
+    centres: Array | None = None,
+    *,
+    half_section: bool,
+    curved_within: float = np.inf,
+) -> SolidMesh:
     """Second-order mesh from tetrahedra; nodes near the contact surface are moved onto it.
 
-    Edges stay straight that would fold a cell, unless they are `near` where cells are small; by default none
-    does. Raises Failure where cells fold or the mesh misses a part of the surface.
+    Edges that would fold a cell stay straight, farther than `curved_within` [mm] from some `centres`. Raises
+    Failure where cells fold or the mesh misses a part of the surface.
     """
     on_surface = np.unique(linear.contact_triangles)
+    xi, y, z = body.surface.to_chart(linear.points[:, on_surface])
+    for end in (0.0, body.xi_end):  # exact on the model's ends
+        xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
     chart = np.full((2, linear.points.shape[1]), np.nan)
-    chart[:, on_surface] = _to_chart(body, linear.points[:, on_surface])
+    chart[:, on_surface] = xi, body.contour.nearest(np.stack([y, z]), body.s_range)
     points = linear.points.copy()
     points[:, on_surface] = body.surface.position(*chart[:, on_surface])
-    mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
+    linear_mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
     surface = MeshTri(
         np.ascontiguousarray(chart[:, on_surface]), np.searchsorted(on_surface, linear.contact_triangles)
     )
     edges = on_surface[surface.facets]  # (2, n_edges)
-    mid_nodes = points.shape[1] + edge_numbers(mesh.edges, edges)
-    second_order = MeshTet2.from_mesh(mesh)
+    mid_nodes = points.shape[1] + edge_numbers(linear_mesh.edges, edges)
+    second_order = MeshTet2.from_mesh(linear_mesh)
     nodes = second_order.doflocs.copy()
     nodes[:, mid_nodes] = body.surface.position(*chart[:, edges].mean(axis=1))
-    if near is not None:
-        nodes = _unfolded(second_order, nodes, mid_nodes[near.beyond(nodes[:, mid_nodes])])
+    if centres is not None and np.isfinite(curved_within):
+        gap = cKDTree(centres.T).query(nodes[:, mid_nodes].T)[0]
+        nodes = unfold(second_order, nodes, mid_nodes[gap > curved_within])
     trace = Trace(Basis(surface, ElementTriP2()), np.concatenate([on_surface, mid_nodes]))
-    return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
-
-
-def _to_chart(body: Body, points: Array) -> Array:
-    """Chart coordinates (xi, s) of points near the contact surface, exact on the model's ends."""
-    xi, y, z = body.surface.to_chart(points)
-    for end in (0.0, body.xi_end):
-        xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
-    return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])
+    mesh = replace(second_order, doflocs=nodes)
+    if n := len(_folded(mesh)):
+        raise Failure(f"{n} cells fold when their edges are curved onto the contour: make the cells smaller")
+    start, end = body.s_range
+    whole = body.xi_end * (end - (0.0 if half_section else start))
+    covered = float(trace.basis.dx.sum())
+    if not abs(covered - whole) < 1e-6 * whole:
+        raise Failure(
+            f"the surface mesh covers {covered:g} of {whole:g} mm^2: a fault of the mesher; try other cells"
+        )
+    return SolidMesh(body, mesh, trace, half_section)
 
 
 def _folded(mesh: MeshTet2) -> Indices:
@@ -218,7 +205,7 @@ def _folded(mesh: MeshTet2) -> Indices:
     return np.flatnonzero(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1))
 
 
-def _unfolded(straight: MeshTet2, nodes: Array, free: Indices) -> Array:
+def unfold(straight: MeshTet2, nodes: Array, free: Indices) -> Array:
     """Nodes (3, n) [mm], of which `free` mid-side nodes are back on straight edges where cells fold.
 
     Neighbours may fold then, and have to follow: with all edges straight no cell folds.
@@ -232,20 +219,3 @@ def _unfolded(straight: MeshTet2, nodes: Array, free: Indices) -> Array:
         nodes[:, list(back)] = straight.doflocs[:, list(back)]
         bent -= back
     return nodes
-
-
-def _checked(solid: SolidMesh) -> SolidMesh:
-    """The mesh; raises Failure where curved cells fold or a part of the contact surface is missing."""
-    folded = len(_folded(solid.mesh))
-    if folded:
-        raise Failure(
-            f"{folded} cells fold when their edges are curved onto the contour: make the cells smaller"
-        )
-    start, end = solid.body.s_range
-    whole = solid.body.xi_end * (end - (0.0 if solid.half_section else start))
-    covered = float(solid.trace.basis.dx.sum())
-    if not abs(covered - whole) < 1e-6 * whole:
-        raise Failure(
-            f"the surface mesh covers {covered:g} of {whole:g} mm^2: a fault of the mesher; try other cells"
-        )
-    return solid

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -223,11 +222,9 @@ def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path):
 
 def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
-    monkeypatch.setattr(harmonic_engine._Run, "solver", lambda *_: pytest.fail("a model was solved"))
-    looser = replace(
-        ENGINES["harmonic"], comparison=replace(ENGINES["harmonic"].comparison, tolerances=(1e-1, 1e-2))
-    )
-    monkeypatch.setattr(frontier, "ENGINES", {"harmonic": looser})
+    monkeypatch.setattr(harmonic_engine, "solve", lambda *_, **__: pytest.fail("a model was solved"))
+    monkeypatch.setitem(frontier.LADDERS, "harmonic", (1e-1, 1e-2))
+    monkeypatch.setattr(frontier, "ENGINES", {"harmonic": ENGINES["harmonic"]})
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
     assert exit_code(["frontier", str(path), *place]) == DONE

@@ -47,7 +47,5 @@ def test_doubling_domain_of_geometry_2_changes_c_by_less_than_estimate(body):
 
 def _first(job):
     """C by the first models of a job."""
-    models = {
-        level: raw_ics(job.request(level)) for level in Level().models(HARMONIC.estimate.models).values()
-    }
+    models = {level: raw_ics(job.request(level)) for level in Level().models(HARMONIC.models).values()}
     return combine(job, Level(), models)

@@ -18,7 +18,7 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.engines import SOLID
 from femic.reference.harmonic import engine as harmonic
-from femic.reference.harmonic import section_work
+from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.harmonic.section_response import Condensation
 from femic.reference.refinement import Assessment
 from femic.reference.run_options import Level, RunOptions
@@ -194,7 +194,7 @@ def test_page_is_not_wider_than_the_window(made, browser, width):
 def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
     path, out = made
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(Condensation, "respond", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "as it is there already" in capsys.readouterr().out
     scene = load_scene(str(path))
@@ -226,7 +226,7 @@ def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
     path, out = made
     before = (out / "matrix.html").read_text(encoding="utf-8")
-    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(Condensation, "respond", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
     after = (out / "matrix.html").read_text(encoding="utf-8")
     assert ["on an element of strip 0" in text for text in (before, after)] == [False, True]
@@ -308,17 +308,17 @@ def test_interrupted_matrix_continues_where_it_stopped(write_scene, tmp_path, mo
     engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
     path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"
     path.write_text(path.read_text(encoding="utf-8").replace(*WIDER), encoding="utf-8")
-    solved, solve = [], Condensation.at
+    solved, solve = [], Condensation.respond
 
-    def counted(self, k):
+    def counted(self, k, supports):
         if len(solved) >= 25 and not interrupted:
             interrupted.extend(k)
             raise KeyboardInterrupt
         solved.extend((self.forces.shape, one) for one in k)  # coarser cells at some of them, too
-        return solve(self, k)
+        return solve(self, k, supports)
 
     interrupted = []
-    monkeypatch.setattr(Condensation, "at", counted)
+    monkeypatch.setattr(Condensation, "respond", counted)
     command = ["matrix", str(path), "--out", str(out), "--workers", "1"]
     assert exit_code(command) == INTERRUPTED
     assert not (out / "matrix.nc").exists()
@@ -378,7 +378,7 @@ def test_damaged_chunk_of_matrix_is_not_read(made, tmp_path):
 
 
 def test_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
-    for module, name in ((section_work, "SectionSolver"), (solid, "assemble")):
+    for module, name in ((harmonic_engine, "SectionSolver"), (solid, "assemble")):
         monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
     path = write_scene(engine=HARMONIC + GRID + "\n")
     assert exit_code(["plan", str(path)]) == DONE
@@ -418,7 +418,7 @@ def test_plan_of_solid_engine_is_right_to_factor_of_two(write_scene):
     scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
     request = jobs(scene)["lower"].request(Level())
     cells = solid.build_mesh(request)
-    assert 0.5 < SOLID.models.expected_cost(request, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+    assert 0.5 < SOLID.expected_cost(request, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
 
 
 # --- the solid engine --------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.contact.pairs.grids import grids_of
 from femic.reference.engine import ExpectedCost
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.plan import ModelPlan
+from femic.reference.refinement import ModelPlan
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS

@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize
 from scipy.special import logsumexp, softmax
 
-from femic.stresses.half_space import Corners, fields
+from femic.stresses.half_space import fields, lattice_corners
 from geometries.materials import Material
 
 STEEL = Material(210e3, 0.3)
@@ -32,7 +32,7 @@ def elastic(friction, half_width, at, n=60):
     x = (np.arange(parts) + 0.5) / parts * 2 - 1
     p = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0)).reshape(n, 6, n, 6).mean(axis=(1, 3))
     edges = np.linspace(-1, 1, n + 1)
-    corners = Corners.of_lattice(edges, half_width * edges, p[..., None] * [friction, 0.0, 1.0])
+    corners = lattice_corners(edges, half_width * edges, p[..., None] * [friction, 0.0, 1.0])
     s, z, x = np.meshgrid(*at, indexing="ij")
     return fields(STEEL, corners, x.ravel(), s.ravel(), z.ravel())[1].reshape(*s.shape, 3, 3)
 

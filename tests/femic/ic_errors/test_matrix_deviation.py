@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
+from femic.ic_errors.matrix_deviation import ReferenceColumn
 from femic.reference.matrix.reference import NEAR_ELEMENTS, is_far
 from femic.reference.result import EstimatedICs
 from geometries.patches import Grid, N, S, X
@@ -29,8 +29,8 @@ def collected(columns, estimate=None):
         zero = np.zeros_like(c)
         known = EstimatedICs(c, zero if estimate is None else estimate, zero, zero)
         column = ReferenceColumn(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0))
-        deviation = Deviation.of_column(difference, column)
-        result = deviation if result is None else result.joined(deviation)
+        deviation = column.deviation(difference)
+        result = deviation if result is None else result.merge(deviation)
     return result
 
 
@@ -110,6 +110,6 @@ def test_a_grid_with_nothing_far_from_the_load_has_no_worst_entry_there():
     small = ReferenceColumn(
         EstimatedICs(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S))
     )
-    result = Deviation.of_column(of(nn={(4, 0): 1.0}), small)
+    result = small.deviation(of(nn={(4, 0): 1.0}))
     assert np.all(np.isnan(result.worst))
     assert result.near[N, N] == 1

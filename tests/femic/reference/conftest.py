@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.engine import Points
+from femic.reference.engine import Points, Request
 from femic.reference.engines import SOLID
-from femic.reference.job import Job, Settings
+from femic.reference.job import Job, Settings, line_scale
 from femic.reference.meshing import Cells
 from femic.reference.refinement import solve_models
 from femic.reference.run_options import MODELS, Level, RunOptions, Task
-from femic.reference.solid.engine import SolidRequest, assemble, build_mesh, raw_ics
+from femic.reference.solid.engine import assemble, build_mesh, raw_ics
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material
@@ -43,12 +43,17 @@ def request_for(contour, *, side=LOWER, patch=PATCH, directions=(0, 1, 2), cells
     s = np.array([0.8, 0.8, 2.0, -3.0, -0.8, -0.8])
     points = changes.get("points", Points(x, s))
     loads = tuple(Load(patch, direction) for direction in directions)
-    return SolidRequest(body, loads, points, cells, changes.get("solver", "multigrid"))
+    return Request(body, loads, points, cells, changes.get("solver", "multigrid"))
 
 
 def ics_of(request):
     """ICs (3, 3, n) of a request with three loads x, s, n."""
     return np.swapaxes(raw_ics(request).u, 0, 1)
+
+
+def line_errors(difference, c_line, nn_line):
+    """The largest error of each component on a line as a share of its scale, (3, 3)."""
+    return np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line)
 
 
 def assert_honest(cases):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.reference.job import line_errors
+from tests.femic.reference.conftest import line_errors
 
 
 def test_scale_is_the_component_or_a_twentieth_of_nn():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from approx.pair import Solid
-from femic.reference.discount import ApproachRule, NoRule, fit_discount, rigid_part
+from femic.reference.discount import ApproachRule, Rule, fit_discount, rigid_part
 from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.request import HarmonicRequest, cells
+from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
@@ -38,7 +38,9 @@ def body_of(side, contour, radius, nu=NU, far=FAR):
 def above_half_space(name, half_side, nu=NU):
     """C_nn - A_nn [mm/N] at the centre of a load on a body of `BODIES`, before any discount."""
     body, load = body_of(*BODIES[name][0], nu), Load(Patch(half_side, half_side), N)
-    request = HarmonicRequest(body, (load,), CENTRE, cells(load.patch).scaled(2.0), 3e-11)
+    request = HarmonicRequest(
+        body, (load,), CENTRE, HARMONIC.first_cells(1e-3, load.patch).scaled(2.0), 3e-11
+    )
     a = Solid(body.material, body.surface).approximate("A", load.patch, (CENTRE.x, CENTRE.s))
     return float(raw_ics(request).u[0, N, 0] - a[N, N, 0] / load.patch.area)
 
@@ -79,11 +81,11 @@ def test_approach_rule_fits_m_zz_so_that_c_equals_a_at_the_centre_of_its_load():
 
 def test_nothing_is_subtracted_without_a_rule_or_without_loads():
     body = body_of(LOWER, arc(RADIUS, 1.0, 1.0), np.inf)
-    for rule, loads in ((NoRule(), (Load(Patch(1, 1), N),)), (ApproachRule(0.2), ())):
+    for rule, loads in ((Rule(), (Load(Patch(1, 1), N),)), (ApproachRule(0.2), ())):
         fit = rule.conditions(body, loads)
         assert fit == []
         assert not np.any(fit_discount(body, rule, fit, {}))
-    assert len(NoRule().observers(body, []).x) == 0
+    assert len(Rule().observers(body, []).x) == 0
 
 
 # --- on grids ---------------------------------------------------------------------------------------------

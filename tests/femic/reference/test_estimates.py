@@ -5,19 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.engine import Cost, Points, RawICs
+from femic.reference.engine import Cost, Points, RawICs, Request
 from femic.reference.engines import ENGINES, HARMONIC, SOLID
-from femic.reference.harmonic.request import waves_for
-from femic.reference.job import line_errors
+from femic.reference.harmonic.request import HIGHEST, tightening
 from femic.reference.result import (
-    CLOSE_TO_ARC,
-    ON_OUTLINE,
     EstimatedICs,
-    Orders,
     combine,
     discounted,
     estimated,
-    estimated_errors,
     model_costs,
     orders_at,
     pooled,
@@ -28,7 +23,7 @@ from femic.reference.result import (
 )
 from femic.reference.run_options import HIGHER, Level, factors
 from geometries.patches import Patch
-from tests.femic.reference.conftest import JOB, changed
+from tests.femic.reference.conftest import COARSE, JOB, changed
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)
@@ -45,26 +40,11 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
     ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    result = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].estimate.safety)
+    result = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].safety)
     np.testing.assert_allclose(result.mesh_error, SAFETY[engine] * np.abs(ERROR))
     assert np.all(result.truncation_error == 0)
     assert np.all(result.waves_error == 0)
     assert result.ic is ic
-
-
-def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
-    """It falls like the square of the size: at half of it, it is four times as large."""
-    ic = EXACT + ERROR
-    result = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
-    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
-    assert np.all(result.mesh_error + result.waves_error == 0)
-
-
-@pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
-def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
-    ic = EXACT + ERROR
-    result = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
-    np.testing.assert_allclose(result.waves_error, 1.25 * np.abs(ERROR))
 
 
 def test_parts_add_up_and_do_not_cancel():
@@ -76,25 +56,18 @@ def test_parts_add_up_and_do_not_cancel():
 
 
 def test_orders_may_differ_from_point_to_point():
-    ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
+    ic, (mesh, truncation) = EXACT + ERROR, (np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
     result = estimated(
         ic,
         {
-            "coarser": EXACT + 1.5**orders.mesh * ERROR,
-            "nearer": EXACT + 2.0**orders.truncation * ERROR,
+            "coarser": EXACT + 1.5**mesh * ERROR,
+            "nearer": EXACT + 2.0**truncation * ERROR,
         },
         safety=1.25,
-        orders=orders,
+        orders=(mesh, truncation),
     )
     np.testing.assert_allclose(result.mesh_error, 1.25 * np.abs(ERROR))
     np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
-
-
-def test_errors_of_ij_and_ji_are_pooled():
-    error = np.abs(EXACT)
-    result = pooled(error)
-    for i, j in np.ndindex(3, 3):
-        np.testing.assert_array_equal(result[i, j], np.maximum(error[i, j], error[j, i]))
 
 
 def test_unsolved_components_are_nan_and_do_not_affect_their_transposes():
@@ -162,31 +135,18 @@ def points_at(places):
 
 
 def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
-    result = orders_at(PATCH_AT, points_at(MESH), FAR).mesh
+    result = orders_at(PATCH_AT, points_at(MESH), FAR)[0]
     assert dict(zip(MESH, result.tolist(), strict=True)) == MESH
 
 
 def test_close_to_the_far_arc_truncation_falls_slowly():
-    result = orders_at(PATCH_AT, points_at(TRUNCATION), FAR).truncation
+    result = orders_at(PATCH_AT, points_at(TRUNCATION), FAR)[1]
     assert dict(zip(TRUNCATION, result.tolist(), strict=True)) == TRUNCATION
-
-
-def test_orders_at_the_limits_of_outline_and_far_arc_are_the_usual_ones():
-    margin = ON_OUTLINE * min(A, B)
-    ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
-    patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
-    assert np.all(orders_at(patch, points_at(ends), FAR).mesh == 2)
-    assert np.all(orders_at(patch, points_at([(CLOSE_TO_ARC * FAR, 0.0)]), FAR).truncation == 2)
-    inside = [(np.nextafter(A + margin, 0), 0.0), (np.nextafter(A - margin, 1), 0.0)]
-    inside += [(0.0, np.nextafter(B + margin, 0)), (0.0, np.nextafter(B - margin, 1))]
-    assert np.all(orders_at(patch, points_at(inside), FAR).mesh == 1)
-    beyond = [(np.nextafter(CLOSE_TO_ARC * FAR, 2 * FAR), 0.0)]
-    assert np.all(orders_at(patch, points_at(beyond), FAR).truncation == 1)
 
 
 def made_up(job, u_of):
     """Models of a job that nobody solved: displacements by a function of cells and domain."""
-    models = Level().models(job.settings.engine.estimate.models).values()
+    models = Level().models(job.settings.engine.models).values()
     loads, n = job.request(Level()).loads, len(job.request(Level()).points.x)
     exact, error = np.random.default_rng(8).normal(size=(2, len(loads), 3, n))
     return {level: RawICs(exact + u_of(*factors(level)) * error, COST) for level in models}
@@ -214,11 +174,17 @@ def discounted_difference(job, one, other):
 # --- how accurately wavenumbers are asked for, first cells -------------------------------------------------
 
 
+def asked(tolerance, scale, waves):
+    """The harmonic engine's request for a model of a tolerance, a least scale and refined wavenumbers."""
+    model = Request(JOB.body, JOB.loads, JOB.points, COARSE, "auto", tolerance, scale, waves)
+    return HARMONIC.request(model)
+
+
 @pytest.mark.parametrize("waves", [0, 1, 3])
 def test_the_interpolation_takes_half_of_the_tolerance_and_gains_32_a_level(waves):
-    accuracy, _ = waves_for(0.004, 3.0, waves)
-    assert accuracy == pytest.approx(0.5 * 0.004 * 3.0 / 32**waves)
-    assert waves_for(1.0, 3.0, waves) == waves_for(0.01, 3.0, waves)
+    tight, loose, looser = (asked(tolerance, 3.0, waves).accuracy for tolerance in (0.004, 0.01, 1.0))
+    assert tight == pytest.approx(0.5 * 0.004 * 3.0 / 32**waves)
+    assert loose == looser
 
 
 @pytest.mark.parametrize(("tolerance", "larger"), [(0.1, 1), (1e-3, 1), (1.25e-4, 2), (1e-6, 10)])
@@ -227,7 +193,7 @@ def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doub
 ):
     assert HIGHER == 2
     for waves in (0, 1, 2):
-        assert waves_for(tolerance, 1.0, waves)[1] == pytest.approx(larger * 2**waves)
+        assert asked(tolerance, 1.0, waves).highest == pytest.approx(larger * 2**waves * HIGHEST)
 
 
 def test_accuracy_of_wavenumbers_follows_the_line_with_the_least_displacements():
@@ -244,7 +210,7 @@ def test_accuracy_of_wavenumbers_follows_the_line_with_the_least_displacements()
 
 
 def test_how_much_tighter_than_tuned():
-    assert [HARMONIC.tuned.tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
+    assert [tightening(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
     assert HARMONIC.far_radius(1e-3 / 4) == pytest.approx(2 * HARMONIC.far_radius(1e-3))
     assert HARMONIC.far_radius(1.0) == HARMONIC.far_radius(1e-3)
     assert SOLID.far_radius(1e-4) == SOLID.far_radius(1.0)
@@ -253,11 +219,11 @@ def test_how_much_tighter_than_tuned():
 @pytest.mark.parametrize(("engine", "tuned", "smallest"), [("solid", 0.01, 0.2), ("harmonic", 0.001, 0.5)])
 def test_first_cells_follow_the_cube_root_of_the_tolerance(engine, tuned, smallest):
     """The solid engine resolves both sides of the patch, the harmonic one that along s."""
-    patch, first = Patch(0.2, 0.5), ENGINES[engine].tuned
-    at_tuned, finer = (first.cells_for(t, patch) for t in (tuned, tuned / 8))
+    patch, first_cells = Patch(0.2, 0.5), ENGINES[engine].first_cells
+    at_tuned, finer = (first_cells(t, patch) for t in (tuned, tuned / 8))
     assert at_tuned.smallest == pytest.approx(smallest / 12)
     assert finer == at_tuned.scaled(0.5)
-    assert first.cells_for(1.0, patch) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
+    assert first_cells(1.0, patch) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
 
 
 # --- scales, shares, the worst -----------------------------------------------------------------------------
@@ -300,7 +266,7 @@ def test_variations_of_a_model_are_discounted_like_c():
     less = {name: fine.u + weight * noise for name, weight in weights.items()}
     result = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
     off = {name: discounted_difference(job, fine.u, u) for name, u in less.items()}
-    far = orders_at(job.patch, job.points, job.body.domain.far_radius).truncation
+    far = orders_at(job.patch, job.points, job.body.domain.far_radius)[1]
     np.testing.assert_allclose(result.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
     np.testing.assert_allclose(result.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
     np.testing.assert_allclose(result.mesh_error[2, 2], 2.0 * off["coarser"] / (1.5**2 - 1))
@@ -317,27 +283,11 @@ def test_loads_that_only_m_needs_are_no_columns_of_c():
     assert np.all(np.isnan(ic[:, :2]))
 
 
-def test_the_error_on_a_line_is_the_largest_of_either_sign():
-    c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
-    off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
-    result = line_errors(off, c, c[2, 2])
-    assert result[2, 2] == pytest.approx(0.1)
-    assert result[1, 1] == pytest.approx(0.25)
-    assert result[0, 1] == 0
-
-
-def test_errors_are_the_largest_on_a_line_as_shares_of_its_scale():
-    scale = {"one": np.full((3, 3), 2.0), "other": np.full((3, 3), 4.0)}
-    result = estimated_errors(TWO, ics(sn=[0.1, -0.5, 0.2, -1.0, 0.4]), scale)
-    assert result["one"][1, 2] == 0.25
-    assert result["other"][1, 2] == 0.25
-    assert result["one"][2, 1] == 0
-
-
 def test_the_worst_is_that_of_what_was_asked_with_its_name():
     scale = {"one": np.ones((3, 3)), "other": np.ones((3, 3))}
     error = ics(xx=9.0, nn=[0.1, 0.2, 0.3, 0, 0], sn=[0, 0.35, 0, -0.4, 0])
     assert worst(TWO, error, scale) == (0.4, "sn", "other")
+    assert worst(TWO, error, scale | {"other": np.full((3, 3), 2.0)}) == (0.35, "sn", "one")
     assert worst(replace(TWO, components=("nn",)), error, scale) == (0.3, "nn", "other")
     error[2, 2, 1] = np.nan
     assert worst(TWO, error, scale) == (np.inf, "nn", "one")

@@ -5,7 +5,7 @@ import pytest
 from compare.pages.matrix import _cost_table
 from femic.reference.engine import Cost, ExpectedCost
 from femic.reference.engines import ENGINES
-from femic.reference.plan import ModelPlan, total_seconds
+from femic.reference.refinement import ModelPlan, total_seconds
 from femic.results.ics import run_plans
 from femic.scenes.load import load_scene
 

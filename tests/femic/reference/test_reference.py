@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference.result import combine, discounted, estimated_errors, scales
+from femic.reference.result import combine, discounted, scales
 from femic.reference.run_options import MODELS, Level, factors
 from tests.femic.reference.conftest import JOB, LINES
 
@@ -25,15 +25,6 @@ def test_only_the_requested_column_is_a_number(models):
     assert np.all(np.isnan(reference.c.ic[:, :2]))
     assert np.all(reference.c.estimate[:, 2] >= 0)
     assert all(len(cost.iterations) == 1 for cost in reference.models.values())
-
-
-def test_estimated_errors_are_shares_of_the_scale_of_their_line(models):
-    reference = combine(JOB, Level(), models)
-    c = reference.c.ic[2, 2]
-    errors = estimated_errors(JOB, reference.c.estimate, scales([JOB], reference.c.ic))
-    for line, part in LINES.items():
-        expected = reference.c.estimate[2, 2, part].max() / np.abs(c[part]).max()
-        assert errors[line][2, 2] == pytest.approx(expected)
 
 
 ERRORS = {  # of models with cells and a domain of some sizes

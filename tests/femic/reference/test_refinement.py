@@ -8,7 +8,7 @@ import pytest
 from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.job import NotConverged
-from femic.reference.refinement import assess_references, next_level, next_levels, references
+from femic.reference.refinement import assess_references, next_levels, references
 from femic.reference.result import EstimatedICs, combine, scales, shares, total, worst
 from femic.reference.run_options import MODELS, Level, RunOptions, Watch, factors
 from femic.reference.solid import engine as solid
@@ -37,43 +37,6 @@ def met(job, reference):
     return own_shares(job, reference).total <= job.settings.tolerance
 
 
-def level_after(job, reference):
-    return next_level("lower", job, reference, own_shares(job, reference))
-
-
-STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step, the domain 2^2 = 4
-    (0.02, 0.001, 0.02, Level(1, 0)),
-    (0.001, 0.02, 0.02, Level(0, 1)),
-    (0.02, 0.02, 0.03, Level(1, 1)),
-    (0.05, 0.001, 0.01, Level(2, 0)),
-]
-
-
-@pytest.mark.parametrize(("mesh", "truncation", "tolerance", "level"), STEPS)
-def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, tolerance, level):
-    job = changed(JOB, tolerance=tolerance)
-    reference = with_errors(models, mesh, truncation)
-    assert not met(job, reference)
-    assert level_after(job, reference) == level
-
-
-def test_estimates_within_the_tolerance_are_enough(models):
-    assert met(changed(JOB, tolerance=0.02), with_errors(models, 0.011, 0.008))
-
-
-def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
-    one_missing = with_errors(models, 0.0, 0.0)
-    one_missing.c.mesh_error[..., 4] = np.nan
-    assert not met(JOB, one_missing)
-
-
-def test_too_large_model_is_refused_with_numbers_and_remedies(models):
-    job = changed(JOB, tolerance=0.01)
-    reference = with_errors(models, 0.05, 0.2)
-    with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
-        level_after(changed(job, most_unknowns=10_000), reference)
-
-
 @pytest.mark.parametrize("engine", [CLOSED, pytest.param(SOLID, marks=pytest.mark.slow)])
 def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice(engine):
     asked = []
@@ -91,26 +54,9 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     assert len(result.models) == len(flat)
 
 
-def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large(models):
-    """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
-    reference = with_errors(models, 0.004, 0.004, 0.004)
-    assert level_after(changed(JOB, tolerance=0.01), reference) == Level(1)
-
-
-def test_a_part_without_error_is_not_refined(models):
-    reference = with_errors(models, 0.02, 0.0)
-    assert level_after(changed(JOB, tolerance=0.01), reference) == Level(2, 0)
-
-
-def test_wavenumbers_are_refined_on_their_own(models):
-    job = changed(JOB, tolerance=0.01, engine=HARMONIC)
-    reference = with_errors(models, 0.001, 0.001, waves=0.03)
-    assert level_after(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
-
-
 def test_a_harmonic_job_solves_one_model_a_solid_one_three():
-    assert list(Level(1, 1, 1).models(HARMONIC.estimate.models).values()) == [Level(1, 1, 1)]
-    assert list(Level(1, 1).models(SOLID.estimate.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+    assert list(Level(1, 1, 1).models(HARMONIC.models).values()) == [Level(1, 1, 1)]
+    assert list(Level(1, 1).models(SOLID.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
 
 
 def given(job, **keys):
@@ -133,13 +79,6 @@ def test_of_two_boundaries_the_one_that_is_not_given_counts_and_moves(models):
     domain = half.request(Level(domain=1)).body.domain
     assert (domain.far_radius, domain.half_length) == (40.0, 100.0)
     assert given(JOB).request(Level(domain=1)).body.domain == given(JOB).body.domain
-
-
-def test_refinement_that_does_not_help_ends(models):
-    job = changed(JOB, tolerance=0.01)
-    reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
-    with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
-        level_after(job, reference)
 
 
 def test_sum_of_both_bodies_is_assessed_too(models):

@@ -64,6 +64,11 @@ def test_each_part_refines_what_causes_it_by_its_own_gain(part, gain, name):
             assert level == replace(Level(), **{name: expected})
 
 
+def test_cells_are_refined_where_only_the_sum_of_the_parts_is_too_large():
+    """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
+    assert next_level("lower", FakeJob(), FakeResult(), parts(0.004, 0.004, 0.004)) == Level(1)
+
+
 def test_refinement_goes_on_from_where_it_is():
     result = FakeResult(Level(1, -1, 2))
     assert next_level("lower", FakeJob(), result, parts(mesh=0.01)) == Level(2, -1, 2)

@@ -210,7 +210,7 @@ def test_check_uses_the_solid_engine_with_its_own_cells():
     scene = load_scene("geometry2", {"engine": {"tolerance": 0.001, "growth": 0.3}})
     assert (scene.settings.engine, scene.check.settings.engine, scene.check.check) == (HARMONIC, SOLID, None)
     assert scene.check.settings.tolerance == 0.01
-    assert scene.check.first_cells == SOLID.tuned.cells_for(0.01, scene.patch)
+    assert scene.check.first_cells == SOLID.first_cells(0.01, scene.patch)
     assert scene.check.bodies["upper"].domain.far_radius == 320.0
     assert load_scene("flat").check is None
     assert load_scene("geometry2", {"engine": {"kind": "solid"}}).check is None

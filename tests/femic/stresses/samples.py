@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from femic.stresses.points import SurfaceTractions
+from femic.stresses.points import InnerPoints, SurfaceTractions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material
@@ -39,3 +39,8 @@ def flat(side, far_radius=150.0, material=STEEL):
 
 def curved(side, radius=10.0, far_radius=80.0, **options):
     return Body(side, arc(radius, 1.2, 1.0), STEEL, Domain(far_radius, np.inf), **options)
+
+
+def section_points(s, depth, x=0.0):
+    """Points of the section at x, shape (len(s), len(depth))."""
+    return InnerPoints(x, np.asarray(s)[:, None], np.asarray(depth)[None])

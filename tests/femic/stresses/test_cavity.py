@@ -15,13 +15,13 @@ from femic.reference.harmonic.section import SectionMesh, _curved
 from femic.reference.meshing import collect_cells, gmsh_session
 from femic.stresses.engine import SectionUnderWaves
 from femic.stresses.half_space import half_space_field
-from femic.stresses.points import SurfaceTractions, section_points
+from femic.stresses.points import SurfaceTractions
 from femic.stresses.resolution import Resolution
 from femic.stresses.waves import Spectra
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
 from geometries.patches import Grid
-from tests.femic.stresses.samples import STEEL
+from tests.femic.stresses.samples import STEEL, section_points
 from tests.truths.hollow_cylinder import amplitudes, solutions
 
 INNER, OUTER, LENGTH, STRIPS = 10.0, 20.0, 240.0, 64

@@ -7,9 +7,17 @@ import pytest
 
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import in_section_axes
-from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at, section_points
+from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at
 from geometries.errors import WrongInput
-from tests.femic.stresses.samples import SIDES, curved, flat, grid_of, tractions_of, unsymmetric
+from tests.femic.stresses.samples import (
+    SIDES,
+    curved,
+    flat,
+    grid_of,
+    section_points,
+    tractions_of,
+    unsymmetric,
+)
 
 QUICK = StressSettings(0.4, estimated=False)
 

@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.stresses.field import largest_shear
-from femic.stresses.half_space import Corners, fields, half_space_field, hooke_stress
-from femic.stresses.points import InnerPoints, SurfaceTractions, line_into_depth, section_points
+from femic.stresses.field import tresca
+from femic.stresses.half_space import fields, half_space_field, hooke_stress, lattice_corners
+from femic.stresses.points import InnerPoints, SurfaceTractions
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
-from tests.femic.stresses.samples import SIDES, STEEL, flat, grid_of, tractions_of, unsymmetric
+from tests.femic.stresses.samples import (
+    SIDES,
+    STEEL,
+    flat,
+    grid_of,
+    section_points,
+    tractions_of,
+    unsymmetric,
+)
 
 A, B = 0.3, 0.2
 TRACTION = np.array([0.7, -0.4, 1.3])
@@ -21,7 +29,7 @@ NU = (0.0, 0.28, 0.49)
 
 def patch_fields(material, x, traction=TRACTION):
     """Fields of one rectangle at points (n, 3)."""
-    corners = Corners.of_lattice(np.array([-A, A]), np.array([-B, B]), traction[None, None])
+    corners = lattice_corners(np.array([-A, A]), np.array([-B, B]), traction[None, None])
     return fields(material, corners, *np.asarray(x, dtype=float).T)
 
 
@@ -151,13 +159,13 @@ def hertz(n_x, n_s, a=1.0):
 def test_below_the_middle_of_a_circular_contact():
     """Johnson (1985), equations 3.45; elements of a / 20 at the edge of the contact leave 2e-3 of p_max."""
     depth = np.linspace(0.0, 2.0, 41)
-    field = half_space_field(flat(-1, material=NU_HERTZ), hertz(44, 38), line_into_depth(0.0, 0.0, depth))
+    field = half_space_field(flat(-1, material=NU_HERTZ), hertz(44, 38), InnerPoints(0.0, 0.0, depth))
     ratio = np.maximum(depth, 1e-12)
     along_n = -1 / (1 + depth**2)
     across = -1.3 * (1 - depth * np.arctan(1 / ratio)) + 0.5 / (1 + depth**2)
     expected = np.stack([across, across, along_n], axis=-1)[..., None, :] * np.eye(3)
     np.testing.assert_allclose(field.stress, expected, atol=2e-3)
-    shear = largest_shear(field.stress)
+    shear = tresca(field.stress) / 2
     assert np.max(shear) == pytest.approx(0.310, abs=2e-3)
     assert depth[np.argmax(shear)] == pytest.approx(0.48, abs=0.051)
 
@@ -227,7 +235,7 @@ def test_below_the_middle_of_a_line_contact():
     tractions = tractions_of(grid, lambda x, s: (0 * s, 0 * s, means + 0 * x))
     depth = np.linspace(0.1, 2.0, 96)
     field = half_space_field(
-        flat(-1, material=NU_HERTZ), tractions, line_into_depth(0.0, 0.0, depth), between_centres=False
+        flat(-1, material=NU_HERTZ), tractions, InnerPoints(0.0, 0.0, depth), between_centres=False
     )
     root = np.sqrt(1 + depth**2)
     across, along_n = -((1 + 2 * depth**2) / root - 2 * depth), -1 / root
@@ -241,4 +249,4 @@ def test_below_the_middle_of_a_line_contact():
 
 def test_an_incompressible_material_is_refused():
     with pytest.raises(WrongInput, match="nu"):
-        half_space_field(flat(-1, material=Material(1.0, 0.5)), hertz(4, 3), line_into_depth(0.0, 0.0, [1.0]))
+        half_space_field(flat(-1, material=Material(1.0, 0.5)), hertz(4, 3), InnerPoints(0.0, 0.0, [1.0]))

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from femic.stresses.engine import stress_field
-from femic.stresses.points import InnerPoints, line_into_depth, points_at, require_inside, section_points
+from femic.stresses.points import InnerPoints, points_at, require_inside
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.outlines import SectionOutline
-from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, unsymmetric
+from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, section_points, unsymmetric
 
 BLOCK = Body(
     -1,
@@ -45,16 +45,16 @@ def test_a_point_below_the_crown_of_a_revolved_body_has_the_angle_of_its_own_cir
     [
         (
             curved(-1),
-            line_into_depth(1.0, 2.0, [0.5, -0.1]),
+            InnerPoints(1.0, 2.0, [0.5, -0.1]),
             "x = 1, s = 2, depth = -0.1 mm: above the surface",
         ),
-        (curved(-1), line_into_depth(0.0, 0.0, [1.0, np.nan]), "finite"),
-        (curved(-1), line_into_depth(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
+        (curved(-1), InnerPoints(0.0, 0.0, [1.0, np.nan]), "finite"),
+        (curved(-1), InnerPoints(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
         (curved(-1), section_points([0.0, 5000.0], [1.0]), "s = 5000"),
-        (curved(-1), line_into_depth(0.0, 9.0, [30.0]), "left the body again"),
-        (curved(+1, rolling_radius=60.0), line_into_depth(0.0, 0.0, [49.0]), "from the axis"),
-        (curved(+1, rolling_radius=60.0), line_into_depth(190.0, 0.0, [1.0]), "half way round"),
-        (BLOCK, line_into_depth(0.0, 0.0, [40.5]), "outside the outline"),
+        (curved(-1), InnerPoints(0.0, 9.0, [30.0]), "left the body again"),
+        (curved(+1, rolling_radius=60.0), InnerPoints(0.0, 0.0, [49.0]), "from the axis"),
+        (curved(+1, rolling_radius=60.0), InnerPoints(190.0, 0.0, [1.0]), "half way round"),
+        (BLOCK, InnerPoints(0.0, 0.0, [40.5]), "outside the outline"),
     ],
 )
 def test_points_that_are_not_inside_are_refused_with_their_place_and_a_remedy(body, points, reason):
@@ -66,8 +66,8 @@ def test_points_that_are_not_inside_are_refused_with_their_place_and_a_remedy(bo
     ("body", "inside", "beyond"),
     [
         (BLOCK, section_points([-5.0, 0.0, 5.0], [0.0]), section_points([5.0], [-0.01])),
-        (BLOCK, line_into_depth(0.0, 0.0, [39.9]), line_into_depth(0.0, 0.0, [40.1])),
-        (curved(-1), line_into_depth(0.0, 0.0, [0.0, 80.0]), line_into_depth(0.0, 0.0, [-0.01])),
+        (BLOCK, InnerPoints(0.0, 0.0, [39.9]), InnerPoints(0.0, 0.0, [40.1])),
+        (curved(-1), InnerPoints(0.0, 0.0, [0.0, 80.0]), InnerPoints(0.0, 0.0, [-0.01])),
     ],
 )
 def test_points_at_the_boundaries_are_inside_and_those_just_beyond_are_not(body, inside, beyond):
@@ -86,4 +86,4 @@ def test_a_point_in_the_air_is_refused_by_coordinates_too():
 def test_fields_refuse_points_before_anything_is_computed():
     grid = grid_of(4, 3, 1.0, 1.0)
     with pytest.raises(WrongInput, match="above the surface"):
-        stress_field(flat(-1), unsymmetric(grid, 1.0, 1.0), line_into_depth(0.0, 0.0, [-1.0]))
+        stress_field(flat(-1), unsymmetric(grid, 1.0, 1.0), InnerPoints(0.0, 0.0, [-1.0]))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from femic.stresses.section_fields import _strained
-from femic.stresses.waves import Spectra
+from femic.stresses.waves import Spectra, strain
 from tests.femic.stresses.samples import SIDES, curved, flat, grid_of, unsymmetric
 
 R = 60.0
@@ -34,7 +33,7 @@ def strains(side, values, k):
     stretch = 1 - side * z / R
     at = np.zeros((3, 3, 3))  # value and slopes along y, z; point; U, V, W
     at[0] = values
-    return _strained(at, k, stretch, side / (R * stretch))[:, 3:]
+    return strain(at, k, stretch, side / (R * stretch))[:, 3:]
 
 
 @pytest.mark.parametrize("side", SIDES)

@@ -185,7 +185,7 @@ def test_models_of_contact_on_automatic_grids_are_listed(kind, keep, monkeypatch
 
 def key_of(job):
     """The key of the first model of a job."""
-    return job.settings.engine.models.key(job.request(Level()), Store())
+    return job.settings.engine.key(job.request(Level()), Store())
 
 
 def test_names_of_contacts_are_unique():

@@ -14,7 +14,7 @@ from skfem import MeshTet, MeshTet2
 
 from femic.contact.finite_elements.bodies import Elastic, Expected
 from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
-from femic.reference.solid.elasticity import stiffness
+from femic.reference.solid.linear import stiffness
 from femic.reference.solid.mesh import Tetrahedra, curved
 from femic.reference.symmetry import Parity, held_by_symmetry
 from geometries.bodies import Body, Domain

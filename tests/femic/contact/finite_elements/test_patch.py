@@ -10,8 +10,8 @@ from skfem import MeshTet
 
 from femic.contact.finite_elements.bodies import Expected, elastic
 from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
-from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel
+from femic.reference.solid.linear import stiffness
 from femic.reference.solid.mesh import Tetrahedra, curved
 from geometries.bodies import Body, Domain
 from geometries.contours import plane

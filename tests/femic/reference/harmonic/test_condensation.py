@@ -11,10 +11,10 @@ from femic.reference.harmonic import elimination, engine, section_response
 from femic.reference.harmonic import section_response as condensation
 from femic.reference.harmonic.elimination import Eliminated, Elimination
 from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import assemble
 from femic.reference.harmonic.section_response import (
     LARGEST_RESIDUAL,
-    Condensed,
+    Condensation,
     SectionSolver,
     observers,
     strip_force,
@@ -45,7 +45,7 @@ def largest(values):
 def prepared_by(respond):
     """The one condensation that serves all parities and far arcs."""
     (together,) = respond._shared
-    return together.condensation
+    return together[0]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -166,7 +166,7 @@ def test_what_is_left_and_is_wrong_by_a_thousandth_raises(section_solver, monkey
     """What one load does, what one observer sees, or the stiffness of what is retained."""
     respond, _ = section_solver
     prepared, right = prepared_by(respond), Elimination.at
-    r = prepared.retained
+    r = prepared.elimination.retained
     places = [np.s_[:, :r, :r]]
     if wrong == "one load or observer":
         places = [np.s_[:, :, -1]] if prepared.by_fields else [np.s_[:, :, -1], np.s_[:, -1]]
@@ -241,17 +241,17 @@ def test_a_wrong_column_raises_however_small_its_force(changed, of_ten_decades, 
         u[..., column] *= 1.001
         return u
 
-    free = np.ones(of_ten_decades.retained, dtype=bool)
-    assert of_ten_decades.at([K]).responses([free])[1] < 1e-9
+    free = np.ones(of_ten_decades.elimination.retained, dtype=bool)
+    assert of_ten_decades.respond([K], [free])[1] < 1e-9
     changed(change)
     with pytest.raises(NotConverged, match=r"residual is \d\.\de-0[34]"):
-        of_ten_decades.at([K]).responses([free])
+        of_ten_decades.respond([K], [free])
 
 
 def test_two_columns_that_are_exchanged_raise(changed, of_ten_decades):
     changed(lambda u: u[..., [1, 0, *range(2, u.shape[2])]])
     with pytest.raises(NotConverged, match="residual"):
-        of_ten_decades.at([K]).responses([np.ones(of_ten_decades.retained, dtype=bool)])
+        of_ten_decades.respond([K], [np.ones(of_ten_decades.elimination.retained, dtype=bool)])
 
 
 @pytest.mark.parametrize("all_are", [pytest.param(True, id="eliminated"), pytest.param(False, id="retained")])
@@ -280,11 +280,11 @@ def test_the_worst_residual_of_all_parts_and_arcs_counts(section, section_solver
     """Also where each has its own equations."""
     _, s = section_solver
     monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
-    respond, responses = SectionSolver(section, LOADS, s, SHARES), Condensed.responses
+    respond, responses = SectionSolver(section, LOADS, s, SHARES), Condensation.respond
     for worst in range(2 * len(respond._parts)):
         given = iter([5e-9 if number == worst else 1e-12 for number in range(2 * len(respond._parts))])
         monkeypatch.setattr(
-            Condensed, "responses", lambda *args, g=given: (responses(*args)[0], np.array([next(g)]))
+            Condensation, "respond", lambda *args, g=given: (responses(*args)[0], np.array([next(g)]))
         )
         assert respond([K], SHARES)[1] == 5e-9
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from femic.reference.engine import Points
-from femic.reference.harmonic.section import SectionSize, section_mesh
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import SectionSize, assemble, section_mesh
 from femic.reference.harmonic.section_response import strip_force
 from femic.reference.meshing import Cells
 from femic.reference.run_options import Level

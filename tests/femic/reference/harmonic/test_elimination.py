@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ from scipy.sparse import csr_matrix, random_array
 
 from femic.reference.harmonic import elimination as dissection
 from femic.reference.harmonic import elimination as fronts
-from femic.reference.harmonic.elimination import Elimination, Equations, dissect, in_parts
+from femic.reference.harmonic.elimination import Elimination, dissect, in_parts
 from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import assemble
 from femic.reference.meshing import Cells
 from geometries.bodies import Domain
 from tests.femic.reference.harmonic.fields import stiffness
@@ -19,6 +20,16 @@ from tests.femic.reference.small_model import BODY, TASK
 
 K = [0.0, 0.4, 7.0]
 SMALL = replace(TASK.request, body=replace(BODY, domain=Domain(2.0, np.inf)), cells=Cells(0.5, 0.9, 0.9))
+
+
+class Equations(NamedTuple):
+    """The arguments of `Elimination.prepare`."""
+
+    model: object
+    free: np.ndarray
+    last: np.ndarray
+    forces: csr_matrix
+    observers: csr_matrix
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +64,7 @@ def dense(equations, k):
 def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most_runs):
     monkeypatch.setattr(dissection, "CELLS_OF_A_LEAF", leaf)
     monkeypatch.setattr(fronts, "MOST_RUNS", most_runs)
-    elimination = Elimination.prepare(equations)
+    elimination = Elimination.prepare(*equations)
     gone, retained = numbers_of(elimination)
     assert len(retained) == np.sum(equations.free[equations.last]) > 10
     assert sorted([*gone, *retained]) == np.flatnonzero(equations.free).tolist()
@@ -68,7 +79,7 @@ def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most
 
 
 def test_fields_solve_the_equations_with_what_is_retained(equations):
-    elimination = Elimination.prepare(equations)
+    elimination = Elimination.prepare(*equations)
     eliminated, generator = elimination.at(K), np.random.default_rng(2)
     gone, retained = numbers_of(elimination)
     moved = generator.normal(size=(len(K), len(retained), 2))
@@ -86,7 +97,7 @@ def test_fields_solve_the_equations_with_what_is_retained(equations):
 
 
 def test_forces_may_differ_from_wavenumber_to_wavenumber(equations):
-    elimination = Elimination.prepare(equations)
+    elimination = Elimination.prepare(*equations)
     factors = np.array([2.0, -1.0, 0.0])
     m = elimination.retained
     at, scaled = (
@@ -123,7 +134,7 @@ def test_factors_grow_hardly_faster_than_the_unknowns():
         section = build_section(replace(SMALL, body=BODY, cells=Cells(0.1, growth, growth)))
         free, none = ~section.supported, csr_matrix((section.supported.size, 0))
         last = np.zeros(len(free), dtype=bool)
-        elimination = Elimination.prepare(Equations(assemble(section), free, last, none, none.T.tocsr()))
+        elimination = Elimination.prepare(assemble(section), free, last, none, none.T.tocsr())
         numbers = sum(front.eliminated * front.shape[1] for front in elimination.fronts)
         sizes.append((np.count_nonzero(free), numbers))
     (few, of_few), (many, of_many) = sizes

@@ -11,7 +11,6 @@ from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.harmonic.section import SectionSize, section_mesh
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.job import line_errors
 from femic.reference.meshing import Cells
 from femic.reference.result import combine, discounted
 from femic.reference.run_options import MODELS, Level
@@ -21,7 +20,7 @@ from geometries.contours import arc, plane
 from geometries.materials import Material, one_body
 from geometries.patches import COMPONENTS, Load, Patch, places
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
+from tests.femic.reference.conftest import STEEL, UNSYMMETRIC, assert_honest, changed, line_errors
 from tests.femic.reference.harmonic.fields import raw_ics
 from tests.femic.reference.solid import test_sphere as sphere
 from tests.femic.reference.solid.test_flat import LINES, OTHERS, halfspace, job, shares
@@ -202,22 +201,6 @@ def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
 
 
-@pytest.mark.slow  # of nn on a grid: tests/femic/reference/matrix/test_components.py
-def test_components_of_a_wheel_do_not_depend_on_the_other_requested_ones():
-    """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
-    x = np.array([-16.0, 8.0, 16.0, 25.0])
-    crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}
-    asked = replace(
-        harmonic(job(320.0, 1.0, **crown), 3.0), points=Points(x, 0 * x), lines={"x": slice(None)}
-    )
-    of = [("xn",), ("nx",), ("xx", "xn", "nx", "nn")]
-    xn, nx, all_four = (reference(replace(asked, components=components)).c for components in of)
-    assert np.all(np.abs(all_four.ic - xn.ic)[0, 2] <= xn.estimate[0, 2])
-    assert np.all(np.abs(all_four.ic - nx.ic)[2, 0] <= nx.estimate[2, 0])
-    np.testing.assert_allclose(nx.ic[2, 0], -xn.ic[0, 2], rtol=1e-3)
-    assert np.all(xn.estimate[0, 2] < 0.03 * np.max(np.abs(xn.ic[0, 2])))
-
-
 def test_a_wheel_is_periodic():
     """Observers once round apart see the same."""
     body = Body(UPPER, plane(), STEEL, Domain(60.0, 60.0), 40.0)
@@ -252,26 +235,6 @@ def test_both_engines_agree_within_their_estimates(changes):
 
 
 # --- parts of sections, symmetry, units ---------------------------------------------------------------
-
-
-@pytest.mark.slow  # of an outline: test_outlines.py::test_half_a_symmetric_section_serves_as_the_whole_one
-@pytest.mark.parametrize("side", [LOWER, UPPER])
-def test_halves_of_a_section_give_what_the_whole_gives(side):
-    """Loads at the plane of symmetry, over its edge and beside it; observers on both sides."""
-    body = Body(side, arc(10.0, 0.6, 0.6), STEEL, Domain(40.0, 40.0), 70.0 if side == UPPER else np.inf)
-    loads = [Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 0.3, -2.0, 2.0) for direction in range(3)]
-    s = np.array([-3.0, -0.2, 0.0, 0.7, 2.0])
-    strips = np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]])
-    fine = Cells(0.1, 0.4, 0.4)
-    whole, half = (
-        SectionSolver(section_mesh(body, SectionSize(fine, strips), half_section=h), loads, s, (1.0, 0.5))
-        for h in (False, True)
-    )
-    for k in (0.0, 0.1, 2.0):
-        expected, got = (respond([k], (1.0, 0.5))[0][0] for respond in (whole, half))
-        for share, tolerance in ((0, 1e-3), (1, 0.02)):  # the nearer arc's steps depend on the mesh
-            atol = tolerance * np.max(np.abs(expected[share]))
-            np.testing.assert_allclose(got[share], expected[share], rtol=0, atol=atol)
 
 
 def test_what_vanishes_by_symmetry_vanishes():

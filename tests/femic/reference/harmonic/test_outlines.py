@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.engine import Points
+from femic.reference.engine import Points, Request
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, solve
 from femic.reference.harmonic.request import HarmonicRequest
@@ -16,7 +16,7 @@ from femic.reference.harmonic.synthesis import displacements
 from femic.reference.job import Job, Settings
 from femic.reference.meshing import Cells
 from femic.reference.refinement import references
-from femic.reference.solid.engine import SolidRequest, raw_ics
+from femic.reference.solid.engine import raw_ics
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material
@@ -163,7 +163,7 @@ def test_the_solid_engine_agrees():
     patch, x, s = Patch(0.8, 1.0, 2.0), (0.0, 2.5, 6.0), (2.0, 1.0, 3.0)
     loads = tuple(Load(patch, direction) for direction in ALL)
     cells = Cells(0.25, 0.25, 0.15)
-    solid = raw_ics(SolidRequest(body, loads, Points(np.array(x), np.array(s)), cells)).u
+    solid = raw_ics(Request(body, loads, Points(np.array(x), np.array(s)), cells)).u
     u = solved(body, patch, x, s).u
     assert np.max(np.abs(solid - u)) < 0.01 * np.max(np.abs(u))
 

@@ -7,11 +7,8 @@ import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
-from femic.reference.harmonic.request import far_radius_of_grid
-from femic.reference.harmonic.section import MeshTri4, SectionSize, section_mesh, shapes
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import MeshTri4, SectionSize, assemble, section_mesh, shapes
 from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
@@ -168,7 +165,7 @@ def test_cells_growing_like_the_distance_have_the_requested_size(radius, flanks,
     """
     grid = Grid(20, n_s, 0.4, 0.4)
     body = Body(
-        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_of_grid(0.01, grid), np.inf)
+        UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(HARMONIC.far_radius(0.01, grid), np.inf)
     )
     settings = Settings(HARMONIC, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2)
     request = MatrixJob(body, grid, settings).request(Level(cells=-1))
@@ -204,12 +201,6 @@ def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it
     knots_of_none, expected = responses(0.0)
     assert len(knots) == len(knots_of_none)
     np.testing.assert_allclose(result, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
-
-
-def test_a_mesh_without_slivers_is_that_of_the_first_algorithm(monkeypatch):
-    monkeypatch.setattr(sections, "DELAUNAY", -1)  # there is none
-    section = section_mesh(BODIES["rail"], SectionSize(CELLS, STRIPS))
-    assert np.min(shapes(triangles(section))) > 0.1
 
 
 def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():

@@ -8,10 +8,9 @@ import pytest
 from femic.cache.store import Store
 from femic.cache.workers import Processes
 from femic.reference import engine as models
-from femic.reference.harmonic import section_work
-from femic.reference.harmonic.engine import build_section, solve
+from femic.reference.harmonic import engine
+from femic.reference.harmonic.engine import SectionWork, build_section, solve
 from femic.reference.harmonic.section_response import SectionSolver
-from femic.reference.harmonic.section_work import SectionWork
 from femic.reference.harmonic.stored import StoredWaves
 from femic.reference.job import NotConverged
 from tests.femic.reference.small_model import TASK
@@ -23,13 +22,17 @@ K = np.geomspace(1e-3, 3.0, 11).tolist()
 @pytest.fixture(name="in_processes")
 def _in_processes(monkeypatch):
     """Small sections too are solved in processes."""
-    monkeypatch.setattr(section_work, "UNKNOWNS_FOR_PROCESSES", 0)
+    monkeypatch.setattr(engine, "UNKNOWNS_FOR_PROCESSES", 0)
 
 
 @pytest.fixture(scope="module")
 def work():
+    """Take a store, return the work that keeps its solutions there."""
+    arcs = "", REQUEST.shares, REQUEST.cutoff_wavenumber
     section = build_section(REQUEST)
-    return SectionWork(section, REQUEST.loads, REQUEST.observed, REQUEST.shares, REQUEST.cutoff_wavenumber)
+    return lambda store: SectionWork(
+        section, REQUEST.loads, REQUEST.observed, StoredWaves(store, "key"), *arcs
+    )
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +43,7 @@ def processes():
 
 def in_threads(work, store):
     """All solutions by this process."""
-    return [one for solved in work.in_threads(1, StoredWaves(store, "key"))(K) for one in solved.solutions]
+    return [one for solutions, _, _ in work(store).solve(K, 1) for one in solutions]
 
 
 @pytest.mark.usefixtures("in_processes")
@@ -87,10 +90,10 @@ def test_shares_are_those_that_are_felt(work):
 
 def test_processes_keep_their_solutions_and_take_those_that_are_kept(work, processes, tmp_path, monkeypatch):
     store = Store(tmp_path)
-    solved = list(work.in_processes(processes, 2, StoredWaves(store, "key"))(K))
-    assert os.getpid() not in {one.process for one in solved}
+    solved = list(work(store).solve(K, 2, processes))
+    assert os.getpid() not in {process for _, process, _ in solved}
     assert set(store.part_names("key")) == {f"k{k!r}" for k in K}
-    first = [solution for one in solved for solution in one.solutions]
+    first = [solution for solutions, _, _ in solved for solution in solutions]
     monkeypatch.setattr(SectionSolver, "__call__", None)  # in this process nothing is solved
     for (responses, residual), (other, other_residual) in zip(first, in_threads(work, store), strict=True):
         np.testing.assert_array_equal(responses, other)
@@ -100,4 +103,4 @@ def test_processes_keep_their_solutions_and_take_those_that_are_kept(work, proce
 def test_error_in_a_process_arrives(work, processes):
     """At a wavenumber whose square no number can hold."""
     with pytest.raises(NotConverged, match=r"k = 1e\+200 1/mm.*not solved.*Try"):
-        list(work.in_processes(processes, 2, StoredWaves(Store(), "key"))([*K, 1e200]))
+        list(work(Store()).solve([*K, 1e200], 2, processes))

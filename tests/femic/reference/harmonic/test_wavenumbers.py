@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.reference.harmonic.wavenumbers import Axis, Samples, sample
+from femic.reference.harmonic.waves import Axis, sample
 from femic.reference.job import NotConverged
 
 AXIS = Axis(1e-3, 25.0)
@@ -168,16 +168,6 @@ def test_orders_0_and_1_of_a_ring_do_not_affect_other_orders():
     assert np.all(matrix[:, :2] == 0)
     np.testing.assert_array_equal(matrix, same)
     np.testing.assert_allclose(matrix @ np.ones(len(k)), 1, rtol=1e-9)
-
-
-def test_sparser_samples_are_the_ones_not_marked_last():
-    k, last = np.arange(6.0), np.array([False, True, False, False, True, False])
-    responses = np.random.default_rng(0).normal(size=(6, 2, 3))
-    result = Samples(AXIS, k, responses, last).sparser
-    np.testing.assert_array_equal(result.k, [0, 2, 3, 5])
-    np.testing.assert_array_equal(result.responses, responses[[0, 2, 3, 5]])
-    assert not np.any(result.last)
-    assert result.axis is AXIS
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.reference.harmonic.wavenumbers import Axis
 from femic.reference.harmonic.waves import (
     SINES,
-    Tail,
+    Axis,
     half_space_response,
     integral,
     orders,
-    ring,
     spectrum,
     synthesis_weights,
+    tail,
     taper,
 )
 from geometries.materials import Material, both_bodies, one_body
@@ -76,7 +75,7 @@ def test_the_taper_falls_from_1_to_0_without_a_kink():
     assert np.max(np.abs(np.diff(share, 3))) < 1200 * (k[1] - k[0]) ** 3
 
 
-@pytest.mark.parametrize("over", [integral(30.0), ring(30.0, 200.0), orders(30.0, 20.0)])
+@pytest.mark.parametrize("over", [integral(30.0), spectrum(30.0, 200.0), orders(30.0, 20.0)])
 def test_error_at_the_largest_wavenumbers_has_no_effect_far_away(over):
     """Abruptly ended it would be 1 / (pi x) far away, and with the weight of a patch up to 1 / (pi k a x)."""
     x = np.array([2.0, 4.0, 8.0])
@@ -100,7 +99,7 @@ def test_orders_of_a_ring_add_up_to_a_periodic_sum():
 @pytest.mark.parametrize("x", [0.0, 2.0, 15.0])
 def test_a_sum_over_low_orders_and_an_integral_give_the_sum_over_all(radius, x):
     """Of a function as sharp as it gets, with a peak at order 1."""
-    few, all_of_them = ring(40.0, radius), orders(40.0, radius)
+    few, all_of_them = spectrum(40.0, radius), orders(40.0, radius)
     sums = [
         summed(over, lambda k: np.exp(-k) + 0.1 / (1 + (k * radius - 1) ** 2), x)
         for over in (few, all_of_them)
@@ -155,7 +154,7 @@ def test_responses_are_the_transforms_of_a_line_load_s_displacements(k, s):
 def test_all_wavenumbers_add_up_to_a(s):
     """The tail beyond k falls to nothing: about like 1 / k^2 on the strip, exponentially beside it."""
     scale = np.abs(a_of(X, s)[2, 2])
-    shares = [np.max(np.abs(Tail.prepare(SOLID, PATCH, k, X).at(s)) / scale) for k in (20.0, 80.0, 320.0)]
+    shares = [np.max(np.abs(tail(SOLID, PATCH, k, X)(s)) / scale) for k in (20.0, 80.0, 320.0)]
     assert shares[0] < 0.2
     if abs(s) > PATCH.b:
         assert shares[1] < 1e-6
@@ -168,12 +167,12 @@ def test_the_tail_completes_what_is_below_it():
     over = integral(k_max)
     response = half_space_response(SOLID, PATCH.b, s, over.k)
     below = np.stack([synthesis(response[:, j], j, over, PATCH.a, X) for j in range(3)], axis=1)
-    whole = below + Tail.prepare(SOLID, PATCH, k_max, X).at(s)
+    whole = below + tail(SOLID, PATCH, k_max, X)(s)
     np.testing.assert_allclose(whole, a_of(X, s), rtol=0, atol=1e-12 * np.max(whole))
 
 
 def test_one_body_has_the_tail_of_its_side():
     bodies = (HalfSpace(one_body(Material(210e3, 0.28), side)) for side in (1, -1))
-    upper, lower = (Tail.prepare(body, PATCH, 20.0, X).at(0.0) for body in bodies)
+    upper, lower = (tail(body, PATCH, 20.0, X)(0.0) for body in bodies)
     np.testing.assert_allclose(upper[0, 2], -lower[0, 2], rtol=1e-12)
     np.testing.assert_allclose(upper[2, 2], lower[2, 2], rtol=1e-12)

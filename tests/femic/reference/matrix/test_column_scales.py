@@ -5,7 +5,6 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.harmonic.request import far_radius_of_grid
 from femic.reference.job import Settings, Shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares
@@ -205,14 +204,9 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert job(tolerance=1e-3 / 8).first_cells == tuned.scaled(0.5)
     assert job(tolerance=1.0).first_cells == tuned.scaled(1.25)
     wide = Grid(7, 60, 0.4, 0.5)
-    assert far_radius_of_grid(1e-3, GRID) == far_radius_of_grid(0.1, GRID) == 1280.0
-    assert far_radius_of_grid(1e-3, wide) == pytest.approx(600 * 15)
-    assert far_radius_of_grid(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
-
-
-def test_given_cells_are_used():
-    given = job().first_cells.scaled(3)
-    assert job(cells=given).first_cells == given
+    assert HARMONIC.far_radius(1e-3, GRID) == HARMONIC.far_radius(0.1, GRID) == 1280.0
+    assert HARMONIC.far_radius(1e-3, wide) == pytest.approx(600 * 15)
+    assert HARMONIC.far_radius(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
 
 
 def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_needs():

@@ -13,7 +13,7 @@ from femic.reference.refinement import next_levels
 from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Domain
 from geometries.contours import arc
-from geometries.patches import COMPONENTS, Grid, N, S, X, indices
+from geometries.patches import COMPONENTS, Grid, N, S, indices
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import changed
 from tests.femic.reference.harmonic.test_condensation import largest
@@ -78,15 +78,6 @@ def test_it_is_the_same_to_rounding_by_the_same_model(both):
         np.testing.assert_allclose(served.raw_column(strip)[N, N], raw, rtol=0, atol=1e-12 * largest(raw))
 
 
-def test_entries_of_m_do_not_depend_on_what_is_asked(both):
-    """To rounding by the same model; only xx, which nn does not feel, is left out."""
-    whole, _, served = both
-    determined = served.discount != 0
-    np.testing.assert_allclose(served.discount[determined], whole.discount[determined], rtol=1e-9)
-    left_out = np.argwhere(whole.discount * ~determined)
-    assert left_out.tolist() == [[0, 0]]
-
-
 def test_components_that_are_not_requested_are_nan(both):
     _, alone, _ = both
     for part in ("ic", "estimate"):
@@ -103,20 +94,6 @@ def test_only_loads_are_solved_that_nn_and_m_need():
     assert {load.direction for load in loads if load.patch in strips} == {N}
     further = {(load.patch.s, load.direction) for load in loads if load.patch not in strips}
     assert further == {(0.0, S), (0.0, N), (ARM, N)}
-
-
-@pytest.mark.parametrize(
-    ("asked", "loaded", "known"),
-    [
-        (("sn",), {S, N}, {"sn", "ns"}),  # C_ns shows how well C_sn is known
-        (("xx",), {X}, {"xx"}),
-        (("xn", "nn"), {X, N}, {"xn", "nx", "nn"}),
-    ],
-)
-def test_the_directions_that_are_loaded_are_those_of_single_loads(asked, loaded, known):
-    job = replace(of_all("wheel"), components=asked)
-    assert {load.direction for load in job.strip_loads} == loaded
-    assert set(job.solved) == known
 
 
 # --- refinement ----------------------------------------------------------------------------------------
@@ -186,7 +163,7 @@ def test_a_model_of_nn_does_not_serve_other_components(both, of_nn):
 def test_a_plan_counts_the_fields_that_are_solved():
     """On half a section two strips, and the loads of M on two widths of strips: nn needs none along x."""
     fewer, all_nine = (
-        HARMONIC.models.expected_cost(replace(of_all("wheel"), components=components).request(Level()), 1)
+        HARMONIC.expected_cost(replace(of_all("wheel"), components=components).request(Level()), 1)
         for components in (NN, COMPONENTS)
     )
     assert (fewer.fields, all_nine.fields) == (2 + 2 * 3, 3 * 2 + 2 * 4)

@@ -12,10 +12,9 @@ from femic.reference.discount import generalized, rigid_part
 from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.request import far_radius_of_grid
-from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section import assemble
 from femic.reference.harmonic.section_response import strip_force
-from femic.reference.harmonic.synthesis import displacements, syntheses
+from femic.reference.harmonic.synthesis import columns, displacements
 from femic.reference.job import Job, Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares, matrices
@@ -37,7 +36,7 @@ ROUGH = 0.03  # tolerance of C where nothing is said of its error
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
     """After the source's discount C is comparable with ICs of half-spaces, and with single loads."""
-    body = Body(side, contour, STEEL, Domain(far_radius_of_grid(tolerance, grid), np.inf), radius)
+    body = Body(side, contour, STEEL, Domain(HARMONIC.far_radius(tolerance, grid), np.inf), radius)
     settings = Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM)
     return MatrixJob(body, grid, settings, discounts=("source", "approach"))
 
@@ -120,12 +119,12 @@ def test_lags_are_points(grid, radius, monkeypatch):
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
     model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
-    for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
+    for name, by_lag in columns(model, job.grid, COMPONENTS).items():
         for strip in (0, 2, 3):
             loads = job.strip_loads[3 * strip : 3 * strip + 3]
             at_points = displacements(model, loads, Points(x, s))
             u = at_points.perturbed[name] if name else at_points.u
-            column = np.moveaxis(by_lag.column(strip).reshape(3, 3, -1), 0, 1)
+            column = np.moveaxis(by_lag(strip).reshape(3, 3, -1), 0, 1)
             np.testing.assert_allclose(column, u, atol=1e-9 * np.max(np.abs(u)))
 
 
@@ -161,7 +160,7 @@ def test_estimates_are_those_of_variations_after_their_own_discount(on_arcs):
     for result in on_arcs.values():
         c, names = result.column(2), ("nearer", "coarser", "sparser", "lower")
         perturbed = {name: result.paired_column(2, name) for name in names}
-        expected = estimated(c.ic, perturbed, safety=HARMONIC.estimate.safety)
+        expected = estimated(c.ic, perturbed, safety=HARMONIC.safety)
         raw_changes = [result.raw_column(2) - result.raw_column(2, name) for name in names]
         rounding = np.finfo(np.float32).eps * np.max(
             np.abs(raw_changes)

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from femic.reference.engine import Points
 from femic.reference.meshing import Cells
-from femic.reference.solid.elasticity import is_curved
 from femic.reference.solid.engine import assemble, build_mesh, observe, solve
 from femic.reference.solid.fields import displacement, figure_grid, nodal_fields, stress, von_mises
+from femic.reference.solid.linear import is_curved
 from femic.reference.symmetry import Y, on_plane
 from geometries.contours import plane
 from geometries.patches import Load, Patch, X

@@ -6,7 +6,7 @@ import pytest
 from approx.halfspace import HalfSpace
 from femic.reference.engine import Points
 from femic.reference.engines import SOLID
-from femic.reference.job import Job, Settings, line_errors
+from femic.reference.job import Job, Settings
 from femic.reference.meshing import Cells
 from femic.reference.result import combine, discounted
 from femic.reference.run_options import MODELS, Level
@@ -16,7 +16,7 @@ from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import STEEL, assert_honest
+from tests.femic.reference.conftest import STEEL, assert_honest, line_errors
 
 PATCH = Patch(0.2, 0.3)
 RUNNING = np.linspace(0, 12, 49)

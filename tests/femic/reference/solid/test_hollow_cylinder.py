@@ -14,8 +14,8 @@ from femic.reference.engine import Points
 from femic.reference.meshing import gmsh_session
 from femic.reference.result import ESTIMATE_ORDER, SAFETY
 from femic.reference.run_options import COARSER
-from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import SolidModel, observe, solve
+from femic.reference.solid.linear import stiffness
 from femic.reference.solid.mesh import _collect, curved
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour

@@ -6,8 +6,8 @@ import pytest
 from femic.reference.engine import Points
 from femic.reference.job import NotConverged
 from femic.reference.solid import engine, linear
-from femic.reference.solid.elasticity import rigid_body_modes
 from femic.reference.solid.engine import from_vertices, patch_load, raw_ics, solve
+from femic.reference.solid.linear import rigid_body_modes
 from femic.reference.symmetry import Parity, held_by_symmetry
 from geometries.patches import Load
 from tests.femic.reference.conftest import COARSE, PATCH, SYMMETRIC, request_for

@@ -5,14 +5,13 @@ import pytest
 from skfem import Basis, ElementTetP2
 
 from femic.reference.engine import Points
-from femic.reference.job import line_errors
 from femic.reference.result import discounted
 from femic.reference.run_options import Level
 from femic.reference.solid.engine import assemble, build_mesh, raw_ics
 from geometries.bodies import Domain
 from geometries.contours import arc, plane
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, request_for
+from tests.femic.reference.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, line_errors, request_for
 from tests.femic.reference.solid.test_flat import LINES, job
 
 CASES = {  # contour, side, rolling radius, domain

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 
 from femic.reference.engine import Points
-from femic.reference.job import load_directions
 from femic.reference.solid import engine
-from femic.reference.solid.elasticity import stiffness
 from femic.reference.solid.engine import build_mesh, observe, patch_load, raw_ics, solve
 from femic.reference.symmetry import Parity, held_by_symmetry, parities
 from geometries.bodies import Domain
 from geometries.contours import arc, through_points
 from geometries.materials import Material
 from geometries.patches import Load, Patch
-from geometries.surfaces import LOWER, UPPER
+from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import PATCH, SMALL, STEEL, SYMMETRIC, UNSYMMETRIC, ics_of, request_for
 
 EVEN_IN_X = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # [i, j]: parity of component i under load j
@@ -176,20 +174,6 @@ def test_solvers_agree():
     assert max(direct.cost.iterations) == 0 < min(iterated.cost.iterations)
 
 
-def test_only_the_requested_load_is_solved():
-    result = raw_ics(request_for(SYMMETRIC, directions=load_directions(["nn", "xn"])))
-    assert len(result.cost.iterations) == 1
-    assert result.u.shape == (1, 3, 6)
-    assert np.all(np.isfinite(result.u))
-
-
-@pytest.mark.parametrize("side", [LOWER, UPPER])
-def test_a_normal_load_pushes_its_own_element_along_itself(side):
-    at_patch = Points(np.zeros(1), np.zeros(1))
-    ic = ics_of(request_for(UNSYMMETRIC, side=side, points=at_patch))[..., 0]
-    assert np.all(np.diag(ic) > 0)
-
-
 def test_observers_interpolate_a_quadratic_field_exactly(half_model):
     """The trace is quadratic in (x, s): a field that is so too comes back to rounding."""
     trace = half_model.solid.trace
@@ -207,10 +191,3 @@ def test_observers_interpolate_a_quadratic_field_exactly(half_model):
 def test_mesh_is_repeatable():
     first, second = (build_mesh(request_for(UNSYMMETRIC)).nodes for _ in range(2))
     np.testing.assert_array_equal(first, second)
-
-
-def test_stiffness_is_assembled_once_for_all_directions(monkeypatch):
-    calls = []
-    monkeypatch.setattr("femic.reference.solid.engine.stiffness", lambda *a: calls.append(1) or stiffness(*a))
-    raw_ics(request_for(SYMMETRIC))
-    assert len(calls) == 1

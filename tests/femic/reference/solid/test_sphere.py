@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from femic.reference.discount import fit_discount, rigid_part
-from femic.reference.job import line_errors
 from femic.reference.result import combine
 from femic.reference.run_options import MODELS, Level
 from femic.reference.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import STEEL, assert_honest
+from tests.femic.reference.conftest import STEEL, assert_honest, line_errors
 from tests.femic.reference.solid.test_flat import LINES, halfspace, job
 from tests.truths.sphere import sphere_ics
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import MeshTet, MeshTet2
 
-from femic.reference.solid.mesh import Near, _folded, _unfolded
+from femic.reference.solid.mesh import _folded, unfold
 
 
 @pytest.fixture
@@ -25,23 +25,17 @@ def bent(straight, *, by):
 def test_a_cell_that_folds_gets_its_edge_back(straight):
     nodes, first = bent(straight, by=0.6)
     assert len(_folded(MeshTet2(nodes, straight.t))) > 0
-    result = _unfolded(straight, nodes, np.array([first, first + 1]))
+    result = unfold(straight, nodes, np.array([first, first + 1]))
     np.testing.assert_array_equal(result, straight.doflocs)
 
 
 def test_a_cell_that_does_not_fold_stays_curved(straight):
     nodes, first = bent(straight, by=0.1)
     assert len(_folded(MeshTet2(nodes, straight.t))) == 0
-    np.testing.assert_array_equal(_unfolded(straight, nodes, np.array([first])), nodes)
+    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first])), nodes)
 
 
 def test_an_edge_that_must_be_curved_stays_so(straight):
     """The mesh is refused then, or made with other cells."""
     nodes, first = bent(straight, by=0.6)
-    np.testing.assert_array_equal(_unfolded(straight, nodes, np.array([first + 1])), nodes)
-
-
-def test_points_beyond_are_farther_than_the_distance_from_all_points():
-    near = Near(np.array([[0.0, 4.0], [0.0, 0.0], [0.0, 0.0]]), 1.5)
-    at = np.array([[1.4, 2.0, 5.4, 5.6], [0.0] * 4, [0.0] * 4])
-    assert near.beyond(at).tolist() == [False, True, False, True]
+    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first + 1])), nodes)

@@ -55,10 +55,3 @@ def test_no_cell_is_inside_out(straight, tmp_path):
     assert volumes.min() > 0
     x_low, x_high, y_low, y_high, z_low, _ = grid.bounds
     assert volumes.sum() == pytest.approx(np.pi / 4 * (x_high - x_low) * (y_high - y_low) * -z_low, rel=0.05)
-
-
-def test_files_are_binary_and_small(straight, tmp_path):
-    path = write_vtu(straight, tmp_path / "flat.vtu")
-    n_values = straight.grid.nodes.size * 2 + straight.von_mises.size
-    assert path.stat().st_size < 8 * (n_values + straight.grid.cells.size)
-    assert b'format="ascii"' not in path.read_bytes()
