@@ -9,7 +9,7 @@ from time import process_time
 import numpy as np
 from tables import print_table
 
-from femic.shifts.sides import layout_of
+from femic.shifts.sides import lay_out_wheelset
 from femic.shifts.specification import builtin_names, load_shifts
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.en_15302 import CASES, tolerance
@@ -24,7 +24,7 @@ def seconds() -> None:
     rows = []
     for name in builtin_names():
         start = process_time()
-        layout = layout_of(load_shifts(name)[2])
+        layout = lay_out_wheelset(load_shifts(name)[2])
         laid_out = process_time() - start
         start = process_time()
         found = over_shifts(layout, SHIFTS, roll="about rails")

@@ -25,7 +25,7 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import RunOptions
 from femic.results import wheelset as compute
-from femic.shifts.specification import specification_of
+from femic.shifts.specification import parse_specification
 from femic.stresses.half_space import half_space_field
 from femic.stresses.points import InnerPoints, SurfaceTractions
 from geometries.arrays import Array
@@ -145,7 +145,7 @@ def manchester(folder: Path) -> Iterator[Row]:
         "wheelset": {"flange_back_distance": 1360.0, "nominal_radius": 460.0},
         "contact": {"elements": 40, "load": 10000.0, "ics": ["A"], "planar": False},
     }
-    specification = specification_of(tables, Path("manchester.toml"))
+    specification = parse_specification(tables, Path("manchester.toml"))
     found = compute.compute_shifts(specification, tomlkit.dumps(tables), RunOptions(1)).squeeze()
     right = found.sel(side="right")
     yield "Manchester, 0 mm", "p_max, MPa (A)", theirs["PMAX"], float(right.p_max)

@@ -18,7 +18,7 @@ from femic.cache.store import Store
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.reference.run_options import RunOptions, Watch, cores
-from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses, to_dataset
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
@@ -50,7 +50,7 @@ def _row(name: str, load: float, options: RunOptions) -> dict[str, Any]:
     """Return the numbers of a pair at a load [N]."""
     start = perf_counter()
     scene = load_scene(name, {"contact": {"loads": [load], "ics": list(ICS)}})
-    dataset = to_dataset(compute_stresses(scene, options))
+    dataset = compute_stresses(scene, options)
     report(f"{name}, {load:g} N: {perf_counter() - start:.0f} s")
     return {
         "load": load,

@@ -11,7 +11,7 @@ from compare.report.charts import Cell, Chart, Curve, Map, Panel
 from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
 from femic.reference.result import total
 from femic.results.ics import parts_of, solids
-from femic.results.matrices import SOURCE, MatrixResults, columns_of
+from femic.results.matrices import SOURCE, MatrixResults, combined_columns
 from geometries.patches import COMPONENTS, DIRECTIONS
 
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn as a map
@@ -35,7 +35,7 @@ def response(results: MatrixResults, strip: int) -> xr.Dataset:
     ics = {name: ics / grid.area for name, ics in approximated.items()} | {"C": c.ic}
     dims = ("i", "j", "lag", "s")
     arrays = {
-        "matrix": (dims, columns_of(scene, results.matrices, strip)[body].ic),
+        "matrix": (dims, combined_columns(scene, results.matrices, strip)[body].ic),
         "ic": (("variant", *dims), np.stack(list(ics.values()))),
         "estimate": (dims, c.estimate),
     }

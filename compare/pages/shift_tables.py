@@ -25,7 +25,7 @@ from compare.report.looks import symbol_of
 from compare.report.parts import join_words
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, texts
 from femic.contact.pairs.planar import PLANAR
-from femic.results.wheelset import value_text, values_of
+from femic.results.wheelset import value_text
 
 # --- sentences ------------------------------------------------------------------------------------------
 
@@ -458,6 +458,6 @@ def values_table(dataset: xr.Dataset) -> Table:
     """Return all values of a computation with their origins."""
     rows = [
         Row(key, [value_text(entry["value"]), entry["origin"], entry["meaning"]])
-        for key, entry in values_of(dataset).items()
+        for key, entry in json.loads(dataset.attrs["values"]).items()
     ]
     return Table("key", texts("value", "origin", "meaning"), rows)

@@ -8,15 +8,8 @@ import xarray as xr
 from compare.report.looks import symbol_of
 from compare.report.parts import extreme, join_words
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
-from femic.results.stresses import (
-    HALF_SPACE,
-    HALF_SPACE_OF_A,
-    OF_DAMAGE,
-    OF_STRESS,
-    TRUE,
-    Number,
-    variable_of,
-)
+from femic.results.damage import OF_DAMAGE, Number
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, OF_STRESS, TRUE
 
 SURFACE = 1e-9  # mm: depths below are the surface
 PASSES = {"lower": "passages", "upper": "revolutions"}  # attributes: what wears a body
@@ -178,8 +171,7 @@ def _worn_cell(numbers: xr.Dataset, reference: xr.Dataset, body: str) -> Cell:
 
 def damage_numbers(dataset: xr.Dataset) -> dict[str, Number]:
     """Return the numbers of wear and fatigue in a dataset by the names of their variables."""
-    renamed = {variable_of(name): number for name, number in OF_DAMAGE.items()}
-    return {variable: number for variable, number in renamed.items() if variable in dataset}
+    return {name: number for name, number in OF_DAMAGE.items() if name in dataset}
 
 
 def _damage_cell(numbers: xr.Dataset, reference: xr.Dataset, name: str) -> Cell:

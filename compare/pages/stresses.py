@@ -8,7 +8,6 @@ import xarray as xr
 from compare.pages import stress_figures as figures
 from compare.pages.stress_answers import damage_table, reference_symbol, stress_table, summary, worn_table
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
-from femic.results.stresses import StressResults, to_dataset
 
 SECTION = (
     "“true” and “half-space” have the tractions of the reference, “half-space of A” those of A. "
@@ -37,13 +36,12 @@ FATIGUE = (
 )
 
 
-def write_stresses(results: StressResults, out: Path) -> tuple[xr.Dataset, Path]:
-    """Write `stresses.nc`, figures and `stresses.html`; return the arrays and the path of the page."""
-    dataset = to_dataset(results)
+def write_stresses(dataset: xr.Dataset, out: Path) -> Path:
+    """Write `stresses.nc`, figures and `stresses.html`; return the path of the page."""
     page = Page(
         str(dataset.attrs["title"]), summary(dataset), list(_sections(dataset)), stress_table(dataset)
     )
-    return dataset, write_results(page, out, "stresses", dataset)
+    return write_results(page, out, "stresses", dataset)
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,9 +27,6 @@ class Bounds:
     high: float
 
 
-NOTHING_KNOWN = Bounds(0.0, np.inf)
-
-
 @dataclass(frozen=True)
 class Expectation:
     """Bounds of errors by ICs and number, from how many known scenes, and how often such bounds held."""
@@ -40,11 +37,11 @@ class Expectation:
 
     def low(self, ics: str, number: str) -> float:
         """Return the least error to be expected, a share; 0 where nothing is known."""
-        return self.bounds.get((ics, number), NOTHING_KNOWN).low
+        return self.bounds[ics, number].low if (ics, number) in self.bounds else 0.0
 
     def high(self, ics: str, number: str) -> float:
         """Return the largest error to be expected, a share; infinite where nothing is known."""
-        return self.bounds.get((ics, number), NOTHING_KNOWN).high
+        return self.bounds[ics, number].high if (ics, number) in self.bounds else np.inf
 
     @property
     def sentence(self) -> str:
@@ -70,8 +67,8 @@ def expect(
 ) -> Expectation | None:
     """Return what errors to expect of the wanted numbers, at all loads and coefficients of friction together.
 
-    None where the contact lies outside of what is known, which is logged: `why_not`. `knowledge` is by
-    default that of the package.
+    None where the contact lies outside of what is known; why is logged. `knowledge` is by default that of the
+    package.
     """
     knowledge = knowledge or packaged()
     try:
@@ -83,13 +80,15 @@ def expect(
         log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
         return None
     bounds, spanned = {}, all(_spans_studied(problem, *case) for case in cases)
-    for number, studied in _studied(problem, want).items():
-        of_cases = [bounds_at(knowledge, features, studied) for features, _ in cases]
+    studied = _studied(problem, want)
+    for number, name in studied.items():
+        of_cases = [bounds_at(knowledge, features, name) for features, _ in cases]
         for ics in of_cases[0]:
             if all(ics in of_case for of_case in of_cases):
-                joined = _joined([of_case[ics] for of_case in of_cases])
-                bounds[ics, number] = joined if spanned else replace(joined, low=0.0)
-    return Expectation(bounds, knowledge, _studied(problem, want))
+                each = [of_case[ics] for of_case in of_cases]
+                low = max(one.low for one in each) if spanned else 0.0
+                bounds[ics, number] = Bounds(low, max(one.high for one in each))
+    return Expectation(bounds, knowledge, studied)
 
 
 def _studied(problem: ContactProblem, want: Sequence[str]) -> dict[str, str]:
@@ -102,15 +101,6 @@ def _studied(problem: ContactProblem, want: Sequence[str]) -> dict[str, str]:
     return {name: name for name in want if name in ROLLING_NUMBERS} | {
         name: PRESSURE_IN_ROLLING for name in want if name == "p_max"
     }
-
-
-def why_not(problem: ContactProblem, want: Sequence[str], knowledge: Knowledge | None = None) -> list[str]:
-    """Return why nothing is expected of a contact, in words; nothing where something is."""
-    try:
-        cases = list(_cases(problem))
-    except Failure as failure:
-        return [str(failure)]
-    return _reasons(problem, cases, want, knowledge or packaged())
 
 
 def bounds_at(
@@ -142,20 +132,10 @@ def bounds_by(
             errors += [grown * (scene.errors[ics][number] + part) for part in (-estimate, estimate)]
     if len(errors) < rule.nearest:  # two of each
         return None
-    low, high = min(errors), max(errors)
-    more = rule.widened * (high - low)
-    bounds = _size_bounds(low - more, high + more)
-    return replace(bounds, high=np.inf) if number in UNBOUNDED else bounds
-
-
-def _size_bounds(low: float, high: float) -> Bounds:
-    """Return the bounds of the size of a number with a sign between two bounds."""
-    return Bounds(0.0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
-
-
-def _joined(bounds: Sequence[Bounds]) -> Bounds:
-    """Return the bounds of the largest error of some cases."""
-    return Bounds(max(each.low for each in bounds), max(each.high for each in bounds))
+    more = rule.widened * (max(errors) - min(errors))
+    low, high = min(errors) - more, max(errors) + more
+    least = 0.0 if low <= 0 <= high else min(abs(low), abs(high))
+    return Bounds(least, np.inf if number in UNBOUNDED else max(abs(low), abs(high)))
 
 
 def _spans_studied(problem: ContactProblem, features: Mapping[str, float], size: Size) -> bool:
@@ -187,38 +167,28 @@ def _reasons(
     knowledge: Knowledge,
 ) -> list[str]:
     """Return why a contact lies outside of what is known, in words."""
-    friction = problem.specification.friction is not None
-    reasons = list(_unstudied_kinds(problem))
-    if not _studied(problem, want):
-        reasons.append(f"{', '.join(want)} of this motion")
+    specification, friction = problem.specification, problem.specification.friction
+    unstudied = {
+        f"motion = {specification.motion}": specification.motion not in MOTIONS,
+        f"discount = {problem.discount}": problem.discount != DISCOUNT,
+        "gap = exact": specification.exact,
+        "a lateral force": specification.lateral_force is not None,
+        "an extra gap": specification.extra_gap is not None,
+        "lateral creepage or spin": friction and (friction.lateral or friction.spin),
+        "friction by the contact angle": friction and friction.friction_by_angle,
+        **{
+            f"the outline of the {name} body": body.outline is not None
+            for name, body in problem.bodies.items()
+        },
+        f"{', '.join(want)} of this motion": not _studied(problem, want),
+    }
+    reasons = [reason for reason, holds in unstudied.items() if holds]
     for features, size in cases:
         reasons += ["several patches"] if size.smallest is not None else []
-        reasons += knowledge.outside(features, friction=friction)
+        reasons += knowledge.outside(features, friction=friction is not None)
         reasons += [
             f"curvature of the {name} contour that jumps within the patch"
             for name, body in problem.bodies.items()
             if any(size.s[0] < jump < size.s[1] for jump in body.contour.jumps)
         ]
     return list(dict.fromkeys(reasons))
-
-
-def _unstudied_kinds(problem: ContactProblem) -> Iterator[str]:
-    """Yield what a contact has that the known scenes have not."""
-    specification, friction = problem.specification, problem.specification.friction
-    if specification.motion not in MOTIONS:
-        yield f"motion = {specification.motion}"
-    if problem.discount != DISCOUNT:
-        yield f"discount = {problem.discount}"
-    if specification.exact:
-        yield "gap = exact"
-    if specification.lateral_force is not None:
-        yield "a lateral force"
-    if specification.extra_gap is not None:
-        yield "an extra gap"
-    if friction and (friction.lateral or friction.spin):
-        yield "lateral creepage or spin"
-    if friction and friction.friction_by_angle:
-        yield "friction by the contact angle"
-    yield from (
-        f"the outline of the {name} body" for name, body in problem.bodies.items() if body.outline is not None
-    )

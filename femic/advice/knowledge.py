@@ -144,28 +144,24 @@ class Knowledge:
         return np.array([_on_scale(scene.features) for scene in self.scenes])
 
     def outside(self, features: Mapping[str, float], *, friction: bool) -> list[str]:
-        """Return what lies outside of the known scenes, in words."""
-        return [
-            _outside(name, features[name], [scene.features[name] for scene in self.scenes])
-            for name, of in FEATURES.items()
-            if (friction or not of.only_with_friction) and not self._covers(name, features[name])
-        ]
-
-    def _covers(self, name: str, value: float) -> bool:
-        """Return whether a value of a feature is between those of known scenes, or nearly so."""
-        known = [FEATURES[name].on_scale(scene.features[name]) for scene in self.scenes]
-        return min(known) - NEARLY <= FEATURES[name].on_scale(value) <= max(known) + NEARLY
+        """Return what lies outside of the known scenes, or nearly so, in words."""
+        reasons = []
+        for name, feature in FEATURES.items():
+            values = [scene.features[name] for scene in self.scenes]
+            low, own, high = map(feature.on_scale, (min(values), features[name], max(values)))
+            if (feature.only_with_friction and not friction) or low - NEARLY <= own <= high + NEARLY:
+                continue
+            unit = f" {feature.unit}" if feature.unit else ""
+            reasons.append(
+                f"{feature.meaning} ({features[name]:.3g}{unit}; known: {min(values):.3g} ... "
+                f"{max(values):.3g}{unit})"
+            )
+        return reasons
 
 
 def _on_scale(features: Mapping[str, float]) -> Array:
     """Return features over their scales, shape (features,)."""
     return np.array([of.on_scale(features[name]) for name, of in FEATURES.items()])
-
-
-def _outside(name: str, value: float, values: Sequence[float]) -> str:
-    feature = FEATURES[name]
-    unit = f" {feature.unit}" if feature.unit else ""
-    return f"{feature.meaning} ({value:.3g}{unit}; known: {min(values):.3g} ... {max(values):.3g}{unit})"
 
 
 @cache

@@ -86,45 +86,28 @@ def choose_rule(scenes: Sequence[KnownScene]) -> Rule:
 
     Among those whose bounds hold in `LEAST_HELD` of all trials; where none does, the one that holds most.
     """
+    knowledge, most = Knowledge(scenes, RULES[0]), max(rule.nearest for rule in RULES)
+    others: list[dict[bool, list[KnownScene]]] = []  # the most similar first, by whether friction counts
+    for scene in scenes:
+        orders = {friction: knowledge.order(scene.features, friction=friction) for friction in (False, True)}
+        others.append(
+            {
+                friction: [scenes[k] for k in order if scenes[k] is not scene][:most]
+                for friction, order in orders.items()
+            }
+        )
     scores = {}
-    left_out = _left_out(scenes)
     for rule in RULES:
-        tried = [trial for scene, orders in left_out for trial in _by_rule(rule, scene, orders)]
+        tried = []
+        for scene, similar in zip(scenes, others, strict=True):
+            for ics, number in ((one, other) for one in scene.errors for other in scene.errors[one]):
+                nearest = similar[number in ROLLING_NUMBERS][: rule.nearest]
+                if bounds := bounds_by(rule, nearest, scene.features["angle"], (ics, number)):
+                    tried.append(Trial(scene, ics, number, bounds))
         held = sum(trial.beyond <= 0 for trial in tried) / max(len(tried), 1)
         right = sum(trial.outcome(tolerance) == "right" for trial in tried for tolerance in TOLERANCES)
         scores[rule] = (held >= LEAST_HELD, right) if held >= LEAST_HELD else (False, held)
     return max(scores, key=scores.__getitem__)
-
-
-Orders = dict[bool, list[KnownScene]]  # the other scenes, the most similar first, by whether friction counts
-
-
-def _left_out(scenes: Sequence[KnownScene]) -> list[tuple[KnownScene, Orders]]:
-    knowledge = Knowledge(scenes, RULES[0])
-    most = max(rule.nearest for rule in RULES)
-    return [
-        (
-            scene,
-            {
-                friction: [
-                    scenes[other]
-                    for other in knowledge.order(scene.features, friction=friction)
-                    if scenes[other] is not scene
-                ][:most]
-                for friction in (False, True)
-            },
-        )
-        for scene in scenes
-    ]
-
-
-def _by_rule(rule: Rule, scene: KnownScene, orders: Orders) -> Iterator[Trial]:
-    """Yield the trials of a known scene by a rule, from the other scenes."""
-    for ics, errors in scene.errors.items():
-        for number in errors:
-            nearest = orders[number in ROLLING_NUMBERS][: rule.nearest]
-            if bounds := bounds_by(rule, nearest, scene.features["angle"], (ics, number)):
-                yield Trial(scene, ics, number, bounds)
 
 
 def check_bounds(knowledge: Knowledge, scenes: Sequence[KnownScene]) -> tuple[Knowledge, list[Trial]]:

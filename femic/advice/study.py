@@ -13,7 +13,7 @@ Studies are stored, one file each: solved once, in parallel processes, and read 
 import json
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -25,7 +25,6 @@ from femic.advice.scenes import CREEPAGES, ELEMENTS, RandomScene, random_scene
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.workers import in_processes
-from femic.contact.estimates import Numbers
 from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -42,7 +41,6 @@ from femic.contact.specification import ContactProblem
 from femic.reference.matrix.reference import matrices
 from femic.reference.meshing import Cells
 from femic.reference.run_options import RunOptions
-from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
 
 # --- features of a contact ---
@@ -90,17 +88,21 @@ def contact_features(problem: ContactProblem, size: Size) -> dict[str, float]:
     Each angle [deg] and ratio as in `FEATURES`; 0 where there is no friction.
     """
     lower, upper = (problem.bodies[name] for name in ("lower", "upper"))
-    ends, middle = np.array(size.s), sum(size.s) / 2
+    ends, middle, friction = np.array(size.s), sum(size.s) / 2, problem.specification.friction
     inclination = np.degrees(lower.contour.inclination(ends))
     a, b = size.x[1], (size.s[1] - size.s[0]) / 2
-    friction = problem.specification.friction
+    curvature = max(abs(float(lower.contour.curvature(middle))), FLAT)
+    at_ends = np.abs(lower.contour.curvature(middle + INSIDE * b * np.array([-1.0, 1.0])))
+    s = np.linspace(*upper.contour.limits, 401)  # the upper contour has the inclination of the middle there
+    turned = np.abs(upper.contour.inclination(s) - float(lower.contour.inclination(middle)))
+    opposite = float(upper.contour.curvature(s[np.argmin(turned)]))
     return {
         "angle": float(np.ptp(inclination)),
         "middle": abs(float(np.mean(inclination))),
         "aspect": a / b,
-        "unlike": _unlike(problem, middle),
-        "varying": _varying(lower.contour, size),
-        "beyond": _beyond(problem, inclination),
+        "unlike": max(abs(1 - opposite / curvature), 1e-3),
+        "varying": max(float(np.mean(at_ends)), FLAT) / curvature,
+        "beyond": turn_beyond(problem, inclination),
         "modulus": upper.material.E / lower.material.E,
         "nu_lower": lower.material.nu,
         "nu_upper": upper.material.nu,
@@ -116,27 +118,7 @@ def saturation(problem: ContactProblem, size: Size, friction: float, load: float
     return float(friction * load * compliance / (SATURATION * a * b))
 
 
-def _unlike(problem: ContactProblem, s: float) -> float:
-    """Return 1 less the curvature of the upper over that of the lower contour, where both face each other."""
-    lower, upper = (problem.bodies[name].contour for name in ("lower", "upper"))
-    own = abs(float(lower.curvature(s)))
-    return max(abs(1 - _curvature_at(upper, float(lower.inclination(s))) / max(own, FLAT)), 1e-3)
-
-
-def _curvature_at(contour: Contour, inclination: float) -> float:
-    """Return the curvature of a contour where it has an inclination [rad], or comes nearest to it."""
-    s = np.linspace(*contour.limits, 401)
-    return float(contour.curvature(s[np.argmin(np.abs(contour.inclination(s) - inclination))]))
-
-
-def _varying(contour: Contour, size: Size) -> float:
-    """Return the mean curvature at both ends of a patch over that at its middle."""
-    middle, half = sum(size.s) / 2, INSIDE * (size.s[1] - size.s[0]) / 2
-    ends = np.abs(contour.curvature(middle + half * np.array([-1.0, 1.0])))
-    return max(float(np.mean(ends)), FLAT) / max(abs(float(contour.curvature(middle))), FLAT)
-
-
-def _beyond(problem: ContactProblem, ends: np.ndarray) -> float:
+def turn_beyond(problem: ContactProblem, ends: np.ndarray) -> float:
     """Return by how much contours turn further beyond the ends of a patch [deg], on the side of the least."""
     turns = []
     for body in problem.bodies.values():
@@ -153,48 +135,62 @@ SIZING = "Bhat"  # creepages are counted from that without force with these ICs
 PERTURBED = "C plus its estimate"
 NORMAL_NUMBERS = ("p_max", "a", "b", "angle", "approach", "area", "stiffness")
 TOLERANCE = 1e-4  # of tractions in rolling
-CELLS_PER_STRIP, GROWTH = (
-    0.5,
-    1.2,
-)  # first cells of C over the width of a strip, and over the distance from it
+CELLS_PER_STRIP, GROWTH = 0.5, 1.2  # first cells of C over the width of a strip, over the distance from it
 SLOPE = 0.05  # force over friction times load between which and none the slope is taken
 
 
-@dataclass(frozen=True)
-class Study:
-    """A solved scene: its features, and numbers by ICs, without friction and in rolling.
+Entry = dict[str, Any]
+
+
+def solve_scene(scene: RandomScene, seed: int, number: int) -> Entry:
+    """Return the features of a scene, and numbers by ICs, without friction and in rolling.
 
     Numbers of rolling are arrays over `CREEPAGES`, forces over friction times load. ICs without a solution
-    are left out; `perturbed` are numbers with C plus its estimate.
+    are left out; `PERTURBED` are numbers with C plus its estimate. Raises Failure where C or the contact with
+    it is not found.
     """
-
-    seed: int
-    number: int
-    features: Numbers
-    frictionless: Mapping[str, Numbers]
-    rolling: Mapping[str, Mapping[str, Any]]
-    seconds: Mapping[str, float]
-
-    @property
-    def entry(self) -> dict[str, Any]:
-        """All of it as numbers and mappings."""
-        return asdict(self)
-
-
-def solve_scene(scene: RandomScene, seed: int, number: int) -> Study:
-    """Solve a scene; raises Failure where C or the contact with it is not found."""
     problem = scene.problem
     sizing = Sizing(pair_on_grid(problem, problem.grid), ELEMENTS)
     grid = sizing.grid([scene.size])
     grid = sizing.large_enough(grid, problem.specification.loadings, NORMAL_ICS)
 
-    def solve_on(on_grid: PairOnGrid) -> Study:
-        return _Scene(scene, PairWithFriction(problem, on_grid)).study(seed, number)
+    def solve_on(on_grid: PairOnGrid) -> Entry:
+        return _solve_on_grid(scene, PairWithFriction(problem, on_grid))
 
-    return sizing.on_long_enough_grid(grid, solve_on)
+    return {"seed": seed, "number": number} | sizing.on_long_enough_grid(grid, solve_on)
 
 
-def operators_of_c(problem: ContactProblem, on_grid: PairOnGrid, tolerance: float) -> dict[str, FullOperator]:
+def _solve_on_grid(scene: RandomScene, pair: PairWithFriction) -> Entry:
+    start, load, (friction,) = perf_counter(), pair.loads[0], pair.specification.coefficients
+    of_c = reference_operators(pair.problem, pair.on_grid, pair.problem.settings.tolerance)
+    solved = perf_counter()
+
+    def problem_with(name: str) -> FrictionalProblem:
+        return pair.frictional(of_c[name] if name in of_c else pair.operator(name), friction)
+
+    frictionless = {}
+    for name in (C, PERTURBED, *NORMAL_ICS):
+        found = numbers(pair.on_grid, solve(problem_with(name).normal, load=load))
+        frictionless[name] = {number: found[number] for number in NORMAL_NUMBERS}
+    step = saturation(pair.problem, scene.size, friction, load)
+    zero, rolling = _with_force(pair.rolling(problem_with(SIZING)), load, 0.0, None), {}
+    for name in (C, PERTURBED, *ROLLING_ICS):
+        try:
+            rolling[name] = _curve_numbers(pair.rolling(problem_with(name)), load, zero, step)
+        except Failure:
+            if name == C:
+                raise
+    return {
+        "features": contact_features(pair.problem, scene.size),
+        "frictionless": frictionless,
+        "rolling": rolling,
+        "seconds": {"C": solved - start, "contact": perf_counter() - solved},
+    }
+
+
+def reference_operators(
+    problem: ContactProblem, on_grid: PairOnGrid, tolerance: float
+) -> dict[str, FullOperator]:
     """Return C on coarse cells for rolling, and the same with its estimated error added; raises Failure."""
     cells = Cells(CELLS_PER_STRIP * on_grid.grid.ds, GROWTH, GROWTH)
     jobs = {
@@ -207,134 +203,59 @@ def operators_of_c(problem: ContactProblem, on_grid: PairOnGrid, tolerance: floa
     return {C: operator, PERTURBED: replace(operator, transformed=operator.transformed + added.transformed)}
 
 
-@dataclass(frozen=True, eq=False)
-class _Scene:
-    """A scene on its grid."""
-
-    scene: RandomScene
-    pair: PairWithFriction
-
-    def study(self, seed: int, number: int) -> Study:
-        """Solve it with all ICs."""
-        start, problem = perf_counter(), self.pair.problem
-        of_c = operators_of_c(problem, self.pair.on_grid, problem.settings.tolerance)
-        solved = perf_counter()
-        pressed = {name: self.frictionless(of_c, name) for name in (C, PERTURBED, *NORMAL_ICS)}
-        rolling = self.rolling(of_c)
-        seconds = {"C": solved - start, "contact": perf_counter() - solved}
-        return Study(seed, number, contact_features(problem, self.scene.size), pressed, rolling, seconds)
-
-    @property
-    def load(self) -> float:
-        """The load [N]."""
-        return self.pair.loads[0]
-
-    @property
-    def friction(self) -> float:
-        """The coefficient of friction."""
-        return self.pair.specification.coefficients[0]
-
-    def problem(self, of_c: Mapping[str, FullOperator], name: str) -> FrictionalProblem:
-        """Return the contact problem with the ICs of a name."""
-        operator = of_c[name] if name in of_c else self.pair.operator(name)
-        return self.pair.frictional(operator, self.friction)
-
-    def frictionless(self, of_c: Mapping[str, FullOperator], name: str) -> Numbers:
-        """Return numbers of the contact without friction with the ICs of a name."""
-        contact = solve(self.problem(of_c, name).normal, load=self.load)
-        of_all = numbers(self.pair.on_grid, contact)
-        return {name: of_all[name] for name in NORMAL_NUMBERS}
-
-    def rolling(self, of_c: Mapping[str, FullOperator]) -> dict[str, dict[str, Any]]:
-        """Return numbers of rolling by ICs, of those with a solution; raises Failure without one of C."""
-        size = self.scene.size
-        step = saturation(self.pair.problem, size, self.friction, self.load)
-        zero = self.curve(self.problem(of_c, SIZING), 0.0, step).zero()
-        found: dict[str, dict[str, Any]] = {}
-        for name in (C, PERTURBED, *ROLLING_ICS):
-            curve = self.curve(self.problem(of_c, name), float(zero.creepages.longitudinal), step)
-            try:
-                found[name] = curve.numbers(zero)
-            except Failure:
-                if name == C:
-                    raise
-        return found
-
-    def curve(self, problem: FrictionalProblem, zero: float, step: float) -> "_Curve":
-        """Return the curve of a problem about a creepage, in steps of another."""
-        return _Curve(self.pair.rolling(problem), self.load, zero, step)
+def _with_force(
+    problem: RollingProblem, load: float, share: float, start: RollingContact | None
+) -> RollingContact:
+    """Return the contact with a longitudinal force, a share of friction times load."""
+    return problem.contact(
+        Creepages(0.0 if start is None else start.creepages.longitudinal),
+        Loading(load),
+        forces={"longitudinal": share * problem.problem.friction * load},
+        start=None if start is None else start.contact,
+        tolerance=TOLERANCE,
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """A creep-force curve with some ICs at a few creepages: `zero` and multiples of `step` beside it."""
+def _curve_numbers(
+    problem: RollingProblem, load: float, start: RollingContact, step: float
+) -> dict[str, Any]:
+    """Return the numbers of a creep-force curve: without force, and at `CREEPAGES` times a step.
 
-    problem: RollingProblem
-    load: float
-    middle: float
-    step: float
-
-    @property
-    def limit(self) -> float:
-        """Friction times load [N]."""
-        return self.problem.problem.friction * self.load
-
-    def zero(self, start: RollingContact | None = None) -> RollingContact:
-        """Return the contact without longitudinal force."""
-        return self.with_force(0.0, start)
-
-    def with_force(self, share: float, start: RollingContact | None) -> RollingContact:
-        """Return the contact with a longitudinal force, a share of friction times load."""
-        first = Creepages(self.middle if start is None else start.creepages.longitudinal)
-        return self.problem.contact(
-            first,
-            Loading(self.load),
-            forces={"longitudinal": share * self.limit},
-            start=None if start is None else start.contact,
+    Creepages are counted from that of `start`; each contact is found from a neighbour nearer to no force.
+    """
+    middle, limit = float(start.creepages.longitudinal), problem.problem.friction * load
+    zero = _with_force(problem, load, 0.0, start)
+    rise = _with_force(problem, load, SLOPE, zero).creepages.longitudinal - zero.creepages.longitudinal
+    by_share: dict[float, RollingContact] = {0.0: zero}
+    for share in sorted(CREEPAGES, key=abs):
+        nearest = min(by_share, key=lambda other, share=share: abs(other - share))  # type: ignore[misc]
+        by_share[share] = problem.contact(
+            replace(zero.creepages, longitudinal=middle + share * step),
+            Loading(load),
+            start=by_share[nearest].contact,
             tolerance=TOLERANCE,
         )
-
-    def numbers(self, start: RollingContact) -> dict[str, Any]:
-        """Return the numbers of the curve."""
-        zero = self.zero(start)
-        near = self.with_force(SLOPE, zero)
-        rise = (near.creepages.longitudinal - zero.creepages.longitudinal) / self.step
-        contacts = self.contacts(zero)
-        force = np.array([contact.contact.force for contact in contacts]) / self.limit
-        return {
-            "zero_creepage": float((zero.creepages.longitudinal - self.middle) / self.step),
-            "slope": float(SLOPE / rise),
-            "F_x": force[:, 0].tolist(),
-            "F_y": force[:, 1].tolist(),
-            "sliding_share": [contact.contact.sliding_share for contact in contacts],
-            "p_max": [float(np.max(contact.contact.pressures)) for contact in contacts],
-        }
-
-    def contacts(self, zero: RollingContact) -> list[RollingContact]:
-        """Return the contacts at `CREEPAGES`, each from a neighbour nearer to no force."""
-        by_share: dict[float, RollingContact] = {0.0: zero}
-        for share in sorted(CREEPAGES, key=abs):
-            nearest = min(by_share, key=lambda other, share=share: abs(other - share))  # type: ignore[misc]
-            by_share[share] = self.problem.contact(
-                replace(zero.creepages, longitudinal=self.middle + share * self.step),
-                Loading(self.load),
-                start=by_share[nearest].contact,
-                tolerance=TOLERANCE,
-            )
-        return [by_share[share] for share in CREEPAGES]
+    contacts = [by_share[share].contact for share in CREEPAGES]
+    force = np.array([contact.force for contact in contacts]) / limit
+    return {
+        "zero_creepage": float((zero.creepages.longitudinal - middle) / step),
+        "slope": float(SLOPE / (rise / step)),
+        "F_x": force[:, 0].tolist(),
+        "F_y": force[:, 1].tolist(),
+        "sliding_share": [contact.sliding_share for contact in contacts],
+        "p_max": [float(np.max(contact.pressures)) for contact in contacts],
+    }
 
 
 # --- store of studies ---
-
-Entry = dict[str, Any]  # of `Study`; of a scene without a contact: its seed, number and why
 
 log = logging.getLogger(__name__)
 
 
 def solve_entry(seed: int, number: int) -> Entry:
-    """Return the entry of a scene."""
+    """Return the entry of a scene; of one without a contact its seed, number and why."""
     try:
-        return solve_scene(random_scene(seed, number), seed, number).entry
+        return solve_scene(random_scene(seed, number), seed, number)
     except (Failure, WrongInput) as failure:
         return {"seed": seed, "number": number, "failure": str(failure)}
 

@@ -98,9 +98,9 @@ def stresses(
     console, folder = terminal(), work.folder(loaded)
     print_warnings(loaded, console)
     with work.options(folder, console) as options:
-        results = compute.compute_stresses(loaded, options)
+        dataset = compute.compute_stresses(loaded, options)
         options.watch.on_stage("charts of the report")
-        dataset, report = page.write_stresses(results, folder)
+        report = page.write_stresses(dataset, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)
 

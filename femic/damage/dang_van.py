@@ -25,7 +25,7 @@ circumcentre a point that it does not need is dropped. The radius falls in each 
 for rounding: the centre is then a convex combination of points at the distance of the radius.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -54,61 +54,58 @@ class DangVan:
         if not 0 <= self.compression <= 1:
             raise WrongInput(f"compression = {self.compression!r}: a share of the weight in tension, 0 ... 1")
 
-    @classmethod
-    def of_limits(cls, torsion: float, bending: float) -> "DangVan":
-        """Return the criterion of a steel by its fatigue limits [MPa] in torsion and bending, reversed."""
-        if not 0 < bending / 2 <= torsion < np.inf:
-            raise WrongInput(
-                f"fatigue limits {torsion!r} in torsion, {bending!r} MPa in bending: both positive, torsion "
-                "half of bending or more"
-            )
-        return cls(3 * (torsion / bending - 0.5))
-
 
 # --- equivalent stress ---
 
 SYMMETRY = 1e-9  # of stresses, as a share of the largest one
 
 
-@dataclass(frozen=True, eq=False)
-class EquivalentStress:
-    """Equivalent stresses of points [MPa], (...), the steps at which they occur, and their parts there.
+def equivalent_stress(stresses: Array, criterion: DangVan) -> Array:
+    """Return Dang Van's equivalent stress of points [MPa], (...), over one cycle of stresses.
 
-    `shear` is tau_a [MPa], `hydrostatic` is sigma_h [MPa], each (...).
+    `stresses` [MPa], (n_steps, ..., 3, 3). Residual stresses that stay are part of them; only their
+    hydrostatic part matters. Raises WrongInput for other shapes, values that are not finite, and tensors
+    that are not symmetric.
     """
-
-    value: Array
-    step: Array
-    shear: Array
-    hydrostatic: Array
-
-
-def equivalent_stress(stresses: Array, criterion: DangVan) -> EquivalentStress:
-    """Return Dang Van's equivalent stress of points over one cycle of stresses [MPa], (n_steps, ..., 3, 3).
-
-    Residual stresses that stay are part of the stresses; of them only the hydrostatic one matters. Raises
-    WrongInput for other shapes, values that are not finite, and tensors that are not symmetric.
-    """
-    stresses = _checked(stresses)
+    stresses = np.asarray(stresses, dtype=float)
+    if stresses.ndim < 3 or stresses.shape[-2:] != (3, 3) or len(stresses) == 0:
+        raise WrongInput(
+            f"stresses of shape {stresses.shape}: (n_steps, ..., 3, 3); six components become tensors by "
+            "femic.damage.dang_van.tensors"
+        )
+    if not np.all(np.isfinite(stresses)):
+        raise WrongInput("stresses with values that are not finite: leave out points outside of the bodies")
+    asymmetry = np.max(np.abs(stresses - np.swapaxes(stresses, -1, -2)), initial=0.0)
+    if asymmetry > SYMMETRY * np.max(np.abs(stresses), initial=0.0):
+        raise WrongInput(f"stresses that are not symmetric, by {asymmetry:.3g} MPa: give symmetric tensors")
     hydrostatic = np.trace(stresses, axis1=-2, axis2=-1) / 3  # (n_steps, ...)
-    deviators = stresses - hydrostatic[..., None, None] * np.eye(3)
-    shear = shear_amplitudes(deviators)
+    shear = shear_amplitudes(stresses - hydrostatic[..., None, None] * np.eye(3))
     weight = criterion.hydrostatic * np.where(hydrostatic < 0, criterion.compression, 1.0)
-    equivalent = shear + weight * hydrostatic
-    step = np.argmax(equivalent, axis=0)
-    value, at_shear, at_hydrostatic = (
-        np.take_along_axis(part, step[None], axis=0)[0] for part in (equivalent, shear, hydrostatic)
-    )
-    return EquivalentStress(value, step, at_shear, at_hydrostatic)
+    return np.asarray(np.max(shear + weight * hydrostatic, axis=0))
 
 
 def shear_amplitudes(deviators: Array) -> Array:
-    """Return tau_a(t) [MPa], (n_steps, ...), of deviators [MPa], (n_steps, ..., 3, 3)."""
-    n_steps = len(deviators)
-    paths = np.moveaxis(_coordinates(deviators).reshape(n_steps, -1, 5), 1, 0)  # (points, n_steps, 5)
-    centres = np.array([smallest_hypersphere(path).centre for path in paths]).reshape(-1, 5)
-    cycles = deviators - _deviator(centres).reshape(deviators.shape[1:])
-    principal = np.linalg.eigvalsh(cycles)
+    """Return tau_a(t) [MPa], (n_steps, ...), of deviators s [MPa], (n_steps, ..., 3, 3).
+
+    The sphere is found in vectors of five components with the norm (s : s)^1/2.
+    """
+    s = deviators
+    vectors = np.stack(
+        [
+            np.sqrt(1.5) * s[..., 0, 0],
+            (s[..., 1, 1] - s[..., 2, 2]) / np.sqrt(2),
+            *(np.sqrt(2) * s[..., i, j] for i, j in ((0, 1), (1, 2), (0, 2))),
+        ],
+        axis=-1,
+    )
+    paths = np.moveaxis(vectors.reshape(len(s), -1, 5), 1, 0)  # (points, n_steps, 5)
+    centres = np.array([smallest_hypersphere(path)[0] for path in paths]).reshape(-1, 5)
+    first, second, *shears = np.moveaxis(centres, -1, 0)
+    xx = first / np.sqrt(1.5)
+    ss, nn = ((sign * np.sqrt(2) * second - xx) / 2 for sign in (1, -1))
+    xs, sn, xn = (shear / np.sqrt(2) for shear in shears)
+    middles = tensors(np.stack([xx, ss, nn, sn, xn, xs], axis=-1)).reshape(s.shape[1:])
+    principal = np.linalg.eigvalsh(s - middles)
     return np.asarray((principal[..., 2] - principal[..., 0]) / 2)
 
 
@@ -121,44 +118,6 @@ def tensors(components: Array) -> Array:
     return np.asarray(components[..., order])
 
 
-def _coordinates(deviators: Array) -> Array:
-    """Return deviators (..., 3, 3) as vectors (..., 5) with the same norm and inner products."""
-    s = deviators
-    return np.stack(
-        [
-            np.sqrt(1.5) * s[..., 0, 0],
-            (s[..., 1, 1] - s[..., 2, 2]) / np.sqrt(2),
-            *(np.sqrt(2) * s[..., i, j] for i, j in ((0, 1), (1, 2), (0, 2))),
-        ],
-        axis=-1,
-    )
-
-
-def _deviator(vectors: Array) -> Array:
-    """Return the deviators (..., 3, 3) of vectors (..., 5)."""
-    first, second, *shears = np.moveaxis(vectors, -1, 0)
-    xx = first / np.sqrt(1.5)
-    ss, nn = (-xx + sign * np.sqrt(2) * second for sign in (1, -1))
-    xs, sn, xn = (shear / np.sqrt(2) for shear in shears)
-    return tensors(np.stack([xx, ss / 2, nn / 2, sn, xn, xs], axis=-1))
-
-
-def _checked(stresses: Array) -> Array:
-    """Return stresses as an array; raises WrongInput for wrong ones."""
-    stresses = np.asarray(stresses, dtype=float)
-    if stresses.ndim < 3 or stresses.shape[-2:] != (3, 3) or len(stresses) == 0:
-        raise WrongInput(
-            f"stresses of shape {stresses.shape}: (n_steps, ..., 3, 3); six components become tensors by "
-            "femic.damage.dang_van.tensors"
-        )
-    if not np.all(np.isfinite(stresses)):
-        raise WrongInput("stresses with values that are not finite: leave out points outside of the bodies")
-    asymmetry = np.max(np.abs(stresses - np.swapaxes(stresses, -1, -2)), initial=0.0)
-    if asymmetry > SYMMETRY * np.max(np.abs(stresses), initial=0.0):
-        raise WrongInput(f"stresses that are not symmetric, by {asymmetry:.3g} MPa: give symmetric tensors")
-    return stresses
-
-
 # --- smallest enclosing sphere ---
 
 ROUNDING = 1e-12  # of lengths, as a share of the size of the set
@@ -166,17 +125,8 @@ LESS_ACCURATE = (1e-10, 1e-8, 1e-6)  # where the walk goes round: smooth paths, 
 MOST_STEPS = 1000  # of the walk; some tens are usual
 
 
-@dataclass(frozen=True, eq=False)
-class Hypersphere:
-    """A sphere: centre, shape (d,), radius, and the numbers of the points on it that determine it."""
-
-    centre: Array
-    radius: float
-    support: tuple[int, ...]
-
-
-def smallest_hypersphere(points: Array) -> Hypersphere:
-    """Return the smallest sphere that encloses points, shape (n, d).
+def smallest_hypersphere(points: Array) -> tuple[Array, float]:
+    """Return centre (d,) and radius of the smallest sphere that encloses points, shape (n, d).
 
     Raises WrongInput for no points and for values that are not finite, Failure if the walk does not end.
     """
@@ -185,16 +135,16 @@ def smallest_hypersphere(points: Array) -> Hypersphere:
         raise WrongInput(f"points of shape {points.shape}: one or more finite points, shape (n, d)")
     origin = points.mean(axis=0)
     for accuracy in (ROUNDING, *LESS_ACCURATE):
-        if sphere := _walk(points - origin, accuracy):
-            return replace(sphere, centre=sphere.centre + origin)
+        if (centre := _find_centre(points - origin, accuracy)) is not None:
+            return centre + origin, float(np.max(np.linalg.norm(points - origin - centre, axis=1)))
     raise Failure(
         f"smallest sphere about {len(points)} points: no end after {MOST_STEPS} steps; remove points that "
         "coincide"
     )
 
 
-def _walk(points: Array, accuracy: float) -> Hypersphere | None:
-    """Return the sphere to an accuracy, a share of the size of the set; None if the walk does not end."""
+def _find_centre(points: Array, accuracy: float) -> Array | None:
+    """Return the centre to an accuracy, a share of the size of the set; None if the walk does not end."""
     tolerance = accuracy * float(np.max(np.linalg.norm(points, axis=1)))
     centre = points[0]
     support = [int(np.argmax(np.linalg.norm(points - centre, axis=1)))]
@@ -202,8 +152,7 @@ def _walk(points: Array, accuracy: float) -> Hypersphere | None:
         target, shares = _circumcentre(points[support])
         if np.linalg.norm(target - centre) <= tolerance:
             if min(shares) >= 0:
-                radius = float(np.max(np.linalg.norm(points - target, axis=1)))
-                return Hypersphere(target, radius, tuple(sorted(support)))
+                return target
             support.pop(int(np.argmin(shares)))
             continue
         reach, stop = _first_stop(points, centre, target - centre, support, accuracy)

@@ -13,7 +13,7 @@ it, and from elements whose state is uncertain. In addition
   as readings of edges have an accuracy of their own.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,7 +37,7 @@ from femic.contact.estimates import (
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.quantities import main_patch
 from femic.contact.rolling import RollingContact, RollingProblem
-from femic.damage.fatigue import aspect_of, nearest_aspect, shakedown_limit
+from femic.damage.fatigue import nearest_aspect, patch_aspect, shakedown_limit
 from geometries.patches import N, S, X
 
 _FORCES = ("force", RELATED)
@@ -63,13 +63,18 @@ WORN = Kind("worn", "worn", (_FORCES,), ("work",))  # all other numbers are in p
 class RollingSolution:
     """A contact in steady rolling under a load [N], its problem, and the slope of its creep-force curve.
 
-    `slope` is dF_x/dxi [N], infinite where the creepage is prescribed.
+    `slope` is dF_x/dxi [N], infinite where the creepage is prescribed. `larger` and `changed` are solutions
+    of the same for its estimates, None: there is no such contact. The former are those on elements twice and
+    four times as large; the latter that with the distance of the displaced bodies, and that with ICs plus
+    their estimated errors where errors of ICs are known.
     """
 
     problem: RollingProblem
     rolling: RollingContact
     load: float
     slope: float = np.inf
+    larger: "tuple[RollingSolution | None, ...]" = ()
+    changed: "tuple[RollingSolution | None, ...]" = ()
 
     @property
     def contact(self) -> FrictionalContact:
@@ -77,37 +82,30 @@ class RollingSolution:
         return self.rolling.contact
 
 
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """A contact and numbers that follow from it: of `KINDS`, of `FOLLOW`, by other names worn depths."""
+def estimate_errors(
+    solution: RollingSolution, compute: Callable[[RollingSolution], Numbers]
+) -> tuple[Numbers, dict[str, float]]:
+    """Return the numbers of a contact and their estimated errors, both by name.
 
-    solution: RollingSolution
-    numbers: Numbers
-
-
-def estimated_errors(
-    own: Solved, larger: Sequence[Solved | None], changed: Sequence[Solved | None] = ()
-) -> dict[str, float]:
-    """Return the estimated errors of the numbers of a contact, by name.
-
-    `larger` are those on elements twice and four times as large, `changed` those with changed ICs or another
-    distance; None: there is no such contact. nan where the contact on elements twice as large is not known,
-    or a changed one; and for numbers in proportion to the work where the grid has none, but the rigid motion
-    does.
+    `compute` returns the numbers of a solution: of `KINDS`, of `FOLLOW`, by other names worn depths. Errors
+    are nan where the contact on elements twice as large is not known, or a changed one; and for numbers in
+    proportion to the work where the grid has none, but the rigid motion does.
     """
-    kinds = {name: KINDS.get(name, replace(WORN, scale=name)) for name in own.numbers if name not in FOLLOW}
+    own = compute(solution)
+    kinds = {name: KINDS.get(name, replace(WORN, scale=name)) for name in own if name not in FOLLOW}
     kinds |= OF_CONTACT
-    fine = _measured(own)
+    fine = _measure(solution, own)
     parts = [
-        changes(fine, kinds, _measured(one).numbers) if one else dict.fromkeys(kinds, np.nan)
-        for one in changed
+        changes(fine, kinds, _measure(one, compute(one)).numbers) if one else dict.fromkeys(kinds, np.nan)
+        for one in solution.changed
     ]
-    known = errors(kinds, fine, [_measured(one) if one else None for one in larger], parts)
-    known |= _derived_errors(own, fine, known)
-    return {name: known[name] for name in own.numbers}
+    larger = [_measure(one, compute(one)) if one else None for one in solution.larger]
+    known = errors(kinds, fine, larger, parts)
+    known |= _derive_errors(solution, fine, known)
+    return own, {name: known[name] for name in own}
 
 
-def _derived_errors(own: Solved, fine: Measured, known: Numbers) -> dict[str, float]:
+def _derive_errors(solution: RollingSolution, fine: Measured, known: Numbers) -> dict[str, float]:
     """Return the errors of the numbers of `FOLLOW` that there are, and of the shakedown limit."""
     errors, numbers = {}, fine.numbers
     F_x, F_s, load = abs(numbers["F_x"]), abs(numbers["F_s"]), fine.scales["longitudinal"].rounds
@@ -115,7 +113,11 @@ def _derived_errors(own: Solved, fine: Measured, known: Numbers) -> dict[str, fl
         most = np.hypot(F_x + known["F_x"], F_s + known["F_s"])
         errors["utilised_friction"] = float(most - np.hypot(F_x, F_s)) / load
     if "shakedown_limit" in numbers:
-        by_friction = _change_with_friction(own, errors["utilised_friction"])
+        by_friction, error = np.nan, errors["utilised_friction"]
+        if np.isfinite(error):
+            least = max(numbers["utilised_friction"] - error, 0.0)
+            limits = shakedown_limit([least, least + 2 * error], patch_aspect(solution.contact))
+            by_friction = float(np.max(np.abs(limits - numbers["shakedown_limit"])))
         errors["shakedown_limit"] = float(np.hypot(known["shakedown_limit"], by_friction))
     if "pressure_ratio" in numbers:
         of_pressure = known["p_max"] / numbers["p_max"]
@@ -128,74 +130,41 @@ def _derived_errors(own: Solved, fine: Measured, known: Numbers) -> dict[str, fl
     return errors
 
 
-def _change_with_friction(solved: Solved, error: float) -> float:
-    """Return by how much the shakedown limit may change with an error of utilised friction."""
-    if not np.isfinite(error):
-        return np.nan
-    least = max(solved.numbers["utilised_friction"] - error, 0.0)
-    limits = shakedown_limit([least, least + 2 * error], aspect_of(solved.solution.contact))
-    return float(np.max(np.abs(limits - solved.numbers["shakedown_limit"])))
-
-
-def _change_with_aspect(solved: Solved) -> float:
-    """Return the largest change of the shakedown limit by the accuracy of edges, as a share of it."""
-    if "shakedown_limit" not in solved.numbers:
-        return 0.0
-    contact = solved.solution.contact
-    share = float(np.linalg.norm(list(readings(main_patch(contact)).values())))
-    aspects = [nearest_aspect(aspect_of(contact) * factor) for factor in (1 + share, 1 / (1 + share))]
-    utilised, limit = (solved.numbers[name] for name in ("utilised_friction", "shakedown_limit"))
-    return max(abs(float(shakedown_limit(utilised, aspect)) / limit - 1) for aspect in aspects)
-
-
-def _measured(solved: Solved) -> Measured:
+def _measure(solution: RollingSolution, numbers: Numbers) -> Measured:
     """Return the numbers and the forces of a contact, with their scales and floors."""
-    solution, numbers = solved.solution, solved.numbers
     contact, area = solution.contact, solution.problem.problem.grid.area
     F_x, F_s = (float(np.sum(contact.p[..., direction])) * area for direction in (X, S))
     friction_limit = float(np.sum(contact.problem.bound(contact.p[..., N]))) * area
     load = float(np.sum(contact.p[..., N])) * area
-    missed = _missed_share(solution)
-    scales = {
-        "work": _scale(contact.largest_work),
-        "longitudinal": Scale(friction_limit, load),
-        "lateral": Scale(friction_limit, load),
-        **_creepage_scales(solution, friction_limit, F_x),
-        **_wear_scales(solved, missed),
-    }
+    largest = contact.largest_work  # that of full sliding
+    missed = solution.problem.missed_work(solution.rolling) / largest if largest > 0 else 0.0
+
+    creepages = solution.rolling.creepages
+    moved = abs(friction_limit / solution.slope)  # an uncertain force moves the creepage along its curve
+    others = np.hypot(creepages.longitudinal, creepages.lateral) * friction_limit
+    sizes = {"work": largest, "xi": moved, "t_gamma": abs(F_x) * moved + others}
+    own = float(np.sum(contact.dissipation)) * contact.problem.grid.area
+    nothing = 0.0 if missed <= ROUNDING else np.nan
+    whole = largest / own if own > 0 else nothing  # worn depths are in proportion to the work
+    sizes |= {name: abs(number) * whole for name, number in numbers.items() if name not in (*KINDS, *FOLLOW)}
+    scales = {name: Scale(size, size) for name, size in sizes.items()}
+    scales |= {"longitudinal": Scale(friction_limit, load), "lateral": Scale(friction_limit, load)}
+
     state_floors = floors(contact.slip_state)
-    other_floors = {"work": max(state_floors["work"], missed), "aspect": _change_with_aspect(solved)}
+    other_floors = {
+        "work": max(state_floors["work"], missed),
+        "aspect": _change_with_aspect(contact, numbers),
+    }
     contact_numbers = {"F_x": F_x, "F_s": F_s, "approach": contact.approach}
     exact = ("F_x",) if np.isfinite(solution.slope) else ()  # prescribed
     return Measured({**numbers, **contact_numbers}, scales, state_floors | other_floors, exact)
 
 
-def _scale(size: float) -> Scale:
-    return Scale(size, size)
-
-
-def _creepage_scales(solution: RollingSolution, friction_limit: float, F_x: float) -> dict[str, Scale]:
-    """Return the scales of creepage and T-gamma: an uncertain force moves the creepage along its curve."""
-    creepages = solution.rolling.creepages
-    moved = abs(friction_limit / solution.slope)
-    others = np.hypot(creepages.longitudinal, creepages.lateral) * friction_limit
-    return {"xi": _scale(moved), "t_gamma": _scale(abs(F_x) * moved + others)}
-
-
-def _wear_scales(solved: Solved, missed: float) -> dict[str, Scale]:
-    """Return the scales of worn depths: they are in proportion to the work, at most that of full sliding."""
-    contact = solved.solution.contact
-    own = float(np.sum(contact.dissipation)) * contact.problem.grid.area
-    nothing = 0.0 if missed <= ROUNDING else np.nan
-    whole = contact.largest_work / own if own > 0 else nothing
-    return {
-        name: _scale(abs(number) * whole)
-        for name, number in solved.numbers.items()
-        if name not in (*KINDS, *FOLLOW)
-    }
-
-
-def _missed_share(solution: RollingSolution) -> float:
-    """Return the work that the slip misses, over that of full sliding."""
-    largest = solution.contact.largest_work
-    return solution.problem.missed_work(solution.rolling) / largest if largest > 0 else 0.0
+def _change_with_aspect(contact: FrictionalContact, numbers: Numbers) -> float:
+    """Return the largest change of the shakedown limit by the accuracy of edges, as a share of it."""
+    if "shakedown_limit" not in numbers:
+        return 0.0
+    share = float(np.linalg.norm(list(readings(main_patch(contact)).values())))
+    aspects = [nearest_aspect(patch_aspect(contact) * factor) for factor in (1 + share, 1 / (1 + share))]
+    limits = [float(shakedown_limit(numbers["utilised_friction"], aspect)) for aspect in aspects]
+    return max(abs(limit / numbers["shakedown_limit"] - 1) for limit in limits)

@@ -1,4 +1,4 @@
-"""Shakedown, T-gamma, and indices of rolling contact fatigue of a contact.
+"""Shakedown, T-gamma, and the index of surface fatigue of a contact.
 
 **Shakedown map**: the largest Hertz pressure over the yield stress in shear, by utilised friction. Beyond the
 limit each passage shears the surface or a layer under it a little further (ratchetting); below it residual
@@ -12,7 +12,7 @@ is that of residual stresses without the shear tau_xz parallel to the surface, o
 - Lines: they cannot have such a shear, so this is the limit (Johnson 1985, Contact Mechanics, section 9.2;
   Johnson and Jefferis 1963): 4.00 without friction.
 - Ellipses whose track stays where it is may have one, which what lies beside the track balances: the limit
-  here is a lower bound. `largest_limit` is an upper bound: a shear halves its range over x at best. Without
+  here is a lower bound. A shear halves its range over x at best, which gives an upper bound. Without
   friction both are the same, 4.68 for circles (Ponter, Hearle and Johnson 1985, Journal of the Mechanics and
   Physics of Solids 33, 339-362). For circles the other residual stresses reach the lower bound, to 1 %; for
   a/b = 2 those found reach 5.35 of 5.78 without friction, 4.45 of 4.46 at 0.2.
@@ -39,18 +39,16 @@ and the moment about the normal through the centre of pressure, friction takes p
 where the last is the work that pressures do on the distance of the surfaces (`femic.contact.rolling`).
 Engineers mostly count the first two (Pearce and Sherratt 1991, Wear 144, 343-351), or three.
 
-**Indices** follow from pressure, utilised friction and T-gamma. Surface and subsurface index are those of
-Ekberg, Kabo and Andersson (2002), Fatigue & Fracture of Engineering Materials & Structures 25, 899-909. In
-terms of load F_n and semi-axes a, b of a Hertz contact they are
+**Surface index**: that of Ekberg, Kabo and Andersson (2002), Fatigue & Fracture of Engineering Materials &
+Structures 25, 899-909, in terms of load F_n and semi-axes a, b of a Hertz contact
 
-    FI_surf = mu - 2 pi a b k / (3 F_n),   FI_sub = F_n / (4 pi a b) (1 + mu^2) + c_DV sigma_h,res,
+    FI_surf = mu - 2 pi a b k / (3 F_n),
 
-with mu the utilised friction, k the yield stress in shear. With p_0 = 3 F_n / (2 pi a b) these are mu - k/p_0
-and p_0/6 (1 + mu^2) + c_DV sigma_h,res, which is how they are computed here, so that contacts that are not
-Hertz's have them, too: by their largest pressure.
+with mu the utilised friction, k the yield stress in shear. With p_0 = 3 F_n / (2 pi a b) it is mu - k/p_0,
+which is how it is computed here, so that contacts that are not Hertz's have it, too: by their largest
+pressure.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -75,24 +73,7 @@ NODES = 24, 48  # radii and angles of the quadrature over half of an ellipse
 SHORTEST, LONGEST = 0.2, 5.0  # aspects a / b of ellipses; 0.2 is line contact to 1 %
 
 
-@dataclass(frozen=True)
-class Shakedown:
-    """A contact in the shakedown map: p_0/k, utilised friction, the limit of p_0/k there.
-
-    `load_factor` is the limit over p_0/k: below 1 a line contact ratchets, and others may.
-    """
-
-    pressure_ratio: float
-    utilised: float
-    limit: float
-
-    @property
-    def load_factor(self) -> float:
-        """How much larger pressures could be."""
-        return self.limit / self.pressure_ratio
-
-
-def aspect_of(contact: FrictionalContact) -> float:
+def patch_aspect(contact: FrictionalContact) -> float:
     """Return a/b of the main patch of a contact, within `SHORTEST` and `LONGEST`."""
     patch, grid = main_patch(contact), contact.problem.grid
     return nearest_aspect(float(np.ptp(patch.x) * grid.dx / (np.ptp(patch.s) * grid.ds)))
@@ -103,44 +84,35 @@ def nearest_aspect(aspect: float) -> float:
     return float(np.clip(aspect, SHORTEST, LONGEST))
 
 
-def shakedown(p_max: float, yield_shear: float, utilised: float, aspect: float = 1.0) -> Shakedown:
-    """Return a contact of a largest pressure [MPa] in the shakedown map.
+def utilised_friction(contact: FrictionalContact) -> float:
+    """Return tangential over normal force, |sum p_t| / sum p_n: the abscissa of the shakedown map.
 
-    `yield_shear` k [MPa] is the yield stress in shear, by Mises that in tension over sqrt 3; `aspect` is a/b,
-    half-length along x over half-width, 0: line contact. Raises WrongInput for values that are not positive.
+    Forces along x, s and n of each element are added as they are, so in conforming contacts they are not
+    those in global axes. It is not the share of the available friction (`utilised` of `femic shifts`), which
+    is this over the coefficient. Raises WrongInput without contact.
     """
-    require_positive("p_max", p_max)
-    require_positive("yield_shear", yield_shear)
-    return Shakedown(float(p_max / yield_shear), utilised, float(shakedown_limit(utilised, aspect)))
+    pressed = float(np.sum(contact.p[..., N]))
+    if pressed <= 0:
+        raise WrongInput("contact without pressure: there is no utilised friction; press the bodies together")
+    return float(np.linalg.norm(np.sum(contact.p[..., :N], axis=(0, 1)))) / pressed
 
 
 def shakedown_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:
     """Return the limit of p_0/k at utilised friction [-], of its shape; `aspect` a/b, 0: line contact.
 
-    Residual stresses have no shear parallel to the surface along x.
+    Residual stresses have no shear parallel to the surface along x. Raises WrongInput for negative friction,
+    and aspects beyond those of the map.
     """
-    return _limit(utilised, aspect, lambda shear: np.max(np.abs(shear)))
-
-
-def largest_limit(utilised: ArrayLike, aspect: float = 1.0) -> Array:
-    """Return the p_0/k beyond which no residual stress whatever prevents yield, as `shakedown_limit`."""
-    if aspect == LINE:
-        return shakedown_limit(utilised, aspect)
-    return _limit(utilised, aspect, lambda shear: np.max(np.ptp(shear, axis=0)) / 2)
-
-
-def _limit(utilised: ArrayLike, aspect: float, largest: Callable[[Array], float]) -> Array:
-    """Return the limit by the `largest` shear of stresses (x, z) that counts, and by that of the surface."""
-    mu = _frictions(utilised)
+    mu = _require_friction(utilised)
     if aspect != LINE and not SHORTEST <= aspect <= LONGEST:
         raise WrongInput(f"aspect = {aspect!r}: a/b from {SHORTEST} to {LONGEST}, or 0 for line contact")
-    normal, tangential = _shears(aspect)
-    below_the_surface = np.reshape([largest(normal + one * tangential) for one in mu.ravel()], mu.shape)
-    return np.asarray(1 / np.maximum(below_the_surface, mu))
+    normal, tangential = shears_below(aspect)
+    largest = np.reshape([np.max(np.abs(normal + one * tangential)) for one in mu.ravel()], mu.shape)
+    return np.asarray(1 / np.maximum(largest, mu))
 
 
 @lru_cache(maxsize=32)
-def _shears(aspect: float) -> tuple[Array, Array]:
+def shears_below(aspect: float) -> tuple[Array, Array]:
     """Return tau_xz / p_0 by pressure, and by traction of p_0 = 1, on fine places below the surface."""
     x, z = np.linspace(-REACH, REACH, PLACES[0]), np.linspace(SHALLOWEST, DEEPEST, PLACES[1])
     fields = (
@@ -234,27 +206,21 @@ def t_gamma(problem: RollingProblem, rolling: RollingContact) -> TGamma:
     mean_x, mean_s, w_x, w_s = (
         float(np.average(values, weights=pressed)) for values in (x, s, w[..., 0], w[..., 1])
     )
-    turning = np.stack([mean_s - s, x - mean_x], axis=-1)
-    omega = _slope(w - [w_x, w_s], turning, pressed)
+    rest, turning = w - [w_x, w_s], np.stack([mean_s - s, x - mean_x], axis=-1)
+    square = float(np.sum(pressed * np.sum(turning**2, axis=-1)))
+    omega = float(np.sum(pressed * np.sum(rest * turning, axis=-1))) / square if square > 0 else 0.0
     parts = {
         "longitudinal": np.multiply(np.ones_like(w), [w_x, 0.0]),
         "lateral": np.multiply(np.ones_like(w), [0.0, w_s]),
         "spin": omega * turning,
-        "conformity": w - [w_x, w_s] - omega * turning,
+        "conformity": rest - omega * turning,
     }
     works = {name: -float(np.sum(p[..., :N] * part)) * grid.area for name, part in parts.items()}
     by_pressures = problem.power(rolling) - problem.climbing(rolling) - sum(works.values())
     return TGamma(**works, pressures=by_pressures, creepages=(-w_x, w_s), spin_rate=omega)
 
 
-def _slope(values: Array, direction: Array, weights: Array) -> float:
-    """Return the factor by which a field (n_x, n_s, 2) is nearest to weighted values of this shape."""
-    square = float(np.sum(weights * np.sum(direction**2, axis=-1)))
-    product = float(np.sum(weights * np.sum(values * direction, axis=-1)))
-    return product / square if square > 0 else 0.0
-
-
-# --- indices of rolling contact fatigue ---
+# --- surface index ---
 
 
 def surface_index(p_max: ArrayLike, utilised: ArrayLike, yield_shear: float) -> Array:
@@ -262,90 +228,17 @@ def surface_index(p_max: ArrayLike, utilised: ArrayLike, yield_shear: float) -> 
 
     Above 0 the surface is beyond its shakedown limit and cracks start by ratchetting. `yield_shear` k [MPa]
     is that of the hardened surface. Limits: full slip; Hertz pressure; where utilised friction is below about
-    0.3, shakedown is lost below the surface first (`shakedown`), which this index does not see.
+    0.3, shakedown is lost below the surface first (`shakedown_limit`), which this index does not see.
     """
     require_positive("yield_shear", yield_shear)
-    p, mu = _pressures(p_max), _frictions(utilised)
-    return np.asarray(mu - yield_shear / p)
-
-
-@dataclass(frozen=True)
-class Subsurface:
-    """What the subsurface index needs of a material.
-
-    `hydrostatic` c_DV [-] weighs hydrostatic stress, 1/3 by default as in `femic.damage.dang_van`; `residual`
-    [MPa] is the hydrostatic residual stress, positive in tension.
-    """
-
-    hydrostatic: float = 1 / 3
-    residual: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (self.hydrostatic >= 0 and np.isfinite(self.hydrostatic)):
-            raise WrongInput(f"hydrostatic = {self.hydrostatic!r}: must be zero or positive, and finite")
-        if not np.isfinite(self.residual):
-            raise WrongInput(f"residual = {self.residual!r}: must be finite [MPa]")
-
-
-def subsurface_index(p_max: ArrayLike, utilised: ArrayLike, material: Subsurface) -> Array:
-    """Return FI_sub [MPa] at largest pressures [MPa] and utilised friction, of their joint shape.
-
-    By its authors an approximation of the largest equivalent stress of Dang Van below a Hertz contact; how
-    good it is has not been checked here. Fatigue is to be expected where it exceeds the fatigue limit in
-    shear of the steel with its defects. Where stresses are known, `femic.damage.dang_van` gives the
-    equivalent stress.
-    """
-    p, mu = _pressures(p_max), _frictions(utilised)
-    return np.asarray(p / 6 * (1 + mu**2) + material.hydrostatic * material.residual)
-
-
-@dataclass(frozen=True)
-class RailDamage:
-    """Damage of a rail by rolling contact fatigue per passage of an axle, as a function of T-gamma.
-
-    By Burstow (2004), Whole Life Rail Model application and development: continued development of an RCF
-    damage parameter, RSSB; from memory, so verify. Damage is 0 up to `onset` [N], rises linearly to `largest`
-    [1/passage] at `peak` [N], and falls linearly to 0 at `balance` [N], where wear takes off what cracks
-    grow; it goes on below 0, where wear removes earlier damage. At a sum of 1 cracks are visible: 100 000
-    axles at the peak.
-
-    Limits: rail grade 220/260 in British curves, T-gamma of longitudinal and lateral creepage, counted where
-    the longitudinal force on the rail points against the rolling direction; not for wheels.
-    """
-
-    onset: float = 15.0
-    peak: float = 65.0
-    balance: float = 175.0
-    largest: float = 1e-5
-
-    def __post_init__(self) -> None:
-        for name in ("onset", "peak", "balance", "largest"):
-            require_positive(name, getattr(self, name))
-        if not self.onset < self.peak < self.balance:
-            raise WrongInput(
-                f"onset, peak, balance = {self.onset:g}, {self.peak:g}, {self.balance:g} N: must grow"
-            )
-
-    def per_passage(self, t_gamma: ArrayLike) -> Array:
-        """Return the damage per passage [-] at T-gamma [N], shape of these."""
-        t = np.asarray(t_gamma, dtype=float)
-        if not np.all(t >= 0):
-            raise WrongInput(f"t_gamma = {t_gamma!r}: must be zero or positive [N]; take the size of shares")
-        rising = (t - self.onset) / (self.peak - self.onset)
-        falling = (self.balance - t) / (self.balance - self.peak)
-        return np.asarray(self.largest * np.where(t < self.peak, np.maximum(rising, 0.0), falling))
-
-
-def _pressures(p_max: ArrayLike) -> Array:
-    """Return pressures as an array; raises WrongInput unless they are positive."""
     p = np.asarray(p_max, dtype=float)
     if not (np.all(p > 0) and np.all(np.isfinite(p))):
         raise WrongInput(f"p_max = {p_max!r}: must be positive and finite [MPa]")
-    return p
+    return np.asarray(_require_friction(utilised) - yield_shear / p)
 
 
-def _frictions(utilised: ArrayLike) -> Array:
-    """Return utilised friction as an array; raises WrongInput unless it is zero or positive."""
+def _require_friction(utilised: ArrayLike) -> Array:
+    """Return utilised friction as an array; raise WrongInput unless it is zero or positive."""
     mu = np.asarray(utilised, dtype=float)
     if not (np.all(mu >= 0) and np.all(np.isfinite(mu))):
         raise WrongInput(f"utilised = {utilised!r}: friction must be zero or positive, and finite")

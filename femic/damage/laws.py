@@ -1,15 +1,26 @@
-"""Local wear laws: how deep a surface is worn on an element, per rolled distance while the contact is there.
+"""Where a contact slides, and local wear laws: how deep a surface is worn on an element, per rolled distance.
 
-Each law is a class of coefficients with one function, `rate`, of a `Sliding`: the depth [mm] over the rolled
-distance [mm], (n_x, n_s). It is that of one surface; the other one has coefficients of its own. Coefficients
-were measured dry, in laboratories, on few pairs of steels: on lubricated or wet track wear is several times
-less, and laws of different sources differ by ten where all are mild (docs/theory/wear-and-fatigue.md).
+Per unit of rolled distance friction takes q = -p_t . s from each unit of area, s the slip per unit of rolled
+distance: N/mm^2, or J per metre rolled and mm^2. With the rolling speed V in m/s, q V is the friction power
+density in W/mm^2. The sum of q over the contact is the work of friction per rolled distance, in N or J/m: the
+exact T-gamma.
 
-Coefficients are keys of scene files, too, in tables that are made from these declarations.
+A law has one function, `rate`, of a `Sliding`: the worn depth [mm] over the rolled distance [mm], (n_x, n_s).
+A particle of either surface passes all elements of its strip, each in the rolled distance dx, so where laws
+are the same a contact wears the same `depth` off both surfaces: the sum over x of rate dx. It is the depth
+that the rail loses by one passage of a wheel, and the wheel in one revolution, since each place of its
+circumference passes once. The rail loses it over all of the rolled length; per metre rolled a wheel loses
+depth / (2 pi R(s)). Volumes per rolled distance are the same for both. Particles of the wheel pass in 1 + xi
+times the distance; this is left out.
+
+Coefficients were measured dry, in laboratories, on few pairs of steels: on lubricated or wet track wear is
+several times less, and laws of different sources differ by ten where all are mild
+(docs/theory/wear-and-fatigue.md). They are keys of scene files, too, in tables that are made from these
+declarations: nothing here imports contacts.
 """
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -18,21 +29,85 @@ from femic.contact.exact.hertz import require_positive
 from femic.key_types import Amount, TwoOf
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-
-if TYPE_CHECKING:  # scenes have coefficients: neither they nor their digests depend on contacts for that
-    from femic.damage.wear import Sliding
+from geometries.patches import Grid
 
 Density = Annotated[Amount, Field(description="density of the worn material [kg/m^3]")]
 STEEL_DENSITY = 7850.0  # kg/m^3, which is µg/mm^3
 PER_METRE = 1e-3  # mm per m
 
 
+@dataclass(frozen=True, eq=False)
+class Sliding:
+    """Pressures [MPa], (n_x, n_s), tangential tractions [MPa] and slip [-], (n_x, n_s, 2), of a contact.
+
+    Slip is that of the upper over the lower surface per unit of rolled distance; `speed` [m/s] is the rolling
+    speed. Raises WrongInput for a speed that is not positive, and for other shapes.
+    """
+
+    grid: Grid
+    pressure: Array
+    traction: Array
+    slip: Array
+    speed: float
+
+    def __post_init__(self) -> None:
+        require_positive("speed", self.speed)
+        elements = self.grid.n_x, self.grid.n_s
+        expected = {"pressure": elements, "traction": (*elements, 2), "slip": (*elements, 2)}
+        for name, shape in expected.items():
+            if np.shape(getattr(self, name)) != shape:
+                raise WrongInput(
+                    f"{name}: shape {np.shape(getattr(self, name))}, but the grid needs {shape}; give one "
+                    "value per element"
+                )
+
+    @property
+    def work(self) -> Array:
+        """Work of friction per area and rolled distance [N/mm^2], (n_x, n_s).
+
+        Tractions of leading edges follow those behind them: the work of a few elements there, which the
+        solver leaves negative, is 0.
+        """
+        return np.maximum(-np.sum(self.traction * self.slip, axis=-1), 0.0)
+
+    @property
+    def power_density(self) -> Array:
+        """Friction power density [W/mm^2], (n_x, n_s)."""
+        return self.speed * self.work
+
+    @property
+    def velocity(self) -> Array:
+        """Size of the sliding velocity [m/s], (n_x, n_s)."""
+        return np.asarray(self.speed * np.linalg.norm(self.slip, axis=-1))
+
+    @property
+    def total_work(self) -> float:
+        """Work of friction per rolled distance [N], which is J/m."""
+        return float(np.sum(self.work) * self.grid.area)
+
+
 class WearLaw(Protocol):
     """A local wear law."""
 
-    def rate(self, sliding: "Sliding") -> Array:
+    def rate(self, sliding: Sliding) -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         ...
+
+
+def depth(sliding: Sliding, law: WearLaw) -> Array:
+    """Return the depth [mm] that strips lose per passage (rail) or revolution (wheel), shape (n_s,)."""
+    return np.asarray(np.sum(law.rate(sliding), axis=0) * sliding.grid.dx)
+
+
+def regime_shares(sliding: Sliding, limits: tuple[float, float]) -> Array:
+    """Return the shares of the work of friction below, between and beyond two values of it [N/mm^2], (3,).
+
+    Their sum is 1, without work 0. They say how much of a result depends on the coefficient of which regime.
+    """
+    regime = np.digitize(sliding.work, limits)
+    work = np.bincount(regime.ravel(), sliding.work.ravel(), len(limits) + 1)
+    total = float(work.sum())
+    return np.asarray(work / total if total > 0 else work)
 
 
 @dataclass(frozen=True)
@@ -63,7 +138,7 @@ class EnergyLaw:
     def __post_init__(self) -> None:
         _require_positive(self)
 
-    def rate(self, sliding: "Sliding") -> Array:
+    def rate(self, sliding: Sliding) -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         coefficient = np.where(sliding.power_density < self.transition, self.mild, self.severe)
         return coefficient * sliding.work / self.density * PER_METRE
@@ -76,8 +151,8 @@ class TwinDiscLaw:
     By Lewis and Dwyer-Joyce (2004), Journal of Engineering Tribology 218, 467-478, and Braghin, Lewis,
     Dwyer-Joyce and Bruni (2006), Wear 261, 1253-1264: twin discs of wheel steel R8T on rail steel 900A. With
     T = T-gamma/A [N/mm^2] the worn mass per rolled distance and area [µg/m/mm^2] is `mild` T below the
-    first of `transitions`, `severe` up to the second, and rises by `catastrophic` times T from there on. The
-    British Rail function of T-gamma has the same three regimes (`wear.SectionLoss`). `density` [kg/m^3].
+    first of `transitions`, `severe` up to the second, and rises by `catastrophic` times T from there on.
+    `density` [kg/m^3].
 
     At the first transition the source jumps, from 55.1 to 55.0. Beyond the second one published forms differ:
     slope times T less a constant, which is printed so that it either goes on from 55 or falls to 0, or
@@ -112,7 +187,7 @@ class TwinDiscLaw:
             t < self.transitions[0], self.mild * t, np.where(t <= self.transitions[1], self.severe, beyond)
         )
 
-    def rate(self, sliding: "Sliding") -> Array:
+    def rate(self, sliding: Sliding) -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         return self.mass(sliding.work) / self.density * PER_METRE
 
@@ -158,7 +233,7 @@ class ArchardMap:
         )
         return np.where(pressure > self.pressure_share * self.hardness, self.seizure, by_velocity)
 
-    def rate(self, sliding: "Sliding") -> Array:
+    def rate(self, sliding: Sliding) -> Array:
         """Return the worn depth per rolled distance [mm/mm], shape (n_x, n_s)."""
         k = self.coefficient(sliding.velocity, sliding.pressure)
         return np.asarray(k * sliding.pressure * np.linalg.norm(sliding.slip, axis=-1) / self.hardness)
@@ -168,11 +243,8 @@ def _require_positive(law: Any) -> None:
     """Raise WrongInput for a coefficient of a law that is not positive."""
     for field in fields(law):
         value = getattr(law, field.name)
-        if isinstance(value, tuple):
-            for one in value:
-                require_positive(field.name, one)
-        else:
-            require_positive(field.name, value)
+        for one in value if isinstance(value, tuple) else (value,):
+            require_positive(field.name, one)
 
 
 def _require_growing(name: str, limits: tuple[float, float]) -> None:

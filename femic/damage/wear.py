@@ -1,97 +1,84 @@
-"""Where a rolling contact slides, the work of friction there, and depths and volumes of wear.
+"""Wear of a rolling contact: where it slides, and how its gap grows as both surfaces wear.
 
-Per unit of rolled distance friction takes q = -p_t . s from each unit of area, s the slip per unit of rolled
-distance: N/mm^2, or J per metre rolled and mm^2. With the rolling speed V in m/s, q V is the friction power
-density in W/mm^2. The sum of q over the contact is the work of friction per rolled distance, in N or J/m: the
-exact T-gamma.
+In each step the rolling contact is solved with the present gap, and both surfaces lose the depths of so many
+passages (`femic.damage.laws`): an explicit step. Along the lower surface's normals the gap grows by the sum
+of both depths, the same at all x, as an `extra_gap` of a scene does; the wheel's surface rises, so its
+rolling circles become smaller. Load, forces, ICs, and the bodies below their surfaces stay as they were;
+`turned` says how far surfaces have turned since.
 
-A particle of either surface passes all elements of its strip, each in the rolled distance dx, so a contact
-wears the same depth off both surfaces where laws are the same: the sum over x of rate dx. It is the depth
-that the rail loses by one passage of a wheel, and the wheel in one revolution, since each place of its
-circumference passes once. The rail loses it over all of the rolled length; per metre rolled a wheel loses
-depth / (2 pi R(s)). Volumes per rolled distance are the same for both. Particles of the wheel pass in 1 + xi
-times the distance; this is left out.
+Stability. A ripple of the gap from strip to strip changes pressures most: elements of constant pressure, +1
+and -1 in turn, on a half-space are displaced by +-8 G ds / (pi^2 E*), G Catalan's constant. Where pressure is
+larger, more is worn off: in a step the ripple is multiplied by
+
+    1 - f,  f = pi^2 E* / (8 G ds) (sum over x of rate / p) dx passages,
+
+with the sum of both bodies. So it vanishes in one step of f = 1, oscillates beyond, and grows beyond 2. Steps
+of f > `LARGEST_FACTOR` are refused, and WrongInput says how many passages are possible. E* is taken from the
+ICs of half-spaces of an element. Where wheels run at scattered places, depths are averages along s with a
+normal distribution of the standard deviation `spread`; a wave of the gap, of the stiffness E* kappa / 2, then
+takes part by exp(-(kappa spread)^2 / 2) only, and the largest stiffness is E* / (2 spread e^1/2) at most: so
+steps may be larger, too.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+import scipy
 
-from femic.contact.exact.hertz import require_positive
 from femic.contact.friction.motion import SteadyRolling
 from femic.contact.frictional import FrictionalContact
-from femic.damage.laws import WearLaw
+from femic.contact.loading import Loading
+from femic.contact.rolling import RollingContact, RollingProblem
+from femic.damage.estimates import RollingSolution
+from femic.damage.laws import Sliding, WearLaw, depth
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.patches import Grid, N
+from geometries.patches import N
 
-# --- where the contact slides ---
+CATALAN = 0.915965594177219
+LARGEST_FACTOR = 1.0  # of a step: ripples do not change sign
+REACH = 4.0  # standard deviations of the average along s
+
+
+class UnstableSteps(WrongInput):
+    """Steps of wear so large that ripples of the gap oscillate."""
+
+
+@dataclass(frozen=True)
+class WearSteps:
+    """So many steps of wear of both bodies by a law, at a rolling speed [m/s].
+
+    `passages` are those over the rail, and revolutions of the wheel, in one step, 0: none. `spread` [mm] is
+    the standard deviation of the places along s at which wheels run.
+    """
+
+    steps: int
+    passages: tuple[float, float]
+    law: WearLaw
+    speed: float
+    spread: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Sliding:
-    """Pressures [MPa], (n_x, n_s), tangential tractions [MPa] and slip [-], (n_x, n_s, 2), of a contact.
+class WornContact:
+    """A contact before its step of wear, with the depths [mm] worn off both bodies before and in this step.
 
-    Slip is that of the upper over the lower surface per unit of rolled distance; `speed` [m/s] is the rolling
-    speed. Raises WrongInput for a speed that is not positive, and for other shapes.
+    `depths` and `worn` have the lower body first, (2, n_s).
     """
 
-    grid: Grid
-    pressure: Array
-    traction: Array
-    slip: Array
-    speed: float
-
-    def __post_init__(self) -> None:
-        require_positive("speed", self.speed)
-        elements = self.grid.n_x, self.grid.n_s
-        expected = {"pressure": elements, "traction": (*elements, 2), "slip": (*elements, 2)}
-        for name, shape in expected.items():
-            if np.shape(getattr(self, name)) != shape:
-                raise WrongInput(
-                    f"{name}: shape {np.shape(getattr(self, name))}, but the grid needs {shape}; give one "
-                    "value per element"
-                )
+    rolling: RollingContact
+    sliding: Sliding
+    depths: Array
+    worn: Array
 
     @property
-    def signed_work(self) -> Array:
-        """Work of friction per area and rolled distance [N/mm^2], (n_x, n_s), as the solver left it.
-
-        Tractions of leading edges follow those behind them, so a few elements there may have a negative one.
-        """
-        return np.asarray(-np.sum(self.traction * self.slip, axis=-1))
-
-    @property
-    def work(self) -> Array:
-        """Work of friction per area and rolled distance [N/mm^2], (n_x, n_s); nowhere negative."""
-        return np.maximum(self.signed_work, 0.0)
-
-    @property
-    def power_density(self) -> Array:
-        """Friction power density [W/mm^2], (n_x, n_s)."""
-        return self.speed * self.work
-
-    @property
-    def velocity(self) -> Array:
-        """Size of the sliding velocity [m/s], (n_x, n_s)."""
-        return np.asarray(self.speed * np.linalg.norm(self.slip, axis=-1))
-
-    @property
-    def total_work(self) -> float:
-        """Work of friction per rolled distance [N], which is J/m."""
-        return float(np.sum(self.work) * self.grid.area)
-
-    @property
-    def energy(self) -> Array:
-        """Energy per area [N/mm], which is mJ/mm^2, that a passage of the contact leaves on strips, (n_s,).
-
-        Both surfaces share it: particles run through all elements of their strip.
-        """
-        return np.asarray(np.sum(self.work, axis=0) * self.grid.dx)
+    def turned(self) -> float:
+        """The largest change of a surface's inclination, -d(depth)/ds [rad]."""
+        return float(np.max(np.abs(np.gradient(self.depths, self.sliding.grid.ds, axis=1))))
 
 
-def sliding_of(contact: FrictionalContact, speed: float) -> Sliding:
+def find_sliding(contact: FrictionalContact, speed: float) -> Sliding:
     """Return where a contact in rolling, steady or in a step, slides at a rolling speed [m/s].
 
     Raises WrongInput for contacts that only shift: their slip is a length.
@@ -104,100 +91,76 @@ def sliding_of(contact: FrictionalContact, speed: float) -> Sliding:
     return Sliding(contact.problem.grid, contact.p[..., N], contact.p[..., :N], contact.slip, speed)
 
 
-def utilised_friction(contact: FrictionalContact) -> float:
-    """Return tangential over normal force, |sum p_t| / sum p_n: the abscissa of the shakedown map.
+def wear_contact(solution: RollingSolution, steps: WearSteps) -> Iterator[WornContact]:
+    """Yield a contact for each step of wear, then one more, which wears no further: the worn contact.
 
-    Forces along x, s and n of each element are added as they are, so in conforming contacts they are not
-    those in global axes. It is not the share of the available friction (`utilised` of `femic shifts`), which
-    is this over the coefficient. Raises WrongInput without contact.
+    Load and longitudinal force stay, or the creepages where these are prescribed. Raises as
+    `RollingProblem.contact`, and UnstableSteps for passages per step that would not be stable.
     """
-    pressed = float(np.sum(contact.p[..., N]))
-    if pressed <= 0:
-        raise WrongInput("contact without pressure: there is no utilised friction; press the bodies together")
-    return float(np.linalg.norm(np.sum(contact.p[..., :N], axis=(0, 1)))) / pressed
+    creepages, start = solution.rolling.creepages, None
+    forces = {} if np.isinf(solution.slope) else {"longitudinal": float(solution.contact.force[0])}
+    depths = np.zeros((2, len(solution.problem.rolling.s)))
+    for number in range(steps.steps + 1):
+        problem = worn_problem(solution.problem, depths)
+        rolling = problem.contact(creepages, Loading(solution.load), forces=forces, start=start)
+        sliding = find_sliding(rolling.contact, steps.speed)
+        worn = np.zeros_like(depths)
+        if number < steps.steps:
+            if (factor := ripple_factor(rolling.contact, sliding, steps)) > LARGEST_FACTOR:
+                lower, upper = steps.passages
+                most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in steps.passages)
+                raise UnstableSteps(
+                    f"passages = {lower:g} (lower), {upper:g} (upper) per step: pressures oscillate from "
+                    f"strip to strip; take {most} at most and more steps, or a larger spread"
+                )
+            of_passage = _spread(depth(sliding, steps.law), steps.spread, sliding.grid.ds)
+            worn = np.outer(steps.passages, of_passage)
+        yield WornContact(rolling, sliding, depths, worn)
+        depths, creepages, start = depths + worn, rolling.creepages, rolling.contact
 
 
-# --- depths and volumes ---
-
-MM_PER_M = 1000.0
-
-
-def depth(sliding: Sliding, law: WearLaw) -> Array:
-    """Return the depth [mm] that strips lose per passage (rail) or revolution (wheel), shape (n_s,)."""
-    return np.asarray(np.sum(law.rate(sliding), axis=0) * sliding.grid.dx)
-
-
-def section_area(sliding: Sliding, law: WearLaw) -> float:
-    """Return the area of its section that a rail loses per passage, a wheel per revolution [mm^2].
-
-    It is also the worn volume per rolled distance [mm^3/mm], of rail or wheel.
-    """
-    return float(np.sum(depth(sliding, law)) * sliding.grid.ds)
+def worn_problem(problem: RollingProblem, depths: Array) -> RollingProblem:
+    """Return a rolling problem whose bodies have lost depths [mm], (2, n_s), the lower one first."""
+    frictional, rolling = problem.problem, problem.rolling
+    return replace(
+        problem,
+        problem=replace(frictional, distance=frictional.distance + np.sum(depths, axis=0)),
+        rolling=replace(rolling, height=rolling.height + depths[1] * np.cos(frictional.inclination)),
+    )
 
 
-def wheel_depth_per_metre(depths: ArrayLike, radii: ArrayLike) -> Array:
-    """Return the depth [mm] that a wheel loses per metre rolled, by that per revolution [mm], of their shape.
-
-    `radii` [mm] are those of its rolling circles, finite.
-    """
-    circles = np.asarray(radii, dtype=float)
-    if not (np.all(circles > 0) and np.all(np.isfinite(circles))):
+def _spread(depths: Array, spread: float, ds: float) -> Array:
+    """Return depths (n_s,) averaged along s; raises WrongInput where the average needs more strips."""
+    if spread == 0:
+        return depths
+    reach = strips_beside(spread, ds)
+    if np.any(depths[:reach]) or np.any(depths[len(depths) - reach :]):
         raise WrongInput(
-            f"radii = {radii!r}: circles of a wheel must be positive and finite; a prismatic body has no "
-            "revolutions"
+            f"damage.spread = {spread:g} mm: wear reaches the ends of the grid; {reach} strips are needed "
+            "beside the contact: take more strips, or a smaller spread"
         )
-    return np.asarray(MM_PER_M * np.asarray(depths, dtype=float) / (2 * np.pi * circles))
+    averaged = scipy.ndimage.gaussian_filter1d(depths, spread / ds, mode="constant", truncate=REACH)
+    return np.asarray(averaged)
 
 
-@dataclass(frozen=True)
-class SectionLoss:
-    """The British Rail function: area that a wheel's section loses per kilometre, by T-gamma as a whole.
-
-    By Pearce and Sherratt (1991), Wear 144, 343-351, with T-gamma in N, of longitudinal and lateral creepage,
-    and the wheel's diameter D in mm, the loss [mm^2/km] is `mild` T / D below the first of `transitions` [N],
-    `severe` / D between both, and (`catastrophic` T - `offset`) / D from the second one on. From memory of
-    secondary sources: verify the numbers. It is continuous at 100 N, and jumps at 200 N from 25 to 84 over D.
-
-    Limits: wheels of British vehicles of the 1980s, dry, measured over fleets; the whole contact, whatever
-    its area. In terms of energy its mild regime is pi/4 1e-3 mm^3/J.
-    """
-
-    mild: float = 0.25
-    severe: float = 25.0
-    catastrophic: float = 1.19
-    offset: float = 154.0
-    transitions: tuple[float, float] = (100.0, 200.0)
-
-    def __post_init__(self) -> None:
-        for name in ("mild", "severe", "catastrophic", "offset"):
-            require_positive(name, getattr(self, name))
-        if not 0 < self.transitions[0] < self.transitions[1]:
-            raise WrongInput(
-                f"transitions = {self.transitions!r}: two positive T-gamma, the smaller one first"
-            )
-
-    def per_kilometre(self, t_gamma: ArrayLike, diameter: float) -> Array:
-        """Return the loss of area [mm^2/km] at T-gamma [N], shape of these; `diameter` [mm] of the wheel."""
-        require_positive("diameter", diameter)
-        t = np.asarray(t_gamma, dtype=float)
-        if not np.all(t >= 0):
-            raise WrongInput(f"t_gamma = {t_gamma!r}: must be zero or positive [N]; take the size of shares")
-        beyond = self.catastrophic * t - self.offset
-        by_regime = np.select(
-            [t < self.transitions[0], t < self.transitions[1]], [self.mild * t, self.severe], beyond
-        )
-        return np.asarray(by_regime / diameter)
+def strips_beside(spread: float, ds: float) -> int:
+    """Return how many strips [mm] are needed on either side of a contact, over which wear is averaged."""
+    return int(REACH * spread / ds + 0.5)
 
 
-def regimes(sliding: Sliding, limits: tuple[float, ...]) -> Array:
-    """Return the share of the work of friction below, between and beyond power densities [W/mm^2], growing.
-
-    Shape (number of limits + 1,), sum 1; all 0 without work. It says how much of a result depends on the
-    coefficient of which regime.
-    """
-    if list(limits) != sorted(limits) or not all(limit > 0 for limit in limits):
-        raise WrongInput(f"limits = {limits!r}: positive power densities [W/mm^2], growing")
-    regime = np.digitize(sliding.power_density, limits)
-    work = np.bincount(regime.ravel(), sliding.work.ravel(), len(limits) + 1)
-    total = float(work.sum())
-    return np.asarray(work / total if total > 0 else work)
+def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps) -> float:
+    """Return the largest share f [-] by which a step takes a ripple or wave of the gap away, over strips."""
+    grid, problem = sliding.grid, contact.problem
+    unit = np.zeros((grid.n_x, grid.n_s, 3))
+    middle = grid.n_x // 2, grid.n_s // 2, N
+    unit[middle] = 1.0
+    a, b = grid.dx / 2, grid.ds / 2
+    of_rectangle = (
+        4 / np.pi * (b * np.arcsinh(a / b) + a * np.arcsinh(b / a))
+    )  # displacement in its middle, E*
+    modulus = of_rectangle / float(problem.flat(unit)[middle])
+    largest = 1 / (2 * steps.spread * np.exp(0.5)) if steps.spread > 0 else np.inf
+    stiffness = modulus * min(np.pi**2 / (8 * CATALAN * grid.ds), largest)  # MPa/mm
+    pressure = np.where(sliding.pressure > 0, sliding.pressure, np.inf)
+    per_pressure = sum(steps.passages) * np.sum(steps.law.rate(sliding) / pressure, axis=0)  # (n_s,)
+    return float(np.max(stiffness * grid.dx * per_pressure))

@@ -13,7 +13,7 @@ from femic.interface.options import DEFAULT, Options, in_turn
 from femic.interface.profiles import Profile
 from femic.results import wheelset as compute
 from femic.scenes.load import merged
-from femic.shifts.specification import specification_of
+from femic.shifts.specification import parse_specification
 from geometries.errors import WrongInput
 from geometries.profiles.profile import Kind
 
@@ -42,7 +42,7 @@ def compute_shifts(
     """
     profiles = {"rail": _table(rail, "rail"), "wheel": _table(wheel, "wheel")}
     table = plain(merged({"shifts": shifts, **profiles}, tables or {}))
-    return compute.compute_shifts(specification_of(table, NAME), tomlkit.dumps(table), options.run)
+    return compute.compute_shifts(parse_specification(table, NAME), tomlkit.dumps(table), options.run)
 
 
 def _table(profile: Profile, kind: Kind) -> dict[str, Any]:

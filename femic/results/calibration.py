@@ -1,6 +1,6 @@
 """Fit of effective properties to the C of a scene, and the scene file with them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,12 +42,21 @@ def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
     Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
     """
     require_calibration(scene)
-    results = compute(extended(scene), options)
+    results, calibration = compute(extended(scene), options), scene.calibration
     options.watch.on_stage("  fitting")
-    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
-    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
-    results = _with_fits(results, scene, fits)
-    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+    targets = {body: target_of(results, body) for body in calibration.bodies}
+    fits = {body: fit(target, calibration.properties) for body, target in targets.items()}
+    effective = {body: body_fit.effective for body, body_fit in fits.items()}
+    remaining = {name: scene.effective[name] for name in _remaining_bodies(scene, effective)}
+    calibrated = replace(
+        results.scene,
+        text=with_properties(scene, effective),
+        effective=remaining | effective,
+        curvature_apart=calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
+        variants=tuple(dict.fromkeys((*scene.variants, *COMPARED_VARIANTS, "Bhat_prime"))),
+    )
+    results = with_approximations(results, calibrated)
+    return Calibrated(replace(calibrated, lines=scene.lines), results, fits, targets)
 
 
 def extended(scene: Scene) -> Scene:
@@ -62,31 +71,25 @@ def extended(scene: Scene) -> Scene:
 
 
 def require_calibration(scene: Scene) -> None:
-    """Raise BadScene, before any computation, if the scene cannot be calibrated."""
+    """Raise BadScene, before any computation, if the scene cannot be calibrated.
+
+    Where all bodies are planes C is A: so components that vanish are found before C is computed.
+    """
     errors = list(calibration_misfits(scene))
     if not errors:
         shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
+        is_curved = any(
+            np.isfinite(body.rolling_radius)
+            or np.ptp(body.contour.inclination(np.linspace(*body.s_range, 99)))
+            for body in scene.bodies.values()
+        )
         try:
-            for body in scene.calibration.bodies:
-                target_from(scene, _a_on_planes(scene, np.ones(shape), body), body)
+            for name in scene.calibration.bodies:
+                ics = np.ones(shape)  # [mm/MPa]
+                target_from(scene, ics if is_curved else target_from(scene, ics, name).approximate("A"), name)
         except WrongInput as error:
             errors.append(f"calibration: {error}")
     require_none(scene.name, errors)
-
-
-def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
-    """Return ICs (n_components, n) [mm/MPa] as given, or A if all bodies are planes, because C is A there.
-
-    So components that vanish are found before C is computed.
-    """
-    solid_bodies = scene.bodies.values()
-    bent = any(
-        np.ptp(solid_body.contour.inclination(np.linspace(*solid_body.s_range, 99)))
-        for solid_body in solid_bodies
-    )
-    if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
-        return ics
-    return target_from(scene, ics, body).approximate("A")
 
 
 def target_of(results: Results, body: str) -> Target:
@@ -115,22 +118,6 @@ def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
 def unit_of(scene: Scene) -> float:
     """Return the factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
     return scene.reference_E * scene.reference_length / scene.patch.area
-
-
-def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
-    """Return the results with the fitted properties and new approximations."""
-    effective = {body: body_fit.effective for body, body_fit in fits.items()}
-    calibrated = replace(
-        results.scene,
-        text=with_properties(scene, effective),
-        effective={
-            **{name: scene.effective[name] for name in _remaining_bodies(scene, effective)},
-            **effective,
-        },
-        curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
-        variants=tuple(dict.fromkeys((*scene.variants, *COMPARED_VARIANTS, "Bhat_prime"))),
-    )
-    return with_approximations(results, calibrated)
 
 
 def _remaining_bodies(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
@@ -169,16 +156,40 @@ def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -
 
 
 def to_dataset(calibrated: Calibrated) -> xr.Dataset:
-    """Return the fits with covariances and residuals, and the fitted points, weights and ICs [mm/N]."""
-    scene, bodies = calibrated.scene, list(calibrated.fits)
-    first = calibrated.targets[bodies[0]]
-    names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
+    """Return the fits with covariances and residuals, and the fitted points, weights and ICs [mm/N].
+
+    `value`, `note` (body, parameter) and `covariance` are those of the parameters; `rms`, `worst` (body,
+    component) are residuals as shares of max |C|; `c`, its `estimate` and the `fitted` B-hat-prime (body,
+    component, point) are ICs.
+    """
+    scene, targets, fits = calibrated.scene, calibrated.targets, list(calibrated.fits.values())
+    first = next(iter(targets.values()))
+    names = [parameter.name for parameter in fits[0].parameters]
+    by_parameter, share = ("body", "parameter"), {"meaning": "share of max |C|"}
+    values, notes = (
+        [[getattr(parameter, key) for parameter in fit.parameters] for fit in fits]
+        for key in ("value", "note")
+    )
+    ics = {
+        "c": [target.ics for target in targets.values()],
+        "estimate": [target.error for target in targets.values()],
+        "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
+    }
     return xr.Dataset(
-        _fit_variables(list(calibrated.fits.values()))
-        | _target_variables(calibrated)
-        | {"weight": ("point", first.weights)},
+        {
+            "value": (by_parameter, values, {"units": "r_inf: mm, G: MPa"}),
+            "note": (by_parameter, notes),
+            "covariance": ((*by_parameter, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
+            "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
+            "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
+            **{
+                name: (("body", "component", "point"), np.stack(each) / scene.patch.area, {"units": "mm/N"})
+                for name, each in ics.items()
+            },
+            "weight": ("point", first.weights),
+        },
         coords={
-            "body": bodies,
+            "body": list(targets),
             "component": list(first.components),
             "parameter": names,
             "parameter_": names,
@@ -193,31 +204,3 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
             "versions": str(versions()),
         },
     )
-
-
-def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
-    """Return parameters of the fits of all bodies, their covariance, and residuals as shares of max |C|."""
-    dims, share = ("body", "parameter"), {"meaning": "share of max |C|"}
-    return {
-        "value": (
-            dims,
-            [[parameter.value for parameter in fit.parameters] for fit in fits],
-            {"units": "r_inf: mm, G: MPa"},
-        ),
-        "note": (dims, [[parameter.note for parameter in fit.parameters] for fit in fits]),
-        "covariance": ((*dims, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
-        "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
-        "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
-    }
-
-
-def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
-    """Return C at the fitted points, its estimate, and the fitted B-hat-prime [mm/N]."""
-    dims, units, area = ("body", "component", "point"), {"units": "mm/N"}, calibrated.scene.patch.area
-    targets = calibrated.targets
-    ics = {
-        "c": [target.ics for target in targets.values()],
-        "estimate": [target.error for target in targets.values()],
-        "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
-    }
-    return {name: (dims, np.stack(values) / area, units) for name, values in ics.items()}

@@ -4,9 +4,10 @@ The dataset has the numbers with their estimates, and pressures and gaps by plac
 """
 
 import json
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,12 +15,11 @@ import xarray as xr
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
 from femic.contact.finite_strain import finite_strain_share
-from femic.contact.loading import Loading, amount
+from femic.contact.loading import amount
 from femic.contact.pairs import ics as given_ics
 from femic.contact.pairs.feasibility import impossible, without_operator
 from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs
-from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
@@ -58,18 +58,12 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
             f"{scene.name}: contact.ics: {maps[0]}: maps of C have nn only, for contact without friction; "
             "use C"
         )
-    c_misfits = () if C in given else _c_misfits(scene)
+    misfits: list[str] = []
+    if C in specification.ics and C not in given:
+        misfits += [*single_load_misfits(scene), *matrix_engine_misfits(scene)]
+        misfits += () if specification.automatic else grid_misfits(scene)
     problem = scene.contact_problem
-    require_none(scene.name, [*c_misfits, *without_operator(problem, approximations), *impossible(problem)])
-
-
-def _c_misfits(scene: Scene) -> Iterator[str]:
-    """Yield misfits of the engine of C, and of the grid if the scene gives one."""
-    if C in scene.contact.ics:
-        yield from single_load_misfits(scene)
-        yield from matrix_engine_misfits(scene)
-        if not scene.contact.automatic:
-            yield from grid_misfits(scene)
+    require_none(scene.name, [*misfits, *without_operator(problem, approximations), *impossible(problem)])
 
 
 def map_names(ics: Sequence[str]) -> list[str]:
@@ -100,8 +94,6 @@ X = {"units": "mm", "long_name": "place along the direction of rolling"}
 S = {"units": "mm", "long_name": "arc length of the lower contour"}
 SECONDS = {"units": "s", "long_name": "time of the solution, without C"}
 INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
-NUMBERS = ("case", "ics")
-NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
 PREFIXES = {  # before the name of a quantity: what the variable is besides its meaning
     "": "",
     "estimate_": ": estimated error",
@@ -177,41 +169,73 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     `finite_strain_p_max` is by how much strains that are not small may change p_max
     (`femic.contact.finite_strain`), with all ICs alike: it is in no estimate.
     """
-    solution = results.solved
+    scene, solution, dims = results.scene, results.solved, ("case", "ics")
     solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
+    nothing = dict.fromkeys(OF_FRICTIONLESS, np.nan)
+
+    def by_contact(value: Callable[[SolvedContact], Any]) -> list[list[Any]]:
+        return [[value(contact) for contact in row] for row in solved]
+
+    def displaced(contact: SolvedContact) -> dict[str, float]:
+        other = contact.displaced
+        return numbers(other.on_grid, other.normal) if other else nothing
+
     tables = {
-        "": [[_numbers(contact.contact) for contact in row] for row in solved],
-        "estimate_": [[contact.estimated_errors() for contact in row] for row in solved],
-        "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
+        "": by_contact(lambda contact: numbers(contact.on_grid, contact.normal)),
+        "estimate_": by_contact(lambda contact: contact.estimated_errors()),
+        "displaced_": by_contact(displaced),
     }
+    by_load = solution.loadings[0].load is not None
+    name, unit = ("load", "N") if by_load else ("approach", "mm")
+    cases = [float(getattr(loading, name)) for loading in solution.loadings]
+    grids = [row[0].on_grid for row in solved]
+    mpa, mm = {"units": "MPa", "long_name": "pressure"}, {"units": "mm"}
+    gap = mm | {"long_name": "gap between the deformed bodies"}
+    fields = {
+        field: padded([np.stack([getattr(contact.normal, field) for contact in row]) for row in solved])
+        for field in ("p", "gap")
+    }
+    inclinations = [each.undeformed.lower.contour.inclination(each.grid.strips) for each in grids]
     dataset = xr.Dataset(
-        variables(OF_FRICTIONLESS, NUMBERS, tables),
-        coords={"case": _cases(solution.loadings), "ics": list(solution.ics)},
-        attrs=_attributes(results),
+        variables(OF_FRICTIONLESS, dims, tables)
+        | {
+            "iterations": xr.Variable(
+                dims,
+                by_contact(lambda contact: contact.normal.solution.iterations),
+                {"units": "1", "long_name": "iterations for the pressures"},
+            ),
+            "seconds": xr.Variable(dims, by_contact(lambda contact: contact.seconds), SECONDS),
+            "p": xr.Variable((*dims, "x", "s"), fields["p"], mpa),
+            "gap": xr.Variable((*dims, "x", "s"), fields["gap"], gap),
+            "inclination": xr.Variable(("case", "s"), padded(inclinations), INCLINATION),
+        },
+        coords={
+            "case": xr.Variable("case", cases, {"units": unit, "long_name": f"prescribed {name}"}),
+            "ics": list(solution.ics),
+            "x": xr.Variable(("case", "x"), padded([on_grid.x for on_grid in grids]), X),
+            "s": xr.Variable(("case", "s"), padded([on_grid.grid.strips for on_grid in grids]), S),
+        },
     )
-    dataset["finite_strain_p_max"] = _finite_strain(results, dataset.p_max)
-    iterations = [[contact.normal.solution.iterations for contact in row] for row in solved]
-    dataset["iterations"] = NUMBERS, iterations, {"units": "1", "long_name": "iterations for the pressures"}
-    dataset["seconds"] = NUMBERS, [[contact.seconds for contact in row] for row in solved], SECONDS
-    return dataset.assign_coords(_places(solved)).assign(_fields(solved))
-
-
-def _cases(loadings: Sequence[Loading]) -> xr.Variable:
-    """Return what is prescribed: loads [N] or approaches [mm]."""
-    name, unit = ("approach", "mm") if loadings[0].load is None else ("load", "N")
-    values = [float(getattr(loading, name)) for loading in loadings]
-    return xr.Variable("case", values, {"units": unit, "long_name": f"prescribed {name}"})
-
-
-def _finite_strain(results: ContactResults, p_max: xr.DataArray) -> xr.DataArray:
-    """Return by how much finite strains may change p_max [MPa], by case and ICs."""
-    softest = min(body.material.E for body in results.scene.bodies.values())
-    per_pressure = [
-        [finite_strain_share(1.0, softest, load_given=loading.load is not None).p_max]
-        for loading in results.solved.loadings
-    ]
-    meaning = "change of p_max by finite strains, at most"
-    return (p_max**2 * np.array(per_pressure)).assign_attrs(units="MPa", long_name=meaning)
+    softest = min(body.material.E for body in scene.bodies.values())
+    per_square = finite_strain_share(1.0, softest, load_given=by_load).p_max
+    dataset["finite_strain_p_max"] = (dataset.p_max**2 * per_square).assign_attrs(
+        units="MPa", long_name="change of p_max by finite strains, at most"
+    )
+    references = {
+        f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {
+            "estimate": c.estimate,
+            "asymmetry": c.asymmetry.share,
+            "smallest_eigenvalue": c.eigenvalue,
+            "seconds": c.seconds,
+        }
+        for grid, c in solution.references.items()
+    }
+    return dataset.assign_attrs(
+        title=f"Frictionless contact: {scene.title}",
+        meaning="pressures of the upper on the lower body along its normals; x, s of the lower surface",
+        references=json.dumps(references),
+        **provenance(scene, solution.seconds),
+    )
 
 
 def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float]]) -> xr.Dataset:
@@ -222,53 +246,6 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
     numbers_by_name = variables(OF_FRICTIONLESS, "supports", {"supported_": list(supports.values())})
     supported = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
     return dataset.merge(supported).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
-
-
-def _numbers(contact: PairContact | None) -> dict[str, float]:
-    """Return the numbers of a contact; NaN where there is none."""
-    return NONE if contact is None else numbers(contact.on_grid, contact.normal)
-
-
-def _places(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
-    """Return the places of elements of all cases [mm]."""
-    grids = [row[0].on_grid for row in solved]
-    return {
-        "x": xr.Variable(("case", "x"), padded([on_grid.x for on_grid in grids]), X),
-        "s": xr.Variable(("case", "s"), padded([on_grid.grid.strips for on_grid in grids]), S),
-    }
-
-
-def _fields(solved: Sequence[Sequence[SolvedContact]]) -> dict[str, xr.Variable]:
-    """Return pressures and gaps by case, ICs and place, and the inclination of the lower contour."""
-    grids, by_place = [row[0].on_grid for row in solved], ("case", "ics", "x", "s")
-    p, gap = (
-        padded([np.stack([getattr(contact.normal, name) for contact in row]) for row in solved])
-        for name in ("p", "gap")
-    )
-    inclinations = [each.undeformed.lower.contour.inclination(each.grid.strips) for each in grids]
-    return {
-        "p": xr.Variable(by_place, p, {"units": "MPa", "long_name": "pressure"}),
-        "gap": xr.Variable(by_place, gap, {"units": "mm", "long_name": "gap between the deformed bodies"}),
-        "inclination": xr.Variable(("case", "s"), padded(inclinations), INCLINATION),
-    }
-
-
-def _attributes(results: ContactResults) -> dict[str, str | float]:
-    references = {
-        f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {
-            "estimate": c.estimate,
-            "asymmetry": c.asymmetry.share,
-            "smallest_eigenvalue": c.eigenvalue,
-            "seconds": c.seconds,
-        }
-        for grid, c in results.solved.references.items()
-    }
-    return {
-        "title": f"Frictionless contact: {results.scene.title}",
-        "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
-        "references": json.dumps(references),
-        **provenance(results.scene, results.solved.seconds),
-    }
 
 
 def provenance(scene: Scene, seconds: float) -> dict[str, str | float]:

@@ -1,174 +1,179 @@
-"""Wear and fatigue of a rolling contact with some ICs.
+"""Wear and fatigue of a rolling contact with some ICs, as datasets.
 
 Numbers of one passage; and both surfaces after many passages, which wear step by step.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from femic.contact.frictional import FrictionalContact
-from femic.contact.loading import Loading
-from femic.damage.estimates import RollingSolution, Solved, estimated_errors
-from femic.damage.fatigue import aspect_of, shakedown, surface_index, t_gamma
-from femic.damage.specification import ENERGY, MOST_STEPS, NO_SPEED, DamageSpecification
-from femic.damage.wear import depth, regimes, sliding_of, utilised_friction
-from femic.damage.worn import BodyWear, Operation, UnstableSteps, WearSteps, WornContact, worn_contacts
-from femic.results.stressed_contact import EstimatedRolling
-from geometries.arrays import Array
+from femic.contact.estimates import Numbers
+from femic.damage.estimates import RollingSolution, estimate_errors
+from femic.damage.fatigue import patch_aspect, shakedown_limit, surface_index, t_gamma, utilised_friction
+from femic.damage.laws import depth, regime_shares
+from femic.damage.specification import ENERGY, MOST_STEPS, DamageSpecification
+from femic.damage.wear import UnstableSteps, WearSteps, WornContact, find_sliding, wear_contact
+from femic.results.contact import PREFIXES
 from geometries.errors import WrongInput
 from geometries.patches import N
 
-REGIMES = "mild", "severe", "catastrophic"
+
+@dataclass(frozen=True)
+class Number:
+    """A number: its symbol, its unit, and what it is."""
+
+    symbol: str
+    unit: str
+    meaning: str
+
+    @property
+    def title(self) -> str:
+        """The symbol, and the unit in brackets."""
+        return self.symbol if self.unit == "1" else f"{self.symbol} [{self.unit}]"
 
 
-# --- one passage ----------------------------------------------------------------------------------------
+OF_DAMAGE = {
+    "xi": Number("ξ", "1", "longitudinal creepage"),
+    "p_max": Number("p_max", "MPa", "largest pressure"),
+    "work": Number("W", "J/m", "work of friction per rolled distance"),
+    "t_gamma": Number("Tγ", "N", "forces times creepages"),
+    "t_gamma_with_spin": Number("Tγ + Mω", "N", "forces times creepages, with spin"),
+    "utilised_friction": Number("μ_used", "1", "tangential over normal force"),
+    "largest_depth_energy": Number("depth, energy", "nm", "largest depth worn per passage, by energy"),
+    "largest_depth_twin_disc": Number(
+        "depth, BRR", "nm", "largest depth worn per passage, by T-gamma over area"
+    ),
+    "largest_depth_Archard": Number("depth, Archard", "nm", "largest depth worn per passage, by Archard"),
+    "pressure_ratio": Number("p_max/k", "1", "largest pressure over the yield stress in shear"),
+    "shakedown_limit": Number(
+        "limit", "1", "limit of p_max/k in the shakedown map, without residual shear along x"
+    ),
+    "load_factor": Number("limit/(p_max/k)", "1", "below 1 the contact may ratchet"),
+    "surface_index": Number("FI_surf", "1", "index of surface fatigue; above 0 cracks start"),
+}
+REGIMES = ["mild", "severe", "catastrophic"]
+NANO, MICRO = 1e6, 1e3  # nm and µm per mm
 
 
-@dataclass(frozen=True, eq=False)
-class Damage:
-    """Numbers of a rolling contact by name, their estimated errors, and what wears where.
+def compute_damage(solution: RollingSolution, specification: DamageSpecification) -> xr.Dataset:
+    """Return the wear and fatigue numbers of a contact in steady rolling, and what one passage wears where.
 
-    `power_density` is the work of friction per area and rolled distance [N/mm^2], (n_x, n_s); `depths` [mm],
-    (n_s,) each, are worn off per passage, by law; `regimes` are shares of the work by regime of the law of
-    twin discs.
+    The numbers of `OF_DAMAGE`, those of shakedown and fatigue only with a yield stress, have estimated errors
+    `estimate_NUMBER`. `work_density` (x, s) [MPa] is the work of friction per area and rolled distance;
+    `depth` (law, s) [nm] is worn off per passage; `regime_share` (regime) are shares of the work by regime of
+    the law of twin discs. Aspects of patches beyond those of the shakedown map are taken at its ends.
     """
+    laws, k = specification.laws, specification.yield_shear
 
-    numbers: Mapping[str, float]
-    errors: Mapping[str, float]
-    power_density: Array
-    depths: Mapping[str, Array]
-    regimes: Mapping[str, float]
+    def compute(one: RollingSolution) -> Numbers:
+        contact, sliding = one.contact, find_sliding(one.contact, specification.rolling_speed)
+        shares, p_max = t_gamma(one.problem, one.rolling), float(np.max(contact.p[..., N]))
+        utilised = utilised_friction(contact)
+        numbers = {
+            "xi": float(one.rolling.creepages.longitudinal),
+            "p_max": p_max,
+            "work": sliding.total_work,
+            "t_gamma": shares.without_spin,
+            "t_gamma_with_spin": shares.with_spin,
+            "utilised_friction": utilised,
+        }
+        for name, law in laws.items():
+            numbers[f"largest_depth_{name.replace(' ', '_')}"] = NANO * float(np.max(depth(sliding, law)))
+        if k is not None:
+            limit = float(shakedown_limit(utilised, patch_aspect(contact)))
+            numbers |= {
+                "pressure_ratio": p_max / k,
+                "shakedown_limit": limit,
+                "load_factor": limit / (p_max / k),
+                "surface_index": float(surface_index(p_max, utilised, k)),
+            }
+        return numbers
 
-
-def compute_damage(rolling: EstimatedRolling, specification: DamageSpecification) -> Damage:
-    """Return the wear and fatigue numbers of a contact in steady rolling, with their estimated errors."""
-    own = _solve(rolling.own, specification)
-    others = [
-        [None if one is None else _solve(one, specification) for one in ones]
-        for ones in (rolling.larger, rolling.changed)
-    ]
-    sliding = sliding_of(rolling.own.contact, specification.rolling_speed)
-    by_regime = regimes(replace(sliding, speed=NO_SPEED), specification.twin_disc.transitions)
-    return Damage(
-        own.numbers,
-        estimated_errors(own, *others),
-        sliding.work,
-        {name: depth(sliding, law) for name, law in specification.laws.items()},
-        dict(zip(REGIMES, map(float, by_regime), strict=True)),
+    numbers, errors = estimate_errors(solution, compute)
+    sliding = find_sliding(solution.contact, specification.rolling_speed)
+    grid, mm, depths = sliding.grid, {"units": "mm"}, [depth(sliding, law) for law in laws.values()]
+    dataset = xr.Dataset(
+        {
+            "work_density": (("x", "s"), sliding.work, {"units": "MPa"}),
+            "depth": (
+                ("law", "s"),
+                NANO * np.stack(depths),
+                {"units": "nm", "long_name": "depth worn per passage (rail) or revolution (wheel)"},
+            ),
+            "regime_share": (
+                "regime",
+                regime_shares(sliding, specification.twin_disc.transitions),
+                {"units": "1"},
+            ),
+        },
+        coords={
+            "law": list(laws),
+            "regime": REGIMES,
+            "x": ("x", solution.problem.rolling.x, mm),
+            "s": ("s", grid.strips, mm),
+        },
     )
+    for name, number in numbers.items():
+        for prefix, value in (("", number), ("estimate_", errors[name])):
+            meaning = OF_DAMAGE[name].meaning + PREFIXES[prefix]
+            attrs = {"units": OF_DAMAGE[name].unit, "long_name": meaning}
+            dataset[prefix + name] = (), value, attrs
+    return dataset
 
 
-def _solve(solution: RollingSolution, specification: DamageSpecification) -> Solved:
-    """Return a contact with its wear and fatigue numbers."""
-    contact = solution.contact
-    sliding = sliding_of(contact, specification.rolling_speed)
-    shares = t_gamma(solution.problem, solution.rolling)
-    numbers = {
-        "xi": float(solution.rolling.creepages.longitudinal),
-        "p_max": float(np.max(contact.p[..., N])),
-        "work": sliding.total_work,
-        "t_gamma": shares.without_spin,
-        "t_gamma_with_spin": shares.with_spin,
-        "utilised_friction": utilised_friction(contact),
-        **{f"depth_{name}": float(np.max(depth(sliding, law))) for name, law in specification.laws.items()},
-        **_limits(contact, specification),
-    }
-    return Solved(solution, numbers)
-
-
-def _limits(contact: FrictionalContact, specification: DamageSpecification) -> dict[str, float]:
-    """Place in the shakedown map and index of surface fatigue; empty without a yield stress.
-
-    Aspects of patches beyond those of the map are taken at its ends.
-    """
-    k = specification.yield_shear
-    if k is None:
-        return {}
-    p_max, utilised = float(np.max(contact.p[..., N])), utilised_friction(contact)
-    at = shakedown(p_max, k, utilised, aspect_of(contact))
-    return {
-        "pressure_ratio": at.pressure_ratio,
-        "shakedown_limit": at.limit,
-        "load_factor": at.load_factor,
-        "surface_index": float(surface_index(p_max, utilised, k)),
-    }
-
-
-# --- many passages --------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Wear:
-    """Depths [mm] worn off the lower and the upper body, (2, n_s), and what becomes of the contact.
-
-    `estimates` [mm], (2,), are estimated errors of the largest depths by the size of steps. `p_max` [MPa] and
-    `work` [N] are those of the new and of the worn contact. `turned` [rad] is the largest change of a
-    surface's inclination: ICs are those of new surfaces. `steps` have been made.
-    """
-
-    depths: Array
-    estimates: Array
-    p_max: tuple[float, float]
-    work: tuple[float, float]
-    turned: float
-    steps: int
-
-
-def compute_wear(solution: RollingSolution, specification: DamageSpecification) -> Wear:
+def compute_wear(solution: RollingSolution, specification: DamageSpecification) -> xr.Dataset:
     """Return what wear by the work of friction makes of a contact under its load and longitudinal force.
 
     Both bodies lose their share in each step, and the next contact has the gap of both. There are twice as
-    many steps as are stable, so that those twice as large tell the error. Raises WrongInput where these are
-    more than `MOST_STEPS`, Failure where a worn contact is not found.
+    many steps as are stable, so that those twice as large tell the error. `worn` (worn_body, s) [µm] are the
+    depths in the end, `estimate_worn` (worn_body) [µm] the estimated errors of the largest ones by the size
+    of steps. `worn_p_max` [MPa] and `worn_work` [J/m] over `state` are those of the new and of the worn
+    contact. `turned` [deg] is the largest change of a surface's inclination: ICs are those of new surfaces.
+
+    Raises WrongInput where more than `MOST_STEPS` are needed, Failure where a worn contact is not found.
     """
+
+    def wear(count: int) -> list[WornContact]:
+        per_step = specification.passages / count, specification.revolutions / count
+        law, speed = specification.laws[ENERGY], specification.rolling_speed
+        return list(wear_contact(solution, WearSteps(count, per_step, law, speed, specification.spread)))
+
     coarse = max(1, specification.steps // 2)
     while True:
         try:
-            larger, fine = (_contacts(solution, specification, count) for count in (coarse, 2 * coarse))
+            larger, fine = wear(coarse), wear(2 * coarse)
+            break
         except UnstableSteps as error:
             coarse *= 2
             if 2 * coarse > MOST_STEPS:
                 raise WrongInput(
                     f"damage: more than {MOST_STEPS} steps of wear are needed; {error}"
                 ) from error
-            continue
-        break
     first, last = fine[0], fine[-1]
-    deepest = [np.max(_depths(contacts), axis=1) for contacts in (larger, fine)]
-    return Wear(
-        _depths(fine),
-        np.asarray(np.abs(deepest[1] - deepest[0])),
-        (_p_max(first), _p_max(last)),
-        (first.sliding.total_work, last.sliding.total_work),
-        max(contact.turned for contact in fine),
-        2 * coarse,
+    deepest = [np.max(contacts[-1].depths, axis=1) for contacts in (larger, fine)]
+    meaning = "depth worn after all passages and revolutions"
+    p_max = [float(np.max(one.rolling.contact.p[..., N])) for one in (first, last)]
+    return xr.Dataset(
+        {
+            "worn": (
+                ("worn_body", "s"),
+                MICRO * last.depths,
+                {"units": "µm", "long_name": meaning},
+            ),
+            "estimate_worn": (
+                "worn_body",
+                MICRO * np.abs(deepest[1] - deepest[0]),
+                {"units": "µm", "long_name": meaning + PREFIXES["estimate_"]},
+            ),
+            "wear_steps": 2 * coarse,
+            "turned": ((), np.degrees(max(contact.turned for contact in fine)), {"units": "deg"}),
+            "worn_p_max": ("state", p_max, {"units": "MPa"}),
+            "worn_work": ("state", [one.sliding.total_work for one in (first, last)], {"units": "J/m"}),
+        },
+        coords={
+            "worn_body": ["lower", "upper"],
+            "state": ["new", "worn"],
+            "s": ("s", first.sliding.grid.strips, {"units": "mm"}),
+        },
     )
-
-
-def _contacts(
-    solution: RollingSolution, specification: DamageSpecification, number: int
-) -> list[WornContact]:
-    """Return the contact before each step of wear, and the worn one; raises UnstableSteps."""
-    operation = Operation(
-        Loading(solution.load),
-        solution.rolling.creepages,
-        specification.rolling_speed,
-        {"longitudinal": float(solution.contact.force[0])},
-    )
-    law = specification.laws[ENERGY]
-    lower, upper = (
-        BodyWear(law, passages / number) for passages in (specification.passages, specification.revolutions)
-    )
-    steps = WearSteps(number, lower, upper, spread=specification.spread)
-    return list(worn_contacts(solution.problem, operation, steps))
-
-
-def _depths(contacts: Sequence[WornContact]) -> Array:
-    surfaces = contacts[-1].surfaces
-    return np.stack([surfaces.lower, surfaces.upper])
-
-
-def _p_max(contact: WornContact) -> float:
-    return float(np.max(contact.rolling.contact.p[..., N]))

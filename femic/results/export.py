@@ -150,10 +150,6 @@ class ExportSpecification:
         """The name of the file."""
         return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
 
-    def resolved(self, scene: Scene) -> "ExportSpecification":
-        """Return the same with the discount of C, None for approximations."""
-        return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
-
 
 @dataclass(frozen=True)
 class Export:
@@ -185,14 +181,6 @@ def require_exportable(scene: Scene, specification: ExportSpecification) -> None
     require_none(scene.name, [*own_grid, *engine_misfits])
 
 
-def without_fit(scene: Scene, ics: str) -> str:
-    """Return a sentence where components of ICs have effective properties and a scene has none of both."""
-    has = scene.pair.has_effective("combined")
-    if has or ics not in VARIANTS or not any(form.effective for form in needed_forms([ics])):
-        return ""
-    return f"{ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits them"
-
-
 def export(
     scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions = DEFAULT
 ) -> Export:
@@ -200,39 +188,43 @@ def export(
 
     The grid is that of the scene's contact, or its [grid] where it is given; the distances on it are written
     to `contact_distances.txt`. What is missing is said before any ICs are computed. C after the source's
-    discount is written to `contact_C_source.txt`, without discount to `contact_C_raw.txt`. Raises as
-    `require_exportable` does, and Failure where no grid fits.
+    discount is written to `contact_C_source.txt`, without discount to `contact_C_raw.txt`; on the scene's own
+    grid the matrix is kept beside it, `matrix.nc`. Raises as `require_exportable` does, and Failure where no
+    grid fits.
     """
     require_exportable(scene, specification)
-    specification = specification.resolved(scene)
+    ics, watch = specification.ics, options.watch
+    discount = (specification.discount or scene.discount) if ics == C else None
     folders.make(out)
     placed = on_contact_grid(scene)
     require_none(scene.name, grid_misfits(placed))
-    for note in filter(None, [missed_contact(placed), without_fit(placed, specification.ics)]):
-        options.watch.on_stage(f"note: {note}")
+    if missed := missed_contact(placed):
+        watch.on_stage(f"note: {missed}")
+    has_effective = scene.pair.has_effective("combined")
+    if ics in VARIANTS and not has_effective and any(form.effective for form in needed_forms([ics])):
+        watch.on_stage(
+            f"note: {ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits "
+            "them"
+        )
     found = distances(placed)
-    file = _file_content(placed, specification, out, options, own_grid=placed is scene)
+    on_grid = pair_on_grid(placed.contact_problem, placed.grid)
+    if discount is None and on_grid.offset:
+        matrix = approximate_matrix(ics, placed.pair, placed.grid, upper_offset=on_grid.offset)
+        file = to_contact(placed, matrix)
+    elif discount is None:
+        file = approximate_file(placed, ics)
+    elif discount != scene.discount or on_grid.offset or placed is not scene:
+        file = to_contact(placed, discounted_matrix(placed, discount, options))
+    else:
+        compute_matrix(placed, out / "matrix.nc", options)
+        with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as dataset:
+            file = to_contact(placed, dataset.ic.sel(body="combined").values)
+    specification = ExportSpecification(ics, discount)
     path = out / specification.name
-    options.watch.on_stage("  writing")
+    watch.on_stage("  writing")
     contact_file.write(file, path)
     write_distances(found, out)
     return Export(path, file, placed, specification, found)
-
-
-def _file_content(
-    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions, *, own_grid: bool
-) -> ContactFile:
-    """Return the content of a file; on its `own_grid` the scene's matrix is kept beside it, `matrix.nc`."""
-    on_grid = pair_on_grid(scene.contact_problem, scene.grid)
-    if specification.discount is None and on_grid.offset:
-        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
-        return to_contact(scene, ics)
-    if specification.discount is None:
-        return approximated(scene, specification.ics)
-    if specification.discount != scene.discount or on_grid.offset or not own_grid:
-        return to_contact(scene, discounted_matrix(scene, specification.discount, options))
-    compute_matrix(scene, out / "matrix.nc", options)
-    return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 
 def contact_settings(exported: Export) -> str:
@@ -263,7 +255,7 @@ def to_contact(scene: Scene, ics: Array) -> ContactFile:
     return _scale(scene, contact_file.by_offsets(ics))
 
 
-def approximated(scene: Scene, variant: str) -> ContactFile:
+def approximate_file(scene: Scene, variant: str) -> ContactFile:
     """Return a file with an approximation.
 
     It has one matrix for all strips if ICs depend on their offset only, with one strip and one lag more than
@@ -310,12 +302,6 @@ def convex_body(scene: Scene) -> int:
     """Return the number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
     start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
     return 1 if end < start else 2
-
-
-def read_matrix(path: Path, body: str) -> Array:
-    """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        return dataset.ic.sel(body=body).values
 
 
 FORMATS = {"contact": export}

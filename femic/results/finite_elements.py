@@ -16,13 +16,12 @@ from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.meshed_contact import rigid_compliance, supported_bodies
-from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
+from femic.contact.finite_elements.result import FEContact, fe_contact
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import S, padded, require_solvable
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
-from geometries.arrays import Array
 from geometries.errors import Failure
 
 # --- the solution ---------------------------------------------------------------------------------------
@@ -81,29 +80,26 @@ def require_suitable(scene: Scene) -> None:
 
 def unsuitable(scene: Scene) -> list[tuple[str, str]]:
     """Return keys of a scene that contact by finite elements does not support, each with its remedy."""
-    contact = scene.contact
-    requirements = (
-        (
-            contact.friction is None,
-            f"contact.motion = {contact.motion!r}",
+    contact, outlines = scene.contact, [body.outline is not None for body in scene.bodies.values()]
+    found = {
+        f"contact.motion = {contact.motion!r}": (
+            contact.friction is not None,
             "leave it out: it is frictionless",
         ),
-        (bool(contact.loads), "contact.loads = []", "give loads [N] instead of approaches"),
-        (not contact.exact, "contact.gap = 'exact'", "use the linear one"),
-        (contact.extra_gap is None, "contact.extra_gap", "leave it out"),
-        (contact.lateral_force is None, "contact.lateral_force", "give the `shift` that `contact` finds"),
-        (
-            scene.discount != "source",
-            "discount = 'source'",
+        "contact.loads = []": (not contact.loads, "give loads [N] instead of approaches"),
+        "contact.gap = 'exact'": (contact.exact, "use the linear one"),
+        "contact.extra_gap": (contact.extra_gap is not None, "leave it out"),
+        "contact.lateral_force": (
+            contact.lateral_force is not None,
+            "give the `shift` that `contact` finds",
+        ),
+        "discount = 'source'": (
+            scene.discount == "source",
             "contact by C then lacks the bending of the bodies; take 'approach'",
         ),
-        (
-            all(body.outline is None for body in scene.bodies.values()),
-            "outline of a body",
-            "leave it out: solid cells do not follow narrow webs",
-        ),
-    )
-    return [(given, remedy) for suitable, given, remedy in requirements if not suitable]
+        "outline of a body": (any(outlines), "leave it out: solid cells do not follow narrow webs"),
+    }
+    return [(given, remedy) for given, (is_unsuitable, remedy) in found.items() if is_unsuitable]
 
 
 def _solve_or_load(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.Dataset:
@@ -146,25 +142,22 @@ def _rigid_key(scene: Scene, store: Store) -> str:
 
 def _label(contact: FEContact) -> xr.Dataset:
     """Return a contact as labelled arrays; angles in degrees."""
-    estimates = {f"estimate_{name}": value for name, value in _in_degrees(contact.estimate).items()}
-    checks = {name: getattr(contact, name) for name in CHECKS}
-    points = {name: ("point", np.asarray(getattr(contact, name))) for name in ("x", "s", "p")}
+    values = {
+        prefix + name: float(np.degrees(value)) if name == "angle" else value
+        for prefix, numbers in (("", contact.numbers), ("estimate_", contact.estimate))
+        for name, value in asdict(numbers).items()
+    }
     return xr.Dataset(
         {
-            **_in_degrees(contact.numbers),
-            **estimates,
-            **checks,
-            **points,
+            **values,
+            **{name: getattr(contact, name) for name in CHECKS},
+            **{name: ("point", np.asarray(getattr(contact, name))) for name in ("x", "s", "p")},
             "reaction": ("body", list(contact.reactions)),
             "unknowns": ("body", list(contact.unknowns)),
             "seconds": ("stage", list(contact.seconds.values())),
         },
         coords={"body": list(MODELS), "stage": list(contact.seconds)},
     )
-
-
-def _in_degrees(numbers: Numbers) -> dict[str, float]:
-    return {name: float(np.degrees(v)) if name == "angle" else v for name, v in asdict(numbers).items()}
 
 
 # --- the dataset ----------------------------------------------------------------------------------------
@@ -187,7 +180,11 @@ def join_finite_elements(
     the `rigid_compliance` M_zz [mm/N], which C does not have, times the load; `fe_raw_approach` includes it.
     """
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
-    solved = _by_case(fe_contacts).assign_coords(case=contacts.case)
+    some = next(contact for contact in fe_contacts if contact is not None)
+    unsolved = xr.full_like(some.astype(float), np.nan)
+    cases = [unsolved if contact is None else contact for contact in fe_contacts]
+    solved = xr.concat([case.drop_dims("point").astype(float) for case in cases], "case")
+    solved = solved.assign_coords(case=contacts.case)
     fe = solved[named].expand_dims(ics=[FE])
     dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
     load = contacts["load"].isel(ics=0, drop=True)
@@ -200,32 +197,18 @@ def join_finite_elements(
     dataset["fe_seconds"] = solved.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
-    s, p = (padded(part) for part in zip(*map(_profile, fe_contacts), strict=True))
+    profiles = []
+    for contact in fe_contacts:  # arc lengths [mm] and pressures [MPa] at x = 0
+        profile = np.zeros((2, 0))
+        if contact is not None:
+            at_middle = contact.isel(point=contact.x.values < 1e-9 * float(contact.x.max())).sortby("s")
+            profile = np.stack([at_middle.s.values, at_middle.p.values])
+        profiles.append(profile)
+    s, p = (padded([profile[k] for profile in profiles]) for k in range(2))
     by_fe = {"units": "MPa", "long_name": "pressure by finite elements at x = 0"}
     dataset = dataset.assign_coords(s_fe=(("case", "s_fe"), s, S))
     dataset["p_fe"] = ("case", "s_fe"), p, by_fe
-    dataset["p"] = _beside_middle(contacts).reindex(ics=dataset.ics)
-    return dataset.assign_attrs(contacts.attrs | {"cells": cells})
-
-
-def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
-    """Return variables with the same shape in all cases along a dimension, NaN for unsolved cases."""
-    some = next(contact for contact in fe_contacts if contact is not None)
-    unsolved = xr.full_like(some.astype(float), np.nan)
-    cases = [unsolved if contact is None else contact for contact in fe_contacts]
-    return xr.concat([case.drop_dims("point").astype(float) for case in cases], "case")
-
-
-def _profile(contact: xr.Dataset | None) -> tuple[Array, Array]:
-    """Return arc lengths [mm] and pressures [MPa] by finite elements at x = 0; none without a solution."""
-    if contact is None:
-        return np.zeros(0), np.zeros(0)
-    at_middle = np.flatnonzero(contact.x.values < 1e-9 * float(contact.x.max()))
-    order = at_middle[np.argsort(contact.s.values[at_middle])]
-    return contact.s.values[order], contact.p.values[order]
-
-
-def _beside_middle(contacts: xr.Dataset) -> xr.DataArray:
-    """Return pressures with ICs beside x = 0, (case, ics, s)."""
     middle = contacts.x.notnull().sum("x") // 2
-    return contacts.p.isel(x=middle).drop_vars("x").assign_attrs(long_name="pressure with ICs beside x = 0")
+    beside = contacts.p.isel(x=middle).drop_vars("x").assign_attrs(long_name="pressure with ICs beside x = 0")
+    dataset["p"] = beside.reindex(ics=dataset.ics)
+    return dataset.assign_attrs(contacts.attrs | {"cells": cells})

@@ -121,7 +121,11 @@ def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
         checks = references(jobs(scene.check), options, combined=combined)
     points, lines = scene_points(scene)
     approximations, seconds = approximated(scene, points)
-    seconds |= _reference_seconds("C", solved) | _reference_seconds("C_solid", checks)
+    for variant, of_variant in (("C", solved), ("C_solid", checks)):
+        if of_variant:
+            per_body = {name: seconds_of(reference.models) for name, reference in of_variant.items()}
+            summed = per_body | {"combined": sum(per_body.values())}
+            seconds |= {(variant, name): value for name, value in summed.items()}
     return Results(scene, points, lines, reference_jobs, solved, checks, approximations, seconds)
 
 
@@ -161,12 +165,6 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
     """Return the input of approximations for "lower", "upper" and "combined"."""
     pair = scene.pair
     return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
-
-
-def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
-    """Return the seconds of C by (variant, body), summed over models; "combined" over all bodies."""
-    per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
-    return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 
 # --- ICs and errors by body -----------------------------------------------------------------------------
@@ -209,8 +207,7 @@ def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], d
 
 def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
     """Return the scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.job`."""
-    jobs = [results.jobs[name] for name in parts_of(body)]
-    return scales(jobs, reference_of(results, body).ic)
+    return scales([results.jobs[name] for name in parts_of(body)], reference_of(results, body).ic)
 
 
 def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
@@ -218,8 +215,8 @@ def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict
 
     These shares are compared with a tolerance.
     """
-    scales = refinement_scales_of(results, body)
+    by_line = refinement_scales_of(results, body)
     return {
-        line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
+        line: np.max(np.abs(deviations[..., part]), axis=-1) / by_line[line]
         for line, part in results.lines.items()
     }

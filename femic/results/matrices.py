@@ -126,21 +126,17 @@ class MatrixResults:
     memory: float  # peak of this process [MB]
 
 
-def columns_of(scene: Scene, solved: Mapping[str, MatrixReference], strip: int) -> dict[str, EstimatedICs]:
-    """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-    return _combine_bodies(
-        scene, solved, strip, {body: reference.column(strip) for body, reference in solved.items()}
-    )
-
-
-def _combine_bodies(
+def combined_columns(
     scene: Scene,
     solved: Mapping[str, MatrixReference],
     strip: int,
-    of_solved: Mapping[str, EstimatedICs],
+    of_solved: Mapping[str, EstimatedICs] | None = None,
 ) -> dict[str, EstimatedICs]:
-    """Return the columns of the bodies compared from those of the solved bodies."""
-    columns = dict(of_solved)
+    """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N].
+
+    `of_solved` are those of the solved bodies, where they are at hand.
+    """
+    columns = dict(of_solved or {body: reference.column(strip) for body, reference in solved.items()})
     if "combined" in scene.compared:
         columns["combined"] = pair_column(solved, scene.bodies["lower"].contour, strip, columns)
     return {body: columns[body] for body in scene.compared}
@@ -156,108 +152,35 @@ class Strip:
     errors: Mapping[str, Shares]  # their estimated errors
     deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
 
-    @classmethod
-    def evaluate(
-        cls,
-        scene: Scene,
-        solved: Mapping[str, MatrixReference],
-        strip: int,
-        of_solved: Mapping[str, EstimatedICs],
-    ) -> "Strip":
-        """Return what follows from the columns of the solved bodies under loads on a strip."""
-        columns = _combine_bodies(scene, solved, strip, of_solved)
-        by_source = of_solved
-        if scene.discount != SOURCE:
-            by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
-        errors, deviations = {}, {}
-        for body, c in columns.items():
-            jobs = [solved[part].job for part in parts_of(body)]
-            errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
-            without_bending = total([by_source[part] for part in parts_of(body)])
-            column = ReferenceColumn(without_bending, is_far(strip, scene.grid), half_spaces_nn(strip, jobs))
-            deviations[body] = _deviations(scene, body, strip, column)
-        raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
-        return cls(strip, raw, columns, errors, deviations)
 
+def evaluate_strip(
+    scene: Scene, solved: Mapping[str, MatrixReference], strip: int, of_solved: Mapping[str, EstimatedICs]
+) -> Strip:
+    """Return what follows from the columns of the solved bodies under loads on a strip.
 
-def _deviations(scene: Scene, body: str, strip: int, column: ReferenceColumn) -> dict[str, Deviation]:
-    """Compare approximations, which are ICs of half-spaces, with C after the source's discount."""
-    c, grid = column.c, scene.grid
-    approximated = approximations(_variants(scene, body), solids(scene)[body], grid, strip)
-    differences = {variant: ics / grid.area - c.ic for variant, ics in approximated.items()}
-    return {
-        name: column.deviation(difference) for name, difference in (differences | {"C": c.estimate}).items()
-    }
-
-
-def _variants(scene: Scene, body: str) -> list[str]:
-    """Return the variants that can be computed for a body, or for both."""
-    return [variant for variant in scene.variants if body in scene.fitted or not needs_effective(variant)]
-
-
-@dataclass(frozen=True, eq=False)
-class Accumulator:
-    """Results that accumulate over the columns, loaded strip by loaded strip.
-
-    Whole matrices are held only up to `LARGEST_WHOLE_MATRIX` entries, in single precision, which changes the
-    defects of reciprocity and the eigenvalues by 1e-7 of the largest IC.
+    Approximations, which are ICs of half-spaces, are compared with C after the source's discount.
     """
-
-    scene: Scene
-    solved: Mapping[str, MatrixReference]  # by solved body
-    raw: dict[str, Array]  # matrices before the discount by solved body, (n_x, n_s, n_s, 3, 3) [mm/N]
-    discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
-    errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
-    deviations: dict[str, dict[str, Deviation]]  # by body compared and variant; of "C": its estimated errors
-
-    @classmethod
-    def start(cls, scene: Scene, solved: Mapping[str, MatrixReference]) -> "Accumulator":
-        """Return the state before the first strip."""
-        shape = matrix_shape(scene)
-        held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
-        return cls(
-            scene,
-            solved,
-            {body: np.empty(shape, np.float32) for body in solved if held_whole},
-            {body: np.empty(shape, np.float32) for body in scene.compared if held_whole},
-            {body: [] for body in scene.compared},
-            {body: {} for body in scene.compared},
-        )
-
-    def add(self, columns: Strip) -> None:
-        """Add the columns of one more loaded strip."""
-        strip = columns.strip
-        for body, matrix in self.raw.items():
-            matrix[:, :, strip] = directions_last(columns.raw[body])
-        for body, matrix in self.discounted.items():
-            matrix[:, :, strip] = directions_last(columns.columns[body].ic)
-        for body, deviations in columns.deviations.items():
-            self.errors[body].append(columns.errors[body])
-            joined = self.deviations[body]
-            for name, deviation in deviations.items():
-                joined[name] = joined[name].merge(deviation) if name in joined else deviation
-
-    def results(self, start: float, workers: int) -> MatrixResults:
-        """Return the results after the last strip; `start` is when their computation began [s]."""
-        scene = self.scene
-        assert all(len(of_body) == scene.grid.n_s for of_body in self.errors.values())
-        whole = {f"{body}, raw": ics for body, ics in self.raw.items()}
-        whole |= {f"{body}, discounted": ics for body, ics in self.discounted.items()}
-        with one_blas_thread():
-            eigenvalues = dict(zip(whole, smallest_eigenvalues(whole.values(), workers), strict=True))
-        return MatrixResults(
-            scene,
-            self.solved,
-            {body: worst_shares(strip_errors) for body, strip_errors in self.errors.items()},
-            {
-                body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
-                for body, ics in self.raw.items()
-            },
-            eigenvalues,
-            self.deviations,
-            perf_counter() - start,
-            peak_memory(),
-        )
+    columns, grid = combined_columns(scene, solved, strip, of_solved), scene.grid
+    by_source = of_solved
+    if scene.discount != SOURCE:
+        by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
+    errors, deviations = {}, {}
+    for body, c in columns.items():
+        jobs = [solved[part].job for part in parts_of(body)]
+        errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
+        without_bending = total([by_source[part] for part in parts_of(body)])
+        column = ReferenceColumn(without_bending, is_far(strip, grid), half_spaces_nn(strip, jobs))
+        known = [name for name in scene.variants if body in scene.fitted or not needs_effective(name)]
+        differences = {
+            variant: ics / grid.area - without_bending.ic
+            for variant, ics in approximations(known, solids(scene)[body], grid, strip).items()
+        }
+        deviations[body] = {
+            name: column.deviation(difference)
+            for name, difference in (differences | {"C": without_bending.estimate}).items()
+        }
+    raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
+    return Strip(strip, raw, columns, errors, deviations)
 
 
 def matrix_shape(scene: Scene) -> tuple[int, int, int, int, int]:
@@ -279,12 +202,17 @@ VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated
 
 
 class MatrixFile:
-    """The file of the matrices of a scene, written strip by strip while their accuracy is assessed."""
+    """The file of the matrices of a scene, written strip by strip while their accuracy is assessed.
+
+    Whole matrices are held only up to `LARGEST_WHOLE_MATRIX` entries, in single precision, which changes the
+    defects of reciprocity and the eigenvalues by 1e-7 of the largest IC.
+    """
 
     def __init__(self, scene: Scene, path: Path, options: RunOptions) -> None:
         """Take what the file is for; `begin` opens it."""
         self._scene, self._path, self._options = scene, path, options
-        self._begun: tuple[Accumulator, h5netcdf.File] | None = None
+        self._file: h5netcdf.File | None = None
+        self._solved: Mapping[str, MatrixReference] = {}
 
     def __enter__(self) -> "MatrixFile":
         """Return this file."""
@@ -295,85 +223,103 @@ class MatrixFile:
         self.discard()
 
     def begin(self, references: Mapping[str, MatrixReference]) -> None:
-        """Write the coordinates, and prepare the variables of the matrices."""
+        """Write the coordinates and M, and prepare the variables, chunked by loaded strip."""
         self._options.watch.on_stage("  checking, writing")
-        _write_coordinates(self._scene, references, self._path)
-        file = h5netcdf.File(self._path, "a")
-        self._begun = Accumulator.start(self._scene, references), file
-        _create_variables(file, self._scene)
+        scene, grid, mm = self._scene, self._scene.grid, {"units": "mm"}
+        moments = np.stack([reference.discount for reference in references.values()])
+        xr.Dataset(
+            {"discount": (("solved", "moved", "force"), moments)},
+            coords={
+                "lag": ("lag", grid.lags, mm),
+                "observed": ("observed", grid.strips, mm),
+                "loaded": ("loaded", grid.strips, mm),
+                "body": list(scene.compared),
+                "solved": list(references),
+                "i": list(DIRECTIONS),
+                "j": list(DIRECTIONS),
+                "moved": list(AXES),
+                "force": list(AXES),
+            },
+        ).to_netcdf(self._path, engine="h5netcdf")
+        self._file, self._solved = h5netcdf.File(self._path, "a"), references
+        for name, kind, meaning in VARIABLES:
+            variable = self._file.create_variable(
+                name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3), fletcher32=True
+            )
+            variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
+        shape = matrix_shape(scene)
+        held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
+        self._raw: dict[str, Array] = {body: np.empty(shape, np.float32) for body in references if held_whole}
+        self._discounted: dict[str, Array] = {
+            body: np.empty(shape, np.float32) for body in scene.compared if held_whole
+        }
+        self._errors: dict[str, list[Shares]] = {body: [] for body in scene.compared}
+        self._deviations: dict[str, dict[str, Deviation]] = {body: {} for body in scene.compared}
 
     def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Strip:
         """Return what the columns of the solved bodies give."""
-        accumulator, _ = self._opened
-        return Strip.evaluate(self._scene, accumulator.solved, strip, columns)
+        return evaluate_strip(self._scene, self._solved, strip, columns)
 
     def add(self, made: Strip) -> None:
         """Write the columns of a strip, and add them to the results."""
-        accumulator, file = self._opened
-        accumulator.add(made)
-        for b, c in enumerate(made.columns.values()):
+        assert self._file is not None  # as `begin` has made sure
+        strip = made.strip
+        for body, matrix in self._raw.items():
+            matrix[:, :, strip] = directions_last(made.raw[body])
+        for body, matrix in self._discounted.items():
+            matrix[:, :, strip] = directions_last(made.columns[body].ic)
+        for b, (body, c) in enumerate(made.columns.items()):
             for name, ics in (("ic", c.ic), ("estimate", c.estimate)):
-                file[name][b, :, :, made.strip] = self._scene.grid.area * directions_last(ics)
+                self._file[name][b, :, :, strip] = self._scene.grid.area * directions_last(ics)
+            self._errors[body].append(made.errors[body])
+            joined = self._deviations[body]
+            for name, deviation in made.deviations[body].items():
+                joined[name] = joined[name].merge(deviation) if name in joined else deviation
 
     def finished(self, start: float) -> MatrixResults:
-        """Return the results, written to the file, which is read back; `start` is when the run began [s]."""
-        accumulator, file = self._opened
-        results = accumulator.results(start, self._options.workers)
-        file.attrs.update(_attributes(results))
+        """Return the results, written to the file; `start` is when the run began [s].
+
+        All matrices are read back, so that HDF5 compares the checksums of all pieces (OSError).
+        """
+        assert self._file is not None  # as `begin` has made sure
+        scene = self._scene
+        assert all(len(of_body) == scene.grid.n_s for of_body in self._errors.values())
+        whole = {f"{body}, raw": ics for body, ics in self._raw.items()}
+        whole |= {f"{body}, discounted": ics for body, ics in self._discounted.items()}
+        with one_blas_thread():
+            smallest = smallest_eigenvalues(whole.values(), self._options.workers)
+        results = MatrixResults(
+            scene,
+            self._solved,
+            {body: worst_shares(strip_errors) for body, strip_errors in self._errors.items()},
+            {
+                body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
+                for body, ics in self._raw.items()
+            },
+            dict(zip(whole, smallest, strict=True)),
+            self._deviations,
+            perf_counter() - start,
+            peak_memory(),
+        )
+        self._file.attrs.update(_attributes(results))
         self.discard()
-        _require_readable(self._path)
+        with h5netcdf.File(self._path, "r") as file:
+            for name, _, _ in VARIABLES:
+                for strip in range(file[name].shape[3]):
+                    file[name][:, :, :, strip]
         return results
 
     def discard(self) -> None:
-        """Close the file, and drop what has been accumulated."""
-        if self._begun is not None:
-            self._begun[1].close()
-        self._begun = None
-
-    @property
-    def _opened(self) -> tuple[Accumulator, h5netcdf.File]:
-        assert self._begun is not None  # as `begin` has made sure
-        return self._begun
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+        self._file = None
 
 
 def file_size(scene: Scene) -> int:
     """Return the size of the NetCDF file in bytes, without its header of a few thousand."""
     entry_bytes = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
     return len(scene.compared) * entry_bytes * int(np.prod(matrix_shape(scene)))
-
-
-def _write_coordinates(scene: Scene, matrix_references: Mapping[str, MatrixReference], path: Path) -> None:
-    """Write the file without its matrices: coordinates and M."""
-    grid, mm = scene.grid, {"units": "mm"}
-    xr.Dataset(
-        {
-            "discount": (
-                ("solved", "moved", "force"),
-                np.stack([reference.discount for reference in matrix_references.values()]),
-            )
-        },
-        coords={
-            "lag": ("lag", grid.lags, mm),
-            "observed": ("observed", grid.strips, mm),
-            "loaded": ("loaded", grid.strips, mm),
-            "body": list(scene.compared),
-            "solved": list(matrix_references),
-            "i": list(DIRECTIONS),
-            "j": list(DIRECTIONS),
-            "moved": list(AXES),
-            "force": list(AXES),
-        },
-    ).to_netcdf(path, engine="h5netcdf")
-
-
-def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
-    """Create the variables of the matrices, chunked by loaded strip."""
-    grid = scene.grid
-    for name, kind, meaning in VARIABLES:
-        variable = file.create_variable(
-            name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3), fletcher32=True
-        )
-        variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
 
 
 def _attributes(results: MatrixResults) -> dict[str, str | float]:
@@ -400,14 +346,6 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "code": results_digest(),
         "versions": json.dumps(versions()),
     }
-
-
-def _require_readable(path: Path) -> None:
-    """Read all matrices of a file, so that HDF5 compares the checksums of all pieces (OSError)."""
-    with h5netcdf.File(path, "r") as file:
-        for name, _, _ in VARIABLES:
-            for strip in range(file[name].shape[3]):
-                file[name][:, :, :, strip]
 
 
 # --- the computation ------------------------------------------------------------------------------------

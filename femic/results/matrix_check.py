@@ -8,7 +8,6 @@ from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.engine import Points
 from femic.reference.job import Job, component_of
 from femic.reference.refinement import references
-from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import seconds_of
 from femic.results.matrices import SOURCE, MatrixResults
@@ -35,62 +34,54 @@ class ColumnCheck:
 
 def checked_strips(scene: Scene) -> list[int]:
     """Return the strips to check, evenly spread over the grid; two or more include its ends."""
-    n = scene.checked_strips
-    places = np.linspace(0, scene.grid.n_s - 1, n) if n > 1 else np.full(n, (scene.grid.n_s - 1) / 2)
+    n, last = scene.checked_strips, scene.grid.n_s - 1
+    places = np.linspace(0, last, n) if n > 1 else np.full(n, last / 2)
     return sorted({round(place) for place in places})
 
 
 def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
-    """Solve columns with the solid engine and compare them with the matrix, strip by strip."""
-    checks = []
-    for strip in checked_strips(results.scene):
+    """Solve columns with the solid engine and compare them with the matrix, strip by strip.
+
+    Loads on a strip are observed on some strips, at all lags but 0.
+    """
+    scene, grid, checks = results.scene, results.scene.grid, []
+    size = CHECK_ENGINE.far_radius(CHECK_TOLERANCE)
+    for strip in checked_strips(scene):
         options.watch.on_stage(f"  check with the {CHECK_ENGINE.name} engine: strip {strip}")
-        jobs = {body: _job(results, body, strip) for body in results.matrices}
-        solved = references(jobs, options)
-        checks += [_column_check(results, body, strip, job, solved[body]) for body, job in jobs.items()]
-    return checks
-
-
-def _observed_strips(results: MatrixResults, strip: int) -> list[int]:
-    n_s = results.scene.grid.n_s
-    return sorted({strip, *(round(place) for place in np.linspace(0, n_s - 1, OBSERVED))})
-
-
-def _job(results: MatrixResults, body: str, strip: int) -> Job:
-    """Return the job of a single load on a strip, observed on some strips at all lags but 0."""
-    scene, grid = results.scene, results.scene.grid
-    observed_strips = _observed_strips(results, strip)
-    lags = grid.lags[1:]
-    x, s = (values.ravel() for values in np.meshgrid(lags, grid.strips[observed_strips], indexing="ij"))
-    domain_size = CHECK_ENGINE.far_radius(CHECK_TOLERANCE)
-    return Job(
-        body=replace(scene.bodies[body], domain=Domain(domain_size, domain_size)),
-        patch=grid.patch(strip),
-        components=COMPONENTS,
-        points=Points(x, s),
-        lines={f"strip {m}": slice(k, None, len(observed_strips)) for k, m in enumerate(observed_strips)},
-        settings=replace(
+        observed = sorted({strip, *(round(place) for place in np.linspace(0, grid.n_s - 1, OBSERVED))})
+        x, s = (values.ravel() for values in np.meshgrid(grid.lags[1:], grid.strips[observed], indexing="ij"))
+        patch = grid.patch(strip)
+        settings = replace(
             scene.settings,
             engine=CHECK_ENGINE,
             tolerance=np.inf,  # no refinement of these cells; the estimate says how accurate they are
-            cells=CHECK_ENGINE.first_cells(CHECK_TOLERANCE, grid.patch(strip)),
-        ),
-    )
-
-
-def _column_check(results: MatrixResults, body: str, strip: int, job: Job, solved: Reference) -> ColumnCheck:
-    observed_strips = _observed_strips(results, strip)
-    column = results.matrices[body].column(strip, SOURCE)
-    ic, estimate = (
-        part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
-    )
-    measure = Measure(ic, estimate, ic[N, N], job.lines, far_from(job.patch, job.points.x, job.points.s))
-    difference, allowed = measure.shares(solved.c.ic - ic), measure.shares(solved.c.estimate + estimate)
-    compared = [
-        (component_of(difference[line], component), component, component_of(allowed[line], component))
-        for line in job.lines
-        for component in COMPONENTS
-    ]
-    worst = max(comparison for comparison in compared if not component_of(measure.vanishing, comparison[1]))
-    closest = max(share / bound for share, _, bound in compared if bound > 0)
-    return ColumnCheck(body, strip, *worst, closest, seconds_of(solved.models))
+            cells=CHECK_ENGINE.first_cells(CHECK_TOLERANCE, patch),
+        )
+        jobs = {
+            body: Job(
+                body=replace(scene.bodies[body], domain=Domain(size, size)),
+                patch=patch,
+                components=COMPONENTS,
+                points=Points(x, s),
+                lines={f"strip {m}": slice(k, None, len(observed)) for k, m in enumerate(observed)},
+                settings=settings,
+            )
+            for body in results.matrices
+        }
+        solved = references(jobs, options)
+        for body, job in jobs.items():
+            column, c = results.matrices[body].column(strip, SOURCE), solved[body].c
+            ic, estimate = (
+                part[:, :, 1:, observed].reshape(3, 3, -1) for part in (column.ic, column.estimate)
+            )
+            measure = Measure(ic, estimate, ic[N, N], job.lines, far_from(patch, x, s))
+            difference, allowed = measure.shares(c.ic - ic), measure.shares(c.estimate + estimate)
+            compared = [
+                (component_of(difference[line], name), name, component_of(allowed[line], name))
+                for line in job.lines
+                for name in COMPONENTS
+            ]
+            worst = max(one for one in compared if not component_of(measure.vanishing, one[1]))
+            closest = max(share / bound for share, _, bound in compared if bound > 0)
+            checks.append(ColumnCheck(body, strip, *worst, closest, seconds_of(solved[body].models)))
+    return checks

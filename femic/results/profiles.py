@@ -11,7 +11,7 @@ import xarray as xr
 from geometries.profiles.noise import ProfileFigure, profile_figure
 from geometries.profiles.preparation import Prepared, equal_steps, sampled
 from geometries.profiles.profile import Kind, Profile
-from geometries.profiles.standards import Standard, Worn, named, standard_profile
+from geometries.profiles.standards import Worn, named, standard_profile
 
 SPACING = 0.1  # mm, of curves in figures and files
 UM = 1e3  # per mm
@@ -44,34 +44,14 @@ def of_file(prepared: Prepared, path: Path) -> Understood:
 
 
 def of_package(name: str) -> Understood:
-    """Return a profile of the package, standard or worn, by its name; raise WrongInput."""
+    """Return a profile of the package, standard or worn, by its name; raise WrongInput.
+
+    The points of a standard are the ends of its pieces.
+    """
     entry = named(name)
-    return _of_worn(name, entry) if isinstance(entry, Worn) else _of_standard(name, entry)
-
-
-def _of_worn(name: str, worn: Worn) -> Understood:
-    """Return a worn profile."""
-    return _of_prepared(worn.outline, f"{name}, {worn.source}", name)
-
-
-def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
-    """Return a profile by the curve that was made of its points."""
-    figure, is_smoothed = profile_figure(prepared, SPACING), prepared.smoothing.length > 0
-    as_points = partial(_smoothed_points if is_smoothed else _given_points, prepared)
-    return Understood(prepared.kind, source, file, figure, False, is_smoothed, as_points)
-
-
-def _smoothed_points(prepared: Prepared) -> Profile:
-    return sampled(prepared, prepared.length / (len(prepared.places) - 1))
-
-
-def _given_points(prepared: Prepared) -> Profile:
-    return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
-
-
-def _of_standard(name: str, standard: Standard) -> Understood:
-    """Return a standard profile; its points are the ends of its pieces."""
-    outline, joints = standard.outline, standard.outline.joints
+    if isinstance(entry, Worn):
+        return _of_prepared(entry.outline, f"{name}, {entry.source}", name)
+    outline, joints = entry.outline, entry.outline.joints
     s = np.unique(np.concatenate([equal_steps(outline.length, SPACING), joints]))
     figure = ProfileFigure(
         name=name,
@@ -84,10 +64,23 @@ def _of_standard(name: str, standard: Standard) -> Understood:
         curvature=outline.curvature(s),
         curvature_noise=0.0,
         rounding="",
-        notes=(f"{len(outline.pieces)} exact pieces by {standard.source}.",),
+        notes=(f"{len(outline.pieces)} exact pieces by {entry.source}.",),
     )
     as_points = partial(standard_profile, name, SPACING)
-    return Understood(standard.kind, standard.title, name, figure, True, False, as_points)
+    return Understood(entry.kind, entry.title, name, figure, True, False, as_points)
+
+
+def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
+    """Return a profile by the curve that was made of its points."""
+    figure, is_smoothed = profile_figure(prepared, SPACING), prepared.smoothing.length > 0
+    return Understood(prepared.kind, source, file, figure, False, is_smoothed, partial(_points, prepared))
+
+
+def _points(prepared: Prepared) -> Profile:
+    """Return the given points, or as many of a smoothed curve."""
+    if prepared.smoothing.length > 0:
+        return sampled(prepared, prepared.length / (len(prepared.places) - 1))
+    return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
 
 
 def to_dataset(understood: Understood) -> xr.Dataset:

@@ -15,7 +15,6 @@ from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.pairs.creep_force import Continuation, displaced
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.grids import grids_of
-from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import (
     PairWithFriction,
@@ -25,10 +24,9 @@ from femic.contact.pairs.pair_with_friction import (
     with_perturbed_ics,
 )
 from femic.contact.pairs.solved_compression import in_steps
-from femic.contact.rolling import RollingContact
-from femic.contact.specification import ContactProblem, ContactSpecification
+from femic.contact.specification import ContactProblem
 from femic.damage.estimates import RollingSolution
-from femic.damage.worn import REACH, strips_beside
+from femic.damage.wear import REACH, strips_beside
 from femic.reference.run_options import RunOptions
 from femic.results.contact import map_names, reference_name, require_solvable
 from femic.scenes.engine import body_limit_misfits
@@ -48,19 +46,6 @@ STEP = 0.02  # of friction times load, over which the slope of a creep-force cur
 
 
 @dataclass(frozen=True, eq=False)
-class EstimatedRolling:
-    """A contact in steady rolling, and others of the same for its estimates; None: there is no such contact.
-
-    `larger` are those on elements twice and four times as large; `changed` that with the distance of the
-    displaced bodies, and that with ICs plus their estimated errors where errors of ICs are known.
-    """
-
-    own: RollingSolution
-    larger: tuple[RollingSolution | None, ...] = ()
-    changed: tuple[RollingSolution | None, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
 class Contacts:
     """Tractions [MPa] on the upper body of a contact with ICs by name, (n_x, n_s, 3) each, on one grid.
 
@@ -70,7 +55,7 @@ class Contacts:
     problem: ContactProblem
     on_grid: PairOnGrid
     tractions: Mapping[str, Array]
-    rolling: Mapping[str, EstimatedRolling]
+    rolling: Mapping[str, RollingSolution]
     load: str
 
     @property
@@ -121,65 +106,53 @@ def require_stresses(scene: Scene) -> None:
             f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
         )
     require_none(scene.name, body_limit_misfits(scene))
-    require_solvable(with_one_contact(scene))
-    if scene.damage.wears and scene.damage.spread > 0:
-        _require_room(scene)
-
-
-def _require_room(scene: Scene) -> None:
-    """Raise BadScene where the grid has no strips left for a contact beside those that spread wear needs."""
-    ((grid, _),) = grids_of(with_one_contact(scene).contact_problem)
-    most = (grid.n_s - 1) / 2
-    if strips_beside(scene.damage.spread, grid.ds) > most:
-        raise BadScene(
-            f"{scene.name}: damage.spread = {scene.damage.spread:g} mm: wear is averaged over {REACH:g} "
-            f"times that beside the contact, and its grid has {grid.n_s} strips of {grid.ds:.3g} mm: give "
-            f"less than {most * grid.ds / REACH:.2g} mm, or contact.grid = 'scene' and a longer [grid]"
-        )
+    one = with_one_contact(scene)
+    require_solvable(one)
+    spread = scene.damage.spread
+    if scene.damage.wears and spread > 0:
+        ((grid, _),) = grids_of(one.contact_problem)
+        most = (grid.n_s - 1) / 2  # strips beside a contact of one strip
+        if strips_beside(spread, grid.ds) > most:
+            raise BadScene(
+                f"{scene.name}: damage.spread = {spread:g} mm: wear is averaged over {REACH:g} times that "
+                f"beside the contact, and its grid has {grid.n_s} strips of {grid.ds:.3g} mm: give less than "
+                f"{most * grid.ds / REACH:.2g} mm, or contact.grid = 'scene' and a longer [grid]"
+            )
 
 
 def with_one_contact(scene: Scene) -> Scene:
-    """Return a scene whose contact is the one whose stresses are computed."""
-    return replace(scene, contact=_one_contact(scene))
+    """Return a scene whose contact is the one whose stresses are computed.
 
-
-def solve_contacts(scene: Scene, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
-    """Solve the one contact of a scene, as of `with_one_contact`, with each of its ICs.
-
-    `given` are ICs of the caller by name. Raises as `femic contact`.
-    """
-    problem = with_one_contact(scene).contact_problem
-    if problem.specification.friction is None:
-        return _frictionless(problem, options, given)
-
-    def solve(pair: PairWithFriction) -> Contacts:
-        if problem.specification.motion == "rolling":
-            return _rolling(pair)
-        return _compress(pair)
-
-    return solve_with_friction(problem, solve, options, given)
-
-
-def _one_contact(scene: Scene) -> ContactSpecification:
-    """Return the specification of one contact: of the largest load; or of the friction and force of a scene.
-
-    Where [stresses] has none, these are the largest coefficient of friction, and `equal_force`.
+    Without friction it is that of the largest load or else approach; with friction that of the friction and
+    force of [stresses], or else the largest coefficient of friction, and `equal_force`.
     """
     specification, friction, force = scene.contact, scene.stresses.friction, scene.stresses.force
-    if (of_contact := specification.friction) is not None:
+    if (given := specification.friction) is not None:
         one = replace(
-            of_contact,
-            coefficients=(friction or max(of_contact.coefficients),),
-            equal_force=of_contact.equal_force if force is None else force,
+            given,
+            coefficients=(friction or max(given.coefficients),),
+            equal_force=given.equal_force if force is None else force,
         )
-        return replace(specification, friction=one)
+        return replace(scene, contact=replace(specification, friction=one))
     if specification.loads:
-        return replace(specification, loads=(max(specification.loads),), approaches=())
-    return replace(specification, approaches=tuple(sorted(specification.approaches)[-1:]))
+        return replace(
+            scene, contact=replace(specification, loads=(max(specification.loads),), approaches=())
+        )
+    return replace(
+        scene, contact=replace(specification, approaches=tuple(sorted(specification.approaches)[-1:]))
+    )
 
 
-def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[str, GivenICs]) -> Contacts:
-    solved = solve_frictionless(problem, options, given)
+def solve_contacts(scene: Scene, options: RunOptions) -> Contacts:
+    """Solve the one contact of a scene, as of `with_one_contact`, with each of its ICs.
+
+    Raises as `femic contact`.
+    """
+    problem = with_one_contact(scene).contact_problem
+    if problem.specification.friction is not None:
+        is_rolling = problem.specification.motion == "rolling"
+        return solve_with_friction(problem, _roll if is_rolling else _compress, options)
+    solved = solve_frictionless(problem, options)
     (loading,) = solved.loadings
     contacts = {name: solved.contacts[loading, name] for name in solved.ics}
     tractions = {name: one.normal.tractions for name, one in contacts.items()}
@@ -187,32 +160,38 @@ def _frictionless(problem: ContactProblem, options: RunOptions, given: Mapping[s
     return Contacts(problem, on_grid, tractions, {}, str(loading))
 
 
-def _rolling(pair: PairWithFriction) -> Contacts:
-    solved = {name: _roll(pair, name) for name in pair.problem.specification.ics}
-    tractions = {name: one.own.contact.p for name, one in solved.items()}
-    return Contacts(pair.problem, pair.on_grid, tractions, solved, f"{pair.loads[0]:g} N")
-
-
-def _roll(pair: PairWithFriction, name: str) -> EstimatedRolling:
-    """Return the contact at the prescribed longitudinal force."""
-    friction = pair.specification.coefficients[0]
-    problem, label = pair.frictional(pair.operator(name), friction), f"friction {friction:g}, {name}"
-    own = _with_force(pair, problem, label)
-    pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
-    larger = on_larger_elements(pair, problem, label, _with_force)
-    changed: list[Callable[[], RollingSolution | None]] = [partial(_displace, pair, own, label)]
-    if pair.perturbed(name) is not None:
-        changed += [partial(with_perturbed_ics, pair, friction, name, label, _with_force)]
-    in_estimates = partial(if_possible, pair, "not in estimates")
-    return EstimatedRolling(own, tuple(larger), tuple(map(in_estimates, changed)))
+def _roll(pair: PairWithFriction) -> Contacts:
+    """Return the contacts at the prescribed longitudinal force, with those that their estimates need."""
+    (friction,), rolling = pair.specification.coefficients, {}
+    for name in pair.problem.specification.ics:
+        problem, label = pair.frictional(pair.operator(name), friction), f"friction {friction:g}, {name}"
+        own = _with_force(pair, problem, label)
+        pair.options.watch.on_stage(f"  {label}: xi = {own.rolling.creepages.longitudinal:.3g}")
+        larger = on_larger_elements(pair, problem, label, _with_force)
+        others: list[Callable[[], RollingSolution | None]] = [partial(_displace, pair, own, label)]
+        if pair.perturbed(name) is not None:
+            others += [partial(with_perturbed_ics, pair, friction, name, label, _with_force)]
+        changed = [if_possible(pair, "not in estimates", other) for other in others]
+        rolling[name] = replace(own, larger=tuple(larger), changed=tuple(changed))
+    tractions = {name: solution.contact.p for name, solution in rolling.items()}
+    return Contacts(pair.problem, pair.on_grid, tractions, rolling, f"{pair.loads[0]:g} N")
 
 
 def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> RollingSolution:
-    """Return the contact of a problem at the prescribed longitudinal force, and the slope of its curve."""
+    """Return the contact of a problem at the prescribed longitudinal force, and the slope of its curve.
+
+    The slope dF_x/dxi [N] is that to a contact of less force; nan without this.
+    """
     along = Continuation.of(pair, problem, label)
     share = pair.specification.equal_force
     rolling = along.with_force(share * along.largest, [along.first()])
-    return RollingSolution(along.problem, rolling, pair.loads[0], _slope(along, share, rolling))
+    less, slope = share - np.copysign(STEP, share), np.nan
+    solve = partial(along.with_force, less * along.largest, [rolling])
+    beside = if_possible(pair, "no slope of the creep-force curve", solve)
+    if beside is not None:
+        rise = rolling.creepages.longitudinal - beside.creepages.longitudinal
+        slope = float((share - less) * along.largest / rise)
+    return RollingSolution(along.problem, rolling, pair.loads[0], slope)
 
 
 def _displace(pair: PairWithFriction, own: RollingSolution, label: str) -> RollingSolution:
@@ -222,19 +201,8 @@ def _displace(pair: PairWithFriction, own: RollingSolution, label: str) -> Rolli
     return replace(own, rolling=displaced(along, own.rolling, force))
 
 
-def _slope(along: Continuation, share: float, rolling: RollingContact) -> float:
-    """Return dF_x/dxi [N] of the creep-force curve from a contact to one of less force; nan without this."""
-    less = share - np.copysign(STEP, share)
-    solve = partial(along.with_force, less * along.largest, [rolling])
-    beside = if_possible(along.pair, "no slope of the creep-force curve", solve)
-    if beside is None:
-        return np.nan
-    rise = rolling.creepages.longitudinal - beside.creepages.longitudinal
-    return float((share - less) * along.largest / rise)
-
-
 def _compress(pair: PairWithFriction) -> Contacts:
-    friction, tractions = pair.specification.coefficients[0], {}
+    (friction,), tractions = pair.specification.coefficients, {}
     for name in pair.problem.specification.ics:
         problem = pair.frictional(pair.operator(name), friction)
         tractions[name] = in_steps(pair, problem, f"friction {friction:g}, {name}")[1].p
@@ -306,7 +274,11 @@ def lattice_below(contacts: Contacts, body: str) -> Lattice:
     and has 0; depths go to two half-widths, or where that is less as far as normals stay inside the body and
     apart. Below the middle alone they go on to two half-widths, if that is inside the body.
     """
-    half_length, (low, high) = _patch(contacts)
+    pressed = np.any([p[..., N] > 0 for p in contacts.tractions.values()], axis=0)
+    along, grid = contacts.on_grid.x, contacts.grid
+    half_length = float(np.max(np.abs(along[pressed.any(axis=1)]))) + grid.dx / 2
+    strips = grid.strips[pressed.any(axis=0)]
+    low, high = float(strips[0]) - grid.ds / 2, float(strips[-1]) + grid.ds / 2
     half_width, middle = (high - low) / 2, (low + high) / 2
     first, last = contacts.problem.extent
     offset, of_body = contacts.offset(body), contacts.problem.bodies[body]
@@ -324,36 +296,22 @@ def lattice_below(contacts: Contacts, body: str) -> Lattice:
     return Lattice(x, s, deepest * np.linspace(0, 1, INTO_DEPTH) ** GRADING, deeper, before, offset)
 
 
-def _patch(contacts: Contacts) -> tuple[float, tuple[float, float]]:
-    """Half-length about x = 0 and ends along s of the contacts with all ICs [mm]."""
-    pressed = np.any([p[..., N] > 0 for p in contacts.tractions.values()], axis=0)
-    x, s, grid = contacts.on_grid.x, contacts.grid.strips, contacts.grid
-    half_length = float(np.max(np.abs(x[pressed.any(axis=1)]))) + grid.dx / 2
-    strips = s[pressed.any(axis=0)]
-    return half_length, (float(strips[0]) - grid.ds / 2, float(strips[-1]) + grid.ds / 2)
-
-
 def _deepest(body: Body, s: Array, depth: float) -> float:
-    """The largest depth [mm] up to `depth` at which points below s are inside the body, and in their order.
+    """Return the largest depth [mm] up to `depth` at which points below s are in the body and in their order.
 
-    Below a convex contour normals meet in the centre of curvature, and cross beyond it.
+    Below a convex contour normals meet in the centre of curvature, and cross beyond it: the distances of
+    neighbours along s, over those at the surface, tell.
     """
     for _ in range(MOST_SHRINKINGS):
+        points = InnerPoints(np.zeros_like(s), s, np.full_like(s, depth))
         try:
-            points = InnerPoints(np.zeros_like(s), s, np.full_like(s, depth))
             require_inside(body, points)
         except WrongInput:
             depth *= SHRINKING
             continue
-        if np.all(_spread(body, points) >= LEAST_SPREAD):
+        n_y, n_z = body.contour.normal((s[1:] + s[:-1]) / 2)
+        along = np.diff(points.in_section(body), axis=1)  # (2, n - 1)
+        if np.all((along[0] * n_z - along[1] * n_y) / np.diff(s) >= LEAST_SPREAD):
             return depth
         depth *= SHRINKING
     raise Failure("the body is too thin below the contact for stresses inside it")
-
-
-def _spread(body: Body, points: InnerPoints) -> Array:
-    """Distances of neighbours along s over those at the surface, (n - 1,); negative where normals cross."""
-    middle = (points.s[1:] + points.s[:-1]) / 2
-    n_y, n_z = body.contour.normal(middle)
-    along = np.diff(points.in_section(body), axis=1)  # (2, n - 1)
-    return np.asarray((along[0] * n_z - along[1] * n_y) / np.diff(points.s))

@@ -11,7 +11,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from femic.cache.digests import results_digest, versions
@@ -19,19 +18,26 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results import wheelset_contacts as geometry
 from femic.results.wheelset_contacts import (
     ABOUT,
-    SIDES,
     Study,
     contacts,
-    grids_in,
     is_mirrored,
-    label_contacts,
-    top_of,
+    join_contacts,
+    rail_top,
     without_grid_reports,
 )
 from femic.scenes.scene_table import SceneTable
-from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET
-from femic.shifts.position import RolledICs, RollingSide, roll
-from femic.shifts.sides import Place, bodies_at, doubts, layout_of, problem_of, sections_of, understood
+from femic.shifts.contact import read_grids
+from femic.shifts.position import GRID, RollingSide, roll
+from femic.shifts.sides import (
+    SIDES,
+    Place,
+    bodies_at,
+    contact_problem,
+    doubts,
+    lay_out_wheelset,
+    prepare_sections,
+    understood,
+)
 from femic.shifts.specification import C, ProfileTable, RollingTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.text import read_source
@@ -52,8 +58,8 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     """
     start = perf_counter()
     require_track(specification)
-    sections = sections_of(specification)
-    layout = layout_of(specification, sections)
+    sections = prepare_sections(specification)
+    layout = lay_out_wheelset(specification, sections)
     used = values_used(specification, layout)
     doubtful = [*filter(None, [assumed_text(used)]), *canted_rails(specification), *doubts(sections)]
     for doubt in doubtful:
@@ -68,12 +74,12 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     parts = [
         geometry.wheelset(specification, positions),
         geometry.touching(layout, specification, positions),
-        label_contacts(study, solved),
+        join_contacts(study, solved),
         geometry.sections(layout),
         geometry.conicity(layout, specification, options.watch, alike=study.alike),
     ]
     if specification.rolling is not None:
-        parts.append(labelled_rolling(study, dict(rolling_wheelsets(study, positions, solved))))
+        parts.append(join_rolling(study, dict(rolling_wheelsets(study, positions, solved))))
     dataset = xr.merge(parts, compat="no_conflicts", join="outer", combine_attrs="no_conflicts")
     unusual = {f"{shift:g}": "; ".join(at.notes) for shift, at in positions.items() if at.notes} | {
         f"{shift:g}, {side}": entry.attrs["notes"]
@@ -229,19 +235,11 @@ def assumed_text(used: dict[str, dict[str, Any]]) -> str:
     return f"Assumed, because the specification does not say: {', '.join(parts)}." if parts else ""
 
 
-def values_of(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Return value, origin and meaning of each key with which a dataset was computed."""
-    used: dict[str, dict[str, Any]] = json.loads(dataset.attrs["values"])
-    return used
-
-
 # --- the rolling wheelset -------------------------------------------------------------------------------
 
 
 Contacts = Mapping[tuple[float, SideName], xr.Dataset]
 MIRRORED = ("sum_F_y", "steering")  # numbers of a wheelset that change their sign
-ESTIMATE = "estimate_"  # before the name of a number
-GRID = "area_"  # before the names of numbers of each contact area that rolls
 
 
 def rolling_wheelsets(
@@ -279,10 +277,10 @@ def mirror(entry: xr.Dataset) -> xr.Dataset:
 
 def _side(study: Study, where: Place, contact: xr.Dataset) -> RollingSide:
     """Return a side on the grid of its contact without friction."""
-    k, grids = SIDES.index(where.side), grids_in(contact)
+    k, grids = SIDES.index(where.side), read_grids(contact)
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
     bodies = bodies_at(where, rail, wheel, float(contact.attrs["steepest"]))
-    problem = problem_of(bodies, study.request, study.request.load, grids[0])
+    problem = contact_problem(bodies, study.specification.contact, grids[0])
     approach = float(contact.approach.isel(ics=0))
     return RollingSide(where, problem, grids, approach, C in contact.ics.values)
 
@@ -301,85 +299,30 @@ def _solve_or_load(study: Study, rolling: RollingTable, sides: list[RollingSide]
     if (entry := options.store.get(key)) is not None:
         options.watch.on_stage(f"{label}: stored by an earlier run")
         return entry
-    start = perf_counter()
-    contact = study.specification.contact
-    entry = _entry(roll(sides, contact.load, rolling, contact.ics, without_grid_reports(options)))
-    options.watch.on_stage(f"{label}: {_creepage_text(entry)}, {perf_counter() - start:.1f} s")
+    start, contact = perf_counter(), study.specification.contact
+    entry = roll(sides, contact.load, rolling, contact.ics, without_grid_reports(options))
+    known = entry.xi_0.dropna("ics")
+    creepages = ", ".join(f"{name} {float(known.sel(ics=name)):.3g}" for name in known.ics.values)
+    text = f"creepage {creepages}" if creepages else "not found"
+    options.watch.on_stage(f"{label}: {text}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
 
 
-def _creepage_text(entry: xr.Dataset) -> str:
-    """Return the creepages of the wheelset in words."""
-    known = entry.xi_0.dropna("ics")
-    if not known.size:
-        return "not found"
-    return "creepage " + ", ".join(f"{name} {float(known.sel(ics=name)):.3g}" for name in known.ics.values)
-
-
-def _entry(solved: list[RolledICs]) -> xr.Dataset:
-    """Return a wheelset as a dataset over sides and ICs."""
-    shape, variables = (len(SIDES), len(solved)), dict[str, tuple[Any, Any]]()
-    for name in OF_WHEEL:
-        both = np.full(shape, np.nan), np.full(shape, np.nan)
-        for n, of_ics in enumerate(solved):
-            for side, wheel in of_ics.wheels.items():
-                if wheel.ics != of_ics.ics:
-                    continue  # beside a wheel with C
-                both[0][SIDES.index(side), n] = wheel.numbers[name]
-                both[1][SIDES.index(side), n] = wheel.errors.get(name, np.nan)
-        for key, array in zip((name, ESTIMATE + name), both, strict=True):
-            variables[key] = (("side", "ics"), array)
-    most = max((len(wheel.patches) for of_ics in solved for wheel in of_ics.wheels.values()), default=1)
-    for name in OF_PATCH:
-        array = np.full((*shape, most), np.nan)
-        for n, of_ics in enumerate(solved):
-            for side, wheel in of_ics.wheels.items():
-                if wheel.ics == of_ics.ics:
-                    values = [patch[name] for patch in wheel.patches]
-                    array[SIDES.index(side), n, : len(values)] = values
-        variables[GRID + name] = (("side", "ics", "area"), array)
-    for name in OF_WHEELSET:
-        known = [of_ics.axle for of_ics in solved]
-        variables[name] = ("ics", [axle.numbers[name] if axle else np.nan for axle in known])
-        errors = [axle.errors.get(name, np.nan) if axle else np.nan for axle in known]
-        variables[ESTIMATE + name] = ("ics", errors)
-    reasons: dict[str, str] = {}
-    for of_ics in solved:
-        for side, reason in of_ics.reasons.items():
-            reasons[side] = "; ".join(filter(None, [reasons.get(side), f"{of_ics.ics}: {reason}"]))
-    variables["seconds_rolling"] = ("ics", [of_ics.seconds for of_ics in solved])
-    return xr.Dataset(
-        variables,
-        coords={"side": list(SIDES), "ics": [of_ics.ics for of_ics in solved]},
-        attrs={"reasons": json.dumps(reasons)},
-    )
-
-
-def labelled_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dataset:
+def join_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dataset:
     """Return the numbers of all wheelsets by shift, side and ICs, and the reasons for missing ones.
 
-    C of a wheel is left out where only the other one has it.
+    C of a wheel is left out where only the other one has it. Arc lengths are from the rails' tops.
     """
     rolling, shifts = study.specification.rolling, list(study.specification.shifts)
     assert rolling is not None
-    entries = [entry.drop_attrs().expand_dims(shift=[shift]) for shift, entry in solved.items()]
-    dataset = xr.concat(entries, "shift", join="outer") if entries else xr.Dataset()
-    dataset = dataset.reindex(shift=shifts)
-    for table in (OF_WHEEL, OF_WHEELSET):
-        for name, (unit, meaning) in table.items():
-            dataset[name].attrs = {"units": unit, "long_name": meaning}
-            dataset[ESTIMATE + name].attrs = {"units": unit, "long_name": f"estimated error of {name}"}
-    for name, (unit, meaning) in OF_PATCH.items():
-        dataset[GRID + name].attrs = {"units": unit, "long_name": meaning}
-    tops = xr.DataArray([top_of(study.layout, side) for side in SIDES], coords={"side": list(SIDES)})
-    centre = dataset[GRID + "centre"]
-    dataset[GRID + "centre"] = (
-        (centre - tops)
-        .transpose(*centre.dims)
-        .assign_attrs(
-            units="mm", long_name="centre of pressure of the area, arc length on the rail from its top"
-        )
+    entries = [entry.drop_attrs(deep=False).expand_dims(shift=[shift]) for shift, entry in solved.items()]
+    dataset = xr.concat(entries, "shift", join="outer").reindex(shift=shifts)
+    tops = xr.DataArray([rail_top(study.layout, side) for side in SIDES], coords={"side": list(SIDES)})
+    centre = dataset[f"{GRID}centre"]
+    meaning = "centre of pressure of the area, arc length on the rail from its top"
+    dataset[f"{GRID}centre"] = (
+        (centre - tops).transpose(*centre.dims).assign_attrs(centre.attrs | {"long_name": meaning})
     )
     reasons = {
         f"{shift:g}, {side}, rolling": text

@@ -12,20 +12,18 @@ import xarray as xr
 
 from femic.cache.digests import results_digest
 from femic.reference.run_options import RunOptions, Watch
-from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact, contact_at
-from femic.shifts.sides import ContactRequest, Place
+from femic.shifts.contact import PATCH, contact_at
+from femic.shifts.sides import SIDES, Place
 from femic.shifts.specification import ShiftsFile
 from geometries.arrays import Array
 from geometries.errors import Failure
-from geometries.patches import Grid
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import Layout, SideName
-from geometries.track.wheelset import Position, RollRule, Touch, over_shifts
+from geometries.track.wheelset import Position, RollRule, over_shifts
 
 # --- geometry -------------------------------------------------------------------------------------------
 
 
-SIDES: tuple[SideName, SideName] = ("left", "right")
 ABOUT: RollRule = "about rails"  # shifts are those at the rails: flanges of any slope are reached
 BEYOND = (0.5, 2.0, 5.0)  # mm beyond the amplitude of the conicity, up to which shifts are taken for it
 STEP = 0.1  # mm between these shifts: the largest step of EN 15302
@@ -45,28 +43,25 @@ TOUCHING = {  # of a touching point, by name: unit and meaning
 
 def wheelset(specification: ShiftsFile, positions: dict[float, Position]) -> xr.Dataset:
     """Return roll, height and rolling-radius difference over all shifts."""
-
-    def over(value: Callable[[Position], float]) -> tuple[str, list[float]]:
-        return "shift", [value(positions[s]) if s in positions else np.nan for s in specification.shifts]
-
+    known = [positions.get(shift) for shift in specification.shifts]
+    quantities: dict[str, tuple[Callable[[Position], float], str, str]] = {
+        "roll": (lambda at: 1e3 * at.roll, "mrad", "roll, positive where the left wheel is higher"),
+        "axle_shift": (lambda at: at.shift, "mm", "shift of the middle of the axle"),
+        "height": (lambda at: at.height, "mm", "height of the axle over the rail tops"),
+        "rrd": (
+            lambda at: at.rolling_radius_difference,
+            "mm",
+            "rolling-radius difference, left minus right",
+        ),
+    }
     return xr.Dataset(
         {
-            "roll": (
-                *over(lambda position: 1e3 * position.roll),
-                {"units": "mrad", "long_name": "roll, positive where the left wheel is higher"},
-            ),
-            "axle_shift": (
-                *over(lambda position: position.shift),
-                {"units": "mm", "long_name": "shift of the middle of the axle"},
-            ),
-            "height": (
-                *over(lambda position: position.height),
-                {"units": "mm", "long_name": "height of the axle over the rail tops"},
-            ),
-            "rrd": (
-                *over(lambda position: position.rolling_radius_difference),
-                {"units": "mm", "long_name": "rolling-radius difference, left minus right"},
-            ),
+            name: (
+                "shift",
+                [value(at) if at else np.nan for at in known],
+                {"units": unit, "long_name": meaning},
+            )
+            for name, (value, unit, meaning) in quantities.items()
         },
         coords={"shift": ("shift", list(specification.shifts), {"units": "mm"})},
     )
@@ -74,49 +69,35 @@ def wheelset(specification: ShiftsFile, positions: dict[float, Position]) -> xr.
 
 def touching(layout: Layout, specification: ShiftsFile, positions: dict[float, Position]) -> xr.Dataset:
     """Return the touching points by shift and side."""
-    tops = [top_of(layout, side) for side in SIDES]
-    rows = [
-        [
-            _touch_numbers(_touches(positions[shift], side), top)
-            if shift in positions
-            else dict.fromkeys(TOUCHING, np.nan)
-            for side, top in zip(SIDES, tops, strict=True)
-        ]
-        for shift in specification.shifts
-    ]
+    values = np.full((len(TOUCHING), len(specification.shifts), 2), np.nan)
+    for m, side in enumerate(SIDES):
+        top = rail_top(layout, side)
+        for k, shift in enumerate(specification.shifts):
+            if shift in positions:
+                touch, *others = positions[shift].left if side == "left" else positions[shift].right
+                second = (
+                    (others[0].distance, float(np.degrees(others[0].angle))) if others else (np.nan, np.nan)
+                )
+                values[:, k, m] = (
+                    float(np.degrees(touch.angle)),
+                    touch.radius,
+                    float(touch.point[0]),
+                    float(touch.point[1]),
+                    touch.s_rail - top,
+                    touch.curvature_rail,
+                    touch.curvature_wheel,
+                    *second,
+                )
     return xr.Dataset(
         {
-            name: (
-                ("shift", "side"),
-                [[row[name] for row in both] for both in rows],
-                {"units": unit, "long_name": meaning},
-            )
-            for name, (unit, meaning) in TOUCHING.items()
+            name: (("shift", "side"), by_side, {"units": unit, "long_name": meaning})
+            for (name, (unit, meaning)), by_side in zip(TOUCHING.items(), values, strict=True)
         },
         coords={"shift": list(specification.shifts), "side": list(SIDES)},
     )
 
 
-def _touches(position: Position, side: SideName) -> tuple[Touch, ...]:
-    return position.left if side == "left" else position.right
-
-
-def _touch_numbers(touches: tuple[Touch, ...], top: float) -> dict[str, float]:
-    touch, second = touches[0], touches[1] if len(touches) > 1 else None
-    return {
-        "contact_angle": float(np.degrees(touch.angle)),
-        "radius": touch.radius,
-        "y": float(touch.point[0]),
-        "z": float(touch.point[1]),
-        "s_rail": touch.s_rail - top,
-        "curvature_rail": touch.curvature_rail,
-        "curvature_wheel": touch.curvature_wheel,
-        "second_gap": second.distance if second else np.nan,
-        "second_angle": float(np.degrees(second.angle)) if second else np.nan,
-    }
-
-
-def top_of(layout: Layout, side: SideName) -> float:
+def rail_top(layout: Layout, side: SideName) -> float:
     """Return the arc length [mm] of the highest point of a rail in its place."""
     rail = layout.side(side).rail
     t = np.linspace(*rail.limits, 20001)
@@ -190,31 +171,6 @@ def _near(layout: Layout, end: float, *, from_middle: bool) -> tuple[Array, Arra
 
 
 SAME_ROLL = 1e-8  # rad
-POINTS = 400  # of the outlines of patches
-NUMBERS = {  # of a contact, by name: unit and meaning
-    "p_max": ("MPa", "largest pressure"),
-    "estimate_p_max": ("MPa", "estimated error of p_max"),
-    "approach": ("mm", "approach of wheel and rail"),
-    "vertical": ("N", "vertical force on the wheel, perpendicular to the track"),
-    "lateral": ("N", "lateral force on the wheel, positive towards the middle of the track"),
-    "estimate_lateral": ("N", "estimated error of the lateral force"),
-    "angle": ("deg", "change of the rail's inclination across the main patch"),
-    "a": ("mm", "half-length of the main patch along the rail"),
-    "b": ("mm", "half-width of the main patch, arc length"),
-    "seconds": ("s", "time of the solution, without C"),
-}
-OF_PATCH = {  # of each patch of a contact, by growing arc length of the rail: unit, meaning
-    "normal_force": ("N", "force along the normals of the patch"),
-    "share": ("1", "share of the vertical load that the patch carries"),
-    "p_max": ("MPa", "largest pressure of the patch"),
-    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
-    "centre": ("mm", "centre of pressure of the patch, arc length on the rail from its top"),
-    "start": ("mm", "end of the patch on the gauge side, arc length on the rail from its top"),
-    "end": ("mm", "end of the patch on the field side, arc length on the rail from its top"),
-    "half_length": ("mm", "half-length of the patch along the rail"),
-    "area": ("mm2", "area of the patch"),
-}
-PATCH = "patch_"  # before these names
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,14 +187,6 @@ class Study:
         rails, wheels = self.specification.rails, self.specification.wheels
         left_radius, right_radius = self.layout.nominal_radius
         return rails[0] == rails[1] and wheels[0] == wheels[1] and left_radius == right_radius
-
-    @property
-    def request(self) -> ContactRequest:
-        """What each contact is solved for."""
-        contact = self.specification.contact
-        return ContactRequest(
-            contact.load, contact.ics, contact.elements, contact.c_above_deg, contact.planar
-        )
 
     def facts(self, side: SideName) -> list[object]:
         """Return all of a side on which its contacts depend."""
@@ -284,15 +232,16 @@ def _solve_or_load(study: Study, where: Place, label: str) -> xr.Dataset:
     """Return a contact as a dataset, from the store where it is there. Raises Failure."""
     k, options = SIDES.index(where.side), study.options
     rail, wheel = study.specification.rails[k], study.specification.wheels[k]
-    code = results_digest()
     at = where.position.given_shift, where.position.roll
-    key = options.store.key("shift", code, study.facts(where.side), at, where.side)
+    key = options.store.key("shift", results_digest(), study.facts(where.side), at, where.side)
     if (entry := options.store.get(key)) is not None:
         options.watch.on_stage(f"{label}: stored by an earlier run")
         return entry
     start = perf_counter()
-    entry = _entry(contact_at(where, rail, wheel, study.request, without_grid_reports(options)))
-    options.watch.on_stage(f"{label}: {_pressure_text(entry)}, {perf_counter() - start:.1f} s")
+    entry = contact_at(where, rail, wheel, study.specification.contact, without_grid_reports(options))
+    pressures = zip(entry.ics.values, entry.p_max.values, strict=True)
+    text = ", ".join(f"{name} {p_max:.0f} MPa" for name, p_max in pressures)
+    options.watch.on_stage(f"{label}: {text}, {perf_counter() - start:.1f} s")
     options.store.put(key, entry)
     return entry
 
@@ -302,145 +251,24 @@ def without_grid_reports(options: RunOptions) -> RunOptions:
     return replace(options, watch=replace(options.watch, on_stage=lambda _: None))
 
 
-def _pressure_text(entry: xr.Dataset) -> str:
-    """Return the largest pressures in words."""
-    return ", ".join(
-        f"{name} {value:.0f} MPa" for name, value in zip(entry.ics.values, entry.p_max.values, strict=True)
+def join_contacts(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> xr.Dataset:
+    """Return all contacts by shift, side and ICs, with arc lengths from the rails' tops."""
+    shifts, by_side = list(study.specification.shifts), []
+    grids = np.full((len(shifts), len(SIDES)), "", dtype=object)
+    for m, side in enumerate(SIDES):
+        entries = []
+        for (shift, own), entry in solved.items():
+            if own == side:
+                entries.append(entry.drop_attrs(deep=False).expand_dims(shift=[shift]))
+                grids[shifts.index(shift), m] = entry.attrs["grid"]
+        if entries:
+            joined, top = xr.concat(entries, "shift", join="outer"), rail_top(study.layout, side)
+            for name in ("outline_s", *(f"{PATCH}{end}" for end in ("centre", "start", "end"))):
+                joined[name] = (joined[name] - top).assign_attrs(joined[name].attrs)
+            by_side.append(joined.expand_dims(side=[side]))
+    names = dict.fromkeys(str(name) for entry in solved.values() for name in entry.ics.values)
+    dataset = xr.concat(by_side, "side", join="outer").reindex(
+        shift=shifts, side=list(SIDES), ics=list(names)
     )
-
-
-def _entry(contact: SideContact) -> xr.Dataset:
-    """Return a contact as a dataset over its ICs."""
-    rows = contact.numbers
-    numbers = {name: ("ics", [float(getattr(row, name)) for row in rows]) for name in NUMBERS}
-    outlines = np.stack([_outline(row) for row in rows])
-    most = max(len(row.patches) for row in rows)
-    of_patches = {
-        PATCH + name: (
-            ("ics", "patch"),
-            np.array([_pad([_of_patch(patch, name) for patch in row.patches], most) for row in rows]),
-        )
-        for name in OF_PATCH
-    }
-    return xr.Dataset(
-        numbers
-        | of_patches
-        | {
-            "patches": ("ics", [float(len(row.patches)) for row in rows]),
-            "beside": ("ics", [1 - max(patch.share for patch in row.patches) for row in rows]),
-            "outline_s": (("ics", "point"), outlines[:, 0]),
-            "outline_x": (("ics", "point"), outlines[:, 1]),
-        },
-        coords={"ics": [row.ics for row in rows]},
-        attrs={
-            "notes": "; ".join(contact.notes),
-            "grid": "; ".join(
-                f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm"
-                for grid in contact.grids
-            ),
-            "grids": [
-                float(value)
-                for grid in contact.grids
-                for value in (grid.n_x, grid.n_s, grid.dx, grid.ds, grid.s)
-            ],
-            "steepest": contact.steepest,
-        },
-    )
-
-
-def grids_in(entry: xr.Dataset) -> tuple[Grid, ...]:
-    """Return the grids of a stored contact."""
-    rows = np.reshape(entry.attrs["grids"], (-1, 5))
-    return tuple(Grid(int(n_x), int(n_s), float(dx), float(ds), float(s)) for n_x, n_s, dx, ds, s in rows)
-
-
-def _of_patch(patch: PatchNumbers, name: str) -> float:
-    """Return a number of a patch by its name in `OF_PATCH`, arc lengths from the start of the profile."""
-    if name in {"start", "end"}:
-        return patch.s[name == "end"]
-    value = float(getattr(patch, name))
-    return float(np.degrees(value)) if name == "angle" else value
-
-
-def _pad(values: list[float], length: int) -> list[float]:
-    """Return values with NaN behind them."""
-    return values + [np.nan] * (length - len(values))
-
-
-def _outline(row: ICsNumbers) -> Array:
-    """Return the outlines of all patches, NaN between them, as arc lengths of the rail and x, (2, POINTS)."""
-    gap = np.full((2, 1), np.nan)
-    closed = [
-        np.concatenate([patch.outline, patch.outline[:, ::-1] * [[1.0], [-1.0]], gap], axis=1)
-        for patch in row.patches
-    ]
-    points = np.concatenate(closed, axis=1)
-    if points.shape[1] > POINTS:  # every second strip
-        return _outline(replace(row, patches=tuple(_thin(patch) for patch in row.patches)))
-    return np.pad(points, ((0, 0), (0, POINTS - points.shape[1])), constant_values=np.nan)
-
-
-def _thin(patch: PatchNumbers) -> PatchNumbers:
-    """Return a patch with every second point of its outline, and the ends."""
-    outline = patch.outline
-    inner = outline[:, 1:-1][:, ::2]
-    return replace(patch, outline=np.concatenate([outline[:, :1], inner, outline[:, -1:]], axis=1))
-
-
-def label_contacts(study: Study, solved: dict[tuple[float, SideName], xr.Dataset]) -> xr.Dataset:
-    """Return numbers and outlines of all contacts by shift, side and ICs; outlines from the rails' tops."""
-    shifts = study.specification.shifts
-    names = [*dict.fromkeys(str(name) for entry in solved.values() for name in entry.ics.values)]
-    tops = {side: top_of(study.layout, side) for side in SIDES}
-    shape = len(shifts), 2, len(names)
-    most = max((entry.sizes["patch"] for entry in solved.values()), default=1)
-    values = {name: np.full(shape, np.nan) for name in (*NUMBERS, "patches", "beside")}
-    outlines = {name: np.full((*shape, POINTS), np.nan) for name in ("outline_s", "outline_x")}
-    of_patches = {PATCH + name: np.full((*shape, most), np.nan) for name in OF_PATCH}
-    grids = np.full(shape[:2], "", dtype=object)
-    for (shift, side), entry in solved.items():
-        k, m = shifts.index(shift), SIDES.index(side)
-        grids[k, m] = entry.attrs["grid"]
-        for n, name in enumerate(names):
-            if name in entry.ics.values:
-                own = entry.sel(ics=name)
-                for key, array in (values | outlines).items():
-                    array[k, m, n] = own[key].values
-                for key, array in of_patches.items():
-                    array[k, m, n, : entry.sizes["patch"]] = own[key].values
-        outlines["outline_s"][k, m] -= tops[side]
-        for name in ("centre", "start", "end"):
-            of_patches[PATCH + name][k, m] -= tops[side]
-    units = NUMBERS | {
-        "patches": ("1", "number of patches"),
-        "beside": ("1", "share of the load beside the main patch"),
-    }
-    dims = "shift", "side", "ics"
-    return xr.Dataset(
-        {
-            name: (dims, array, {"units": units[name][0], "long_name": units[name][1]})
-            for name, array in values.items()
-        }
-        | {
-            name: ((*dims, "point"), array, {"units": "mm", "long_name": meaning})
-            for (name, array), meaning in zip(
-                outlines.items(),
-                (
-                    "outline of the patches: arc length on the rail from its top",
-                    "outline of the patches: along the rail",
-                ),
-                strict=True,
-            )
-        }
-        | {
-            PATCH + name: ((*dims, "patch"), of_patches[PATCH + name], {"units": unit, "long_name": meaning})
-            for name, (unit, meaning) in OF_PATCH.items()
-        }
-        | {"grid": (dims[:2], grids.astype(str))},
-        coords={
-            "shift": list(shifts),
-            "side": list(SIDES),
-            "ics": names,
-            "patch": np.arange(1, most + 1),
-        },
-    )
+    dataset["grid"] = ("shift", "side"), grids.astype(str)
+    return dataset.transpose("shift", "side", "ics", ...)

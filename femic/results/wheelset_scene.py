@@ -8,11 +8,18 @@ import tomlkit
 
 from femic.cache.files import write_text
 from femic.results.wheelset import OF_FILES, SECOND, assumed_text, canted_rails, require_track, values_used
-from femic.results.wheelset_contacts import ABOUT, SIDES
+from femic.results.wheelset_contacts import ABOUT
 from femic.scenes.listing import as_toml
 from femic.shifts.contact import C_FLANK
-from femic.shifts.sides import LARGEST_LENGTH, LEAST_LENGTH, Place, doubts, layout_of, sections_of
-from femic.shifts.specification import ProfileTable, RollingTable, ShiftsFile
+from femic.shifts.sides import (
+    SIDES,
+    Place,
+    doubts,
+    lay_out_wheelset,
+    prepare_sections,
+    reference_length,
+)
+from femic.shifts.specification import ProfileTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.placement import STEEPEST
 from geometries.profiles.profile import Kind
@@ -38,8 +45,8 @@ def write_scene(
         known = ", ".join(f"{each:g}" for each in specification.shifts)
         raise WrongInput(f"--write {shift:g}: rolls are given at the shifts {known} mm alone: name one")
     side = side or ("left" if shift >= 0 else "right")
-    sections = sections_of(specification)
-    layout = layout_of(specification, sections)
+    sections = prepare_sections(specification)
+    layout = lay_out_wheelset(specification, sections)
     given = specification.roll_at(shift) if specification.rolls else None
     try:
         position = settle(layout, shift, roll=ABOUT if given is None else given, within=SECOND)
@@ -54,49 +61,41 @@ def write_scene(
         *canted_rails(specification),
         *doubts(sections),
     ]
-    if specification.rolling is not None:
-        remarks += _rolling_lines(specification.rolling, side)
+    if (rolling := specification.rolling) is not None:
+        sign = 1 if side == "left" else -1  # the right side is mirrored from a left one
+        keys = {
+            "motion": "rolling",
+            "friction": [rolling.friction],
+            "friction_by_angle": [list(pair) for pair in rolling.by_angle],
+            "lateral": sign * rolling.lateral,
+            "spin": sign * rolling.spin,
+        }
+        remarks.append("The specification rolls: for creep forces and wear give in [contact] instead of gap")
+        remarks += [f"{INDENT}{key} = {as_toml(value)}" for key, value in keys.items() if value]
     comments = "".join(f"# {remark}\n" for remark in remarks)
-    return write_text(
-        f"{comments}\n{tomlkit.dumps(_scene(specification, place))}",
-        folder / f"{name}_{side}_{shift:g}.toml",
-    )
-
-
-def _rolling_lines(rolling: RollingTable, side: SideName) -> list[str]:
-    """Return the keys with which a wheel rolls, a line each; the right side is mirrored from a left one."""
-    sign = 1 if side == "left" else -1
-    keys = {
-        "motion": "rolling",
-        "friction": [rolling.friction],
-        "friction_by_angle": [list(pair) for pair in rolling.by_angle],
-        "lateral": sign * rolling.lateral,
-        "spin": sign * rolling.spin,
-    }
-    given = [f"{INDENT}{key} = {as_toml(value)}" for key, value in keys.items() if value]
-    return ["The specification rolls: for creep forces and wear give in [contact] instead of gap", *given]
-
-
-def _scene(specification: ShiftsFile, place: Place) -> dict[str, Any]:
-    """Return the keys of a scene of a wheel and its rail in a place."""
-    k = SIDES.index(place.side)
+    k, touch = SIDES.index(side), place.touch
     rail, wheel = specification.rails[k], specification.wheels[k]
-    touch, shift = place.touch, place.position.given_shift
     steepest = C_FLANK if abs(touch.angle) + ROOM < C_FLANK else STEEPEST
-    curvature = abs(touch.curvature_rail)
-    length = float(np.clip(1 / max(curvature, 1 / LARGEST_LENGTH), LEAST_LENGTH, LARGEST_LENGTH))
     turn = {
         "rail_inclination": specification.track.rail_inclination,
         "turn_deg": -float(np.degrees(place.roll)),
     }
     of_both = {"steepest_deg": float(np.degrees(steepest))}
     title = specification.title or "Wheelset"
-    return {
-        "title": f"{title}: {place.side} wheel at a shift of {shift:g} mm",
-        "reference_length": length,
-        "lower": _materials(rail) | {"contour": _contour(rail, "rail", touch.s_rail) | turn | of_both},
-        "upper": _materials(wheel)
-        | {"contour": _contour(wheel, "wheel", touch.s_wheel) | of_both, "rolling_radius": touch.radius},
+    scene = {
+        "title": f"{title}: {side} wheel at a shift of {position.given_shift:g} mm",
+        "reference_length": reference_length(touch.curvature_rail),
+        "lower": {
+            "E": rail.E,
+            "nu": rail.nu,
+            "contour": _contour(rail, "rail", touch.s_rail) | turn | of_both,
+        },
+        "upper": {
+            "E": wheel.E,
+            "nu": wheel.nu,
+            "contour": _contour(wheel, "wheel", touch.s_wheel) | of_both,
+            "rolling_radius": touch.radius,
+        },
         "contact": {
             "loads": [specification.contact.load],
             "ics": list(specification.contact.ics),
@@ -106,10 +105,7 @@ def _scene(specification: ShiftsFile, place: Place) -> dict[str, Any]:
         },
         "engine": {"tolerance": 0.03},
     }
-
-
-def _materials(table: ProfileTable) -> dict[str, float]:
-    return {"E": table.E, "nu": table.nu}
+    return write_text(f"{comments}\n{tomlkit.dumps(scene)}", folder / f"{name}_{side}_{shift:g}.toml")
 
 
 def _contour(table: ProfileTable, kind: Kind, centre: float) -> dict[str, Any]:

@@ -18,8 +18,8 @@ import numpy as np
 
 from femic.contact import estimates
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
-from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured_rolling
+from femic.shifts.specification import RollingTable
 from femic.shifts.wheel import PatchBeyondGrid, RollingWheel, WheelContact
 from geometries.errors import Failure
 from geometries.patches import N, S, X
@@ -32,14 +32,6 @@ LEVELS = 3  # of grids
 FIRST_SLOPE = 500.0  # of the torque over friction, load and radius by the creepage: less than that at rest
 WIDEST_STEP = 0.01  # of the creepage outside of a bracket
 MOST_STEPS = 80
-
-
-class BeyondGrid(Failure):
-    """A patch comes near the end of its grid; `number` is that of the wheel, `grid` that of the patch."""
-
-    def __init__(self, number: int, grid: int, short: PotentialAreaTooSmall) -> None:
-        super().__init__(str(short))
-        self.number, self.grid, self.short = number, grid, short
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,105 +52,91 @@ class AxleState:
     coarser: "AxleState | None" = None
 
     @property
-    def torque_slope(self) -> float:
-        """Derivative of the torque by the creepage [N mm]."""
-        return self.slope * self.unit
+    def levels(self) -> "list[AxleState]":
+        """The state, and those on larger and larger elements."""
+        return [self, *(self.coarser.levels if self.coarser else ())]
 
 
 @dataclass(frozen=True, eq=False)
 class RollingWheelset:
-    """The wheels of an axle under a vertical load each [N]; `longitudinal` is xi_0, None where it is free."""
+    """The wheels of an axle under a vertical load each [N], and how they roll."""
 
     wheels: tuple[RollingWheel, ...]
     load: float
-    friction: float
-    longitudinal: float | None
+    rolling: RollingTable
 
     @property
-    def coarsened(self) -> "RollingWheelset | None":
-        """The wheelset on elements twice as large, None where a wheel has none."""
-        coarsened = [wheel.coarsened for wheel in self.wheels]
-        wheels = tuple(wheel for wheel in coarsened if wheel is not None)
-        return replace(self, wheels=wheels) if len(wheels) == len(self.wheels) else None
+    def xi_0(self) -> float | None:
+        """The given creepage; None where the axle is free."""
+        return None if isinstance(self.rolling.longitudinal, str) else self.rolling.longitudinal
 
     def solve(self, levels: int = LEVELS) -> AxleState:
         """Return the wheelset as it rolls.
 
-        Raises Failure, and BeyondGrid where a patch comes near the ends of its grid.
+        Raises Failure, and PatchBeyondGrid where a patch comes near the ends of its grid.
         """
-        coarser = self._coarser(levels)
+        coarser, coarsened = None, [wheel.coarsened for wheel in self.wheels]
+        wheels = tuple(wheel for wheel in coarsened if wheel is not None)
+        if levels > 1 and len(wheels) == len(self.wheels):
+            try:
+                coarser = replace(self, wheels=wheels).solve(levels - 1)
+            except Failure:
+                coarser = None
         if coarser is not None:
             approaches = [contact.approach for contact in coarser.contacts]
             starts = [contact.finer for contact in coarser.contacts]
             own = self.linearised_about(approaches)
-            state = own.solve_equilibrium(own.at(coarser.xi_0, approaches, starts, coarser.slope))
+            state = own.solve_equilibrium(own.state_at(coarser.xi_0, approaches, starts, coarser.slope))
             return replace(state, coarser=coarser)
+        xi_0 = self.xi_0
+        if xi_0 is None:  # that at which the wheels together would roll without slip
+            without = [wheel.creepages(0.0).longitudinal for wheel in self.wheels]
+            xi_0 = -sum(without) / len(without)
         approaches = [wheel.about for wheel in self.wheels]
-        first = self.solve_equilibrium(
-            self.at(self.first_creepage(), approaches, [None] * len(approaches), FIRST_SLOPE)
-        )
+        guess = self.state_at(xi_0, approaches, [None] * len(approaches), FIRST_SLOPE)
+        first = self.solve_equilibrium(guess)
         approaches = [contact.approach for contact in first.contacts]
         again = self.linearised_about(approaches)
-        return again.solve_equilibrium(again.at(first.xi_0, approaches, first.contacts, first.slope))
+        return again.solve_equilibrium(again.state_at(first.xi_0, approaches, first.contacts, first.slope))
 
     def linearised_about(self, approaches: Sequence[float]) -> "RollingWheelset":
         """Return the wheelset with the distances of wheels that are displaced by approaches [mm]."""
         pairs = zip(self.wheels, approaches, strict=True)
         return replace(self, wheels=tuple(wheel.linearised_about(approach) for wheel, approach in pairs))
 
-    def _coarser(self, levels: int) -> AxleState | None:
-        coarsened = self.coarsened if levels > 1 else None
-        if coarsened is None:
-            return None
-        try:
-            return coarsened.solve(levels - 1)
-        except Failure:
-            return None
-
-    def first_creepage(self) -> float:
-        """Return the given creepage, or that at which the wheels together would roll without slip."""
-        if self.longitudinal is not None:
-            return self.longitudinal
-        without = [wheel.creepages(0.0).longitudinal for wheel in self.wheels]
-        return -sum(without) / len(without)
-
-    def at(
+    def state_at(
         self, xi_0: float, approaches: Sequence[float], starts: Sequence[WheelContact | None], slope: float
     ) -> AxleState:
         """Return the contacts at a creepage under approaches [mm]."""
-        contacts = tuple(
-            self._contact(number, xi_0, approach, start)
-            for number, (approach, start) in enumerate(zip(approaches, starts, strict=True))
-        )
-        unit = self.friction * self.load * self.wheels[0].nominal_radius
+        contacts = []
+        for wheel, approach, start in zip(self.wheels, approaches, starts, strict=True):
+            try:
+                contacts.append(wheel.contact(xi_0, approach, start))
+            except PatchBeyondGrid:
+                raise
+            except Failure as failure:
+                along = wheel.creepages(xi_0).longitudinal
+                raise Failure(f"{wheel.place.side} wheel, creepage {along:.4g}: {failure}") from failure
+        unit = self.rolling.friction * self.load * self.wheels[0].nominal_radius
         torque = sum(contact.torque for contact in contacts) / unit
-        return AxleState(self.wheels, xi_0, contacts, torque, slope, unit, self.longitudinal is not None)
+        return AxleState(self.wheels, xi_0, tuple(contacts), torque, slope, unit, self.xi_0 is not None)
 
-    def _contact(self, number: int, xi_0: float, approach: float, start: WheelContact | None) -> WheelContact:
-        wheel = self.wheels[number]
-        try:
-            return wheel.contact(xi_0, approach, start)
-        except PatchBeyondGrid as beyond:
-            raise BeyondGrid(number, beyond.number, beyond.short) from beyond
-        except Failure as failure:
-            along = wheel.creepages(xi_0).longitudinal
-            raise Failure(f"{wheel.place.side} wheel, creepage {along:.4g}: {failure}") from failure
-
-    def solve_equilibrium(self, rolled: AxleState) -> AxleState:
+    def solve_equilibrium(self, state: AxleState) -> AxleState:
         """Return the wheelset without a torque, or at its given creepage, with the loads in balance."""
         low, high = -np.inf, np.inf
         for _ in range(MOST_STEPS):
-            free = self.longitudinal is None and abs(rolled.torque) > TORQUE
-            if not self.balanced(rolled):  # only then the sign of the torque tells on which side its zero is
-                rolled = self.step(rolled, rolled.xi_0)
+            balanced = all(abs(contact.vertical / self.load - 1) <= VERTICAL for contact in state.contacts)
+            if not balanced:  # only then the sign of the torque tells on which side its zero is
+                state = self.step(state, state.xi_0)
                 continue
-            if not free:
-                return rolled
-            low, high = (low, rolled.xi_0) if rolled.torque > 0 else (rolled.xi_0, high)
-            rolled = self.step(rolled, _next(rolled, low, high))
+            if state.given or abs(state.torque) <= TORQUE:
+                return state
+            low, high = (low, state.xi_0) if state.torque > 0 else (state.xi_0, high)
+            secant = state.xi_0 + float(np.clip(-state.torque / state.slope, -WIDEST_STEP, WIDEST_STEP))
+            state = self.step(state, secant if low < secant < high else (low + high) / 2)
         raise Failure(
-            f"wheelset: after {MOST_STEPS} steps a torque of {rolled.torque:.1e} of friction, load and "
-            f"radius is left at a creepage of {rolled.xi_0:g}; give rolling.longitudinal"
+            f"wheelset: after {MOST_STEPS} steps a torque of {state.torque:.1e} of friction, load and "
+            f"radius is left at a creepage of {state.xi_0:g}; give rolling.longitudinal"
         )
 
     def step(self, before: AxleState, xi_0: float) -> AxleState:
@@ -167,23 +145,11 @@ class RollingWheelset:
             wheel.approach_for(self.load, contact)
             for wheel, contact in zip(self.wheels, before.contacts, strict=True)
         ]
-        after = self.at(xi_0, approaches, before.contacts, before.slope)
+        after = self.state_at(xi_0, approaches, before.contacts, before.slope)
         if xi_0 == before.xi_0:
             return after
         slope = (after.torque - before.torque) / (xi_0 - before.xi_0)
         return replace(after, slope=slope) if slope > 0 else after
-
-    def balanced(self, rolled: AxleState) -> bool:
-        """Whether the vertical forces are the load."""
-        return all(abs(contact.vertical / self.load - 1) <= VERTICAL for contact in rolled.contacts)
-
-
-def _next(rolled: AxleState, low: float, high: float) -> float:
-    """Return the next creepage: by the secant within the bracket, else its middle, or a step outwards."""
-    step = float(np.clip(-rolled.torque / rolled.slope, -WIDEST_STEP, WIDEST_STEP))
-    if low < rolled.xi_0 + step < high:
-        return rolled.xi_0 + step
-    return (low + high) / 2
 
 
 # --- numbers with their errors ---
@@ -223,87 +189,70 @@ OF_WHEELSET = {
     ),
 }
 WORK = "work"
-
-
-Other = tuple[RollingWheel, WheelContact]  # the same wheel with changed ICs
 SUMMED = ("F_x", "F_y", "M_z", WORK)
+Other = tuple[RollingWheel, WheelContact]  # the same wheel with changed ICs
 
 
 @dataclass(frozen=True, eq=False)
 class WheelNumbers:
     """Numbers of a wheel by the names of `OF_WHEEL`, and the estimated errors of those that have one.
 
-    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length. `simplified`: steady
-    rolling has a solution in its less accurate form only.
+    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length.
     """
 
-    ics: str
     numbers: Mapping[str, float]
     errors: Mapping[str, float]
     patches: tuple[Mapping[str, float], ...]
-    simplified: bool
 
 
-@dataclass(frozen=True)
-class AxleNumbers:
-    """Numbers of a wheelset by the names of `OF_WHEELSET`, and estimated errors of those that have one."""
+def axle_numbers(
+    state: AxleState, left: WheelNumbers, right: WheelNumbers
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the numbers of a wheelset by the names of `OF_WHEELSET`, and estimated errors of most.
 
-    numbers: Mapping[str, float]
-    errors: Mapping[str, float]
-
-
-def axle_numbers(rolled: AxleState, left: WheelNumbers, right: WheelNumbers) -> AxleNumbers:
-    """Return the numbers of a wheelset by those of its wheels."""
-    at = [abs(float(wheel.place.touch.point[0])) for wheel in rolled.wheels]
+    The creepage is known to what larger elements say, or to the errors of the forces over the slope of the
+    torque, if that is more; one that is given is exact.
+    """
+    at = [abs(float(wheel.place.touch.point[0])) for wheel in state.wheels]
     along, across = ([wheel.numbers[name] for wheel in (left, right)] for name in ("F_x", "F_y"))
     errors_along, errors_across = ([wheel.errors[name] for wheel in (left, right)] for name in ("F_x", "F_y"))
+    error, levels = 0.0, [level.xi_0 for level in state.levels]
+    if not state.given:
+        torque = float(np.linalg.norm(errors_along)) * state.wheels[0].nominal_radius
+        by_forces = torque / abs(state.slope * state.unit)
+        error = max(from_grids(*levels[:3]), by_forces) if len(levels) > 1 else np.nan
     numbers = {
-        "xi_0": rolled.xi_0,
-        "axle_torque": sum(contact.torque for contact in rolled.contacts),
+        "xi_0": state.xi_0,
+        "axle_torque": sum(contact.torque for contact in state.contacts),
         "sum_F_y": across[1] - across[0],
         "steering": along[0] * at[0] - along[1] * at[1],
     }
     known = {
-        "xi_0": _error_of_creepage(rolled, errors_along),
+        "xi_0": error,
         "sum_F_y": sum(errors_across),
         "steering": float(np.dot(errors_along, at)),
     }
-    return AxleNumbers(numbers, known)
+    return numbers, known
 
 
-def _error_of_creepage(rolled: AxleState, of_forces: Sequence[float]) -> float:
-    """Return the estimated error of the creepage: by larger elements, or by the errors of the forces."""
-    if rolled.given:
-        return 0.0
-    levels = [level.xi_0 for level in _levels(rolled)]
-    nominal = sum(rolled.wheels[0].place.layout.nominal_radius) / 2
-    by_forces = float(np.linalg.norm(of_forces)) * nominal / abs(rolled.torque_slope)
-    return max(from_grids(*levels[:3]), by_forces) if len(levels) > 1 else np.nan
-
-
-def _levels(rolled: AxleState) -> list[AxleState]:
-    levels = [rolled]
-    while levels[-1].coarser is not None:
-        levels.append(levels[-1].coarser)
-    return levels
-
-
-def wheel_numbers(rolled: AxleState, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
+def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
     """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
-    levels = _levels(rolled)
-    wheel, contact = rolled.wheels[number], rolled.contacts[number]
+    wheel, contact, levels = state.wheels[number], state.contacts[number], state.levels
     of_all: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
     own, known = list[Mapping[str, float]](), list[Mapping[str, float]]()
     for patch in range(len(wheel.problems)):
         fine, *larger = (
-            _measured(level.wheels[number], level.contacts[number], patch, ics) for level in levels
+            _measure(level.wheels[number], level.contacts[number], patch, ics) for level in levels
         )
-        parts = [changes(fine, of_all, _measured(*other, patch, ics).numbers) for other in others]
+        parts = [changes(fine, of_all, _measure(*other, patch, ics).numbers) for other in others]
         own.append(fine.numbers)
         known.append(errors(of_all, fine, larger[:2], parts))
-    forces = [_patch(wheel, contact, patch, work=own[patch][WORK]) for patch in range(len(own))]
-    bound = sum(each["bound"] for each in forces)
-    tangential = float(np.hypot(sum(each["F_x"] for each in forces), sum(each["F_s"] for each in forces)))
+    patches = [_patch_numbers(wheel, contact, patch, own[patch][WORK]) for patch in range(len(own))]
+    bound = sum(
+        float(np.sum(problem.problem.bound(pressed.p[..., N]))) * problem.problem.grid.area
+        for problem, pressed in zip(wheel.problems, contact.states, strict=True)
+    )
+    tangential = float(np.hypot(sum(each["F_x"] for each in patches), sum(each["F_s"] for each in patches)))
     area = np.array([max(numbers["area"], 1e-300) for numbers in own])
     highest = int(np.argmax([numbers["p_max"] for numbers in own]))
     total = {name: float(sum(numbers[name] for numbers in own)) for name in SUMMED}
@@ -324,12 +273,11 @@ def wheel_numbers(rolled: AxleState, number: int, ics: str, others: Sequence[Oth
         "p_max_rolling": known[highest]["p_max"],
     }
     of_numbers["utilised"] = float(np.hypot(of_numbers["F_x"], of_numbers["F_y"])) / bound
-    patches = tuple({name: each[name] for name in OF_PATCH} for each in forces)
-    return WheelNumbers(ics, numbers, of_numbers, patches, contact.simplified)
+    return WheelNumbers(numbers, of_numbers, tuple(patches))
 
 
-def _patch(wheel: RollingWheel, contact: WheelContact, patch: int, *, work: float) -> dict[str, float]:
-    """Return the numbers of a patch, and its `bound`, friction times pressures [N]."""
+def _patch_numbers(wheel: RollingWheel, contact: WheelContact, patch: int, work: float) -> dict[str, float]:
+    """Return the numbers of a patch by the names of `OF_PATCH`."""
     state, problem = contact.states[patch], wheel.problems[patch]
     area, p = problem.problem.grid.area, state.p
     strips = np.sum(p[..., N], axis=0)
@@ -350,11 +298,10 @@ def _patch(wheel: RollingWheel, contact: WheelContact, patch: int, *, work: floa
         "area": float(np.count_nonzero(p[..., N])) * area,
         "centre": wheel.place.touch.s_rail + at,
         "work": work,
-        "bound": float(np.sum(problem.problem.bound(p[..., N]))) * area,
     }
 
 
-def _measured(wheel: RollingWheel, contact: WheelContact, patch: int, ics: str) -> Measured:
+def _measure(wheel: RollingWheel, contact: WheelContact, patch: int, ics: str) -> Measured:
     """Return the quantities of a patch, with the work of friction.
 
     It is that of the tractions on the rigid motion, which converges faster than that of friction on the

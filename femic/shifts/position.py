@@ -3,9 +3,14 @@
 C stands in for B-hat at the wheels where it was solved without friction, and rolls with B-hat at the other.
 """
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
@@ -17,9 +22,10 @@ from femic.contact.pairs.supports import other_supports
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.axle import (
-    AxleNumbers,
+    OF_PATCH,
+    OF_WHEEL,
+    OF_WHEELSET,
     AxleState,
-    BeyondGrid,
     Other,
     RollingWheelset,
     WheelNumbers,
@@ -27,14 +33,16 @@ from femic.shifts.axle import (
     wheel_numbers,
 )
 from femic.shifts.contact import SIZING
-from femic.shifts.sides import Place
+from femic.shifts.sides import SIDES, Place
 from femic.shifts.specification import C, RollingTable
-from femic.shifts.wheel import Friction, Motion, RollingWheel
+from femic.shifts.wheel import PatchBeyondGrid, RollingWheel
 from geometries.errors import Failure
 from geometries.patches import Grid
 from geometries.track.layout import SideName
 
 BALANCES = 4  # steps to the load with changed ICs
+ESTIMATE = "estimate_"  # before the name of a number
+GRID = "area_"  # before the names of numbers of each contact area that rolls
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,106 +79,124 @@ class RollingSide:
         return replace(self, grids=tuple(longer(areas, AreaTooSmall(number, short))))
 
 
-@dataclass(frozen=True, eq=False)
-class RolledICs:
-    """The wheelset with some ICs: numbers of the axle and of wheels by side, and reasons for missing ones."""
-
-    ics: str
-    axle: AxleNumbers | None
-    wheels: Mapping[SideName, WheelNumbers]
-    reasons: Mapping[SideName, str] = field(default_factory=dict)
-    seconds: float = 0.0
-
-
 def roll(
     sides: Sequence[RollingSide],
     load: float,
     rolling: RollingTable,
     ics: Sequence[str],
     options: RunOptions = DEFAULT,
-) -> list[RolledICs]:
-    """Return the wheelset under a vertical load on each wheel [N] with all ICs.
+) -> xr.Dataset:
+    """Return the wheelset under a vertical load on each wheel [N] with all ICs, as `label_wheelset`.
 
     `sides` are those that have a contact. A wheelset of one side does not roll freely. C is solved where a
     side has it.
     """
     names = [name for name in dict.fromkeys(ics) if name != C]
     names += [C] if any(side.with_c for side in sides) else []
-    return [_Roller(tuple(sides), load, rolling, name, options).rolled() for name in names]
+    return concat_ics([_Roller(load, rolling, name, options).roll(sides) for name in names])
+
+
+def label_wheelset(
+    ics: str,
+    wheels: Mapping[SideName, WheelNumbers],
+    axle: tuple[Mapping[str, float], Mapping[str, float]] = ({}, {}),
+    reasons: Mapping[SideName, str] | None = None,
+    seconds: float = 0.0,
+) -> xr.Dataset:
+    """Return the numbers of wheels and axle with some ICs, and `estimate_NUMBER`, NaN where there is none.
+
+    Those of each contact area of a wheel are `area_NUMBER` (side, ics, area). The attribute `reasons` says by
+    side why a wheel has no numbers.
+    """
+    variables: dict[str, Any] = {"seconds_rolling": ("ics", [seconds])}
+    of_wheels = [wheels.get(side) or WheelNumbers({}, {}, ()) for side in SIDES]
+    for name, (unit, meaning) in OF_WHEEL.items():
+        numbers, errors = (
+            [[known.get(name, np.nan)] for known in rows]
+            for rows in ([wheel.numbers for wheel in of_wheels], [wheel.errors for wheel in of_wheels])
+        )
+        known = {"units": unit, "long_name": f"estimated error of {name}"}
+        variables[name] = ("side", "ics"), numbers, {"units": unit, "long_name": meaning}
+        variables[ESTIMATE + name] = ("side", "ics"), errors, known
+    for name, (unit, meaning) in OF_WHEELSET.items():
+        number, error = (known.get(name, np.nan) for known in axle)
+        known = {"units": unit, "long_name": f"estimated error of {name}"}
+        variables[name] = "ics", [number], {"units": unit, "long_name": meaning}
+        variables[ESTIMATE + name] = "ics", [error], known
+    most = max((len(wheel.patches) for wheel in wheels.values()), default=1)
+    for name, (unit, meaning) in OF_PATCH.items():
+        array = np.full((len(SIDES), 1, most), np.nan)
+        for side, wheel in wheels.items():
+            array[SIDES.index(side), 0, : len(wheel.patches)] = [patch[name] for patch in wheel.patches]
+        variables[GRID + name] = ("side", "ics", "area"), array, {"units": unit, "long_name": meaning}
+    return xr.Dataset(
+        variables,
+        coords={"side": list(SIDES), "ics": [ics], "area": np.arange(1, most + 1)},
+        attrs={"reasons": json.dumps({side: f"{ics}: {reason}" for side, reason in (reasons or {}).items()})},
+    )
+
+
+def concat_ics(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return wheelsets of `label_wheelset` with all ICs."""
+    reasons: dict[str, str] = {}
+    for part in parts:
+        for side, reason in json.loads(part.attrs["reasons"]).items():
+            reasons[side] = f"{reasons[side]}; {reason}" if side in reasons else reason
+    dataset = xr.concat(parts, "ics", join="outer", combine_attrs="drop_conflicts")
+    return dataset.assign_attrs(reasons=json.dumps(reasons))
 
 
 @dataclass(frozen=True, eq=False)
 class _Roller:
-    sides: tuple[RollingSide, ...]
+    """How a wheelset rolls with some ICs."""
+
     load: float
     rolling: RollingTable
     ics: str
     options: RunOptions
 
-    @property
-    def given(self) -> float | None:
-        """The given creepage of the wheelset; None where it rolls freely."""
-        return None if isinstance(self.rolling.longitudinal, str) else self.rolling.longitudinal
-
-    def rolled(self) -> RolledICs:
-        """Return the wheelset; where its creepage is given, each wheel has a contact of its own."""
-        start = perf_counter()
-        solved = self.solve_axle() if self.given is None else self.solve_wheels()
-        return replace(solved, seconds=perf_counter() - start)
-
-    def solve_axle(self) -> RolledICs:
-        """Return the wheelset that rolls freely; without any numbers if one contact has no solution."""
-        names: list[SideName] = [side.place.side for side in self.sides]
-        if len(names) < 2:
-            return self.missing(names, "the other wheel has no contact, so the axle does not roll freely")
-        try:
-            rolled, sides = self.on_long_enough_grids(self.sides)
-            wheels = {name: self.wheel(sides[k], rolled, k) for k, name in enumerate(names)}
-        except Failure as failure:
-            return self.missing(names, str(failure))
-        return RolledICs(self.ics, axle_numbers(rolled, wheels["left"], wheels["right"]), wheels)
-
-    def solve_wheels(self) -> RolledICs:
-        """Return the wheelset at its given creepage."""
+    def roll(self, sides: Sequence[RollingSide]) -> xr.Dataset:
+        """Return the wheelset. Without a given creepage, it has numbers only where both wheels have."""
+        start, is_free = perf_counter(), isinstance(self.rolling.longitudinal, str)
         wheels: dict[SideName, WheelNumbers] = {}
         reasons: dict[SideName, str] = {}
-        solved: list[AxleState] = []
-        for side in self.sides:
-            name = side.place.side
+        states: list[AxleState] = []
+        for group in [tuple(sides)] if is_free else [(side,) for side in sides]:
             try:
-                rolled, (own,) = self.on_long_enough_grids((side,))
-                wheels[name] = self.wheel(own, rolled, 0)
-                solved.append(rolled)
+                if is_free and len(group) < 2:
+                    raise Failure("the other wheel has no contact, so the axle does not roll freely")
+                state, longer = self.solve(group)
+                numbers = {side.place.side: self.numbers(side, state, k) for k, side in enumerate(longer)}
             except Failure as failure:
-                reasons[name] = str(failure)
-        if len(solved) < 2:
-            return RolledICs(self.ics, None, wheels, reasons)
-        both = replace(
-            solved[0],
-            wheels=(*solved[0].wheels, *solved[1].wheels),
-            contacts=(*solved[0].contacts, *solved[1].contacts),
-        )
-        return RolledICs(self.ics, axle_numbers(both, wheels["left"], wheels["right"]), wheels)
+                reasons |= {side.place.side: str(failure) for side in group}
+                continue
+            wheels |= numbers
+            states.append(state)
+        axle: tuple[Mapping[str, float], Mapping[str, float]] = {}, {}
+        if len(wheels) == 2:
+            both = replace(
+                states[0],
+                wheels=tuple(wheel for state in states for wheel in state.wheels),
+                contacts=tuple(contact for state in states for contact in state.contacts),
+            )
+            axle = axle_numbers(both, wheels["left"], wheels["right"])
+        beside_c = [side.place.side for side in sides if self.ics_on(side) != self.ics]
+        own = {side: wheel for side, wheel in wheels.items() if side not in beside_c}
+        return label_wheelset(self.ics, own, axle, reasons, perf_counter() - start)
 
-    def missing(self, names: Sequence[SideName], reason: str) -> RolledICs:
-        return RolledICs(self.ics, None, {}, dict.fromkeys(names, reason))
-
-    def on_long_enough_grids(
-        self, sides: tuple[RollingSide, ...]
-    ) -> tuple[AxleState, tuple[RollingSide, ...]]:
+    def solve(self, sides: tuple[RollingSide, ...]) -> tuple[AxleState, tuple[RollingSide, ...]]:
         """Return the wheelset and its sides, whose grids are made longer where patches need it."""
         for _ in range(MOST_TRIES):
             wheels = tuple(self.wheel_on(side) for side in sides)
-            wheelset = RollingWheelset(wheels, self.load, self.rolling.friction, self.given)
             try:
-                return wheelset.solve(), sides
-            except BeyondGrid as beyond:
+                return RollingWheelset(wheels, self.load, self.rolling).solve(), sides
+            except PatchBeyondGrid as beyond:
                 last = beyond
                 sides = tuple(
-                    side.longer(last.grid, last.short) if k == last.number else side
-                    for k, side in enumerate(sides)
+                    side.longer(beyond.number, beyond.short) if side.place is beyond.place else side
+                    for side in sides
                 )
-        raise Failure(f"{sides[last.number].place.side} wheel: {last}")
+        raise Failure(f"{last.place.side} wheel: {last}")
 
     def ics_on(self, side: RollingSide) -> str:
         """Return the ICs of a side."""
@@ -186,39 +212,34 @@ class _Roller:
             operators = [self.reference(side, pressed.areas.on_grids[0]).operator]
         else:
             operators = [approximation(on_grid, name) for on_grid in pressed.areas.on_grids]
-        friction = Friction(self.rolling.friction, self.rolling.by_angle)
-        motion = Motion(self.rolling.lateral, self.rolling.spin)
-        return RollingWheel.on_areas(side.place, pressed, operators, friction, motion)
+        return RollingWheel.on_areas(side.place, pressed, operators, self.rolling)
 
     def reference(self, side: RollingSide, on_grid: PairOnGrid) -> ReferenceICs:
         """Return C of a side on a grid as the rail sees it; its models are stored."""
         return full_reference_ics(side.problem, on_grid, self.options, wheel_rolls=True)
 
-    def wheel(self, side: RollingSide, rolled: AxleState, number: int) -> WheelNumbers:
-        """Return the numbers of a wheel; with C the changes by its error and its supports are estimated."""
-        name = self.ics_on(side)
-        others = self.others(side, rolled, number) if name == C else []
-        return wheel_numbers(rolled, number, name, others)
+    def numbers(self, side: RollingSide, state: AxleState, number: int) -> WheelNumbers:
+        """Return the numbers of a wheel.
 
-    def others(self, side: RollingSide, rolled: AxleState, number: int) -> list[Other]:
-        """Return the wheel with C plus its estimated error, and with nearer supports, at its creepages."""
-        specification = replace(
-            side.problem.specification, motion="rolling", friction=FrictionSpecification()
-        )  # for all components of C
-        problem, on_grid = (
-            replace(side.problem, specification=specification),
-            rolled.wheels[number].on_grids[0],
-        )
-        nearer = next(other_supports(problem, on_grid, self.options))
-        operators = (
-            self.reference(side, on_grid).perturbed,
-            nearer.operator(on_grid, friction=True, wheel_rolls=True),
-        )
-        contact, others = rolled.contacts[number], []
-        for operator in operators:
-            wheel = self.wheel_on(side, operator).linearised_about(rolled.wheels[number].about)
-            own = wheel.contact(rolled.xi_0, contact.approach, contact)
-            for _ in range(BALANCES):  # of the load, by other ICs
-                own = wheel.contact(rolled.xi_0, wheel.approach_for(self.load, own), own)
-            others.append((wheel, own))
-        return others
+        With C there are, for its estimates, the wheel with C plus its estimated error, and with nearer
+        supports, at its creepages.
+        """
+        others: list[Other] = []
+        if (ics := self.ics_on(side)) == C:
+            specification = replace(
+                side.problem.specification, motion="rolling", friction=FrictionSpecification()
+            )  # for all components of C
+            problem = replace(side.problem, specification=specification)
+            wheel, contact = state.wheels[number], state.contacts[number]
+            on_grid = wheel.on_grids[0]
+            nearer = next(other_supports(problem, on_grid, self.options))
+            for operator in (
+                self.reference(side, on_grid).perturbed,
+                nearer.operator(on_grid, friction=True, wheel_rolls=True),
+            ):
+                changed = self.wheel_on(side, operator).linearised_about(wheel.about)
+                own = changed.contact(state.xi_0, contact.approach, contact)
+                for _ in range(BALANCES):  # of the load, by other ICs
+                    own = changed.contact(state.xi_0, changed.approach_for(self.load, own), own)
+                others.append((changed, own))
+        return wheel_numbers(state, number, ics, others)

@@ -1,9 +1,9 @@
 """Profiles of a specification in their places on track and wheelset, and one wheel on its rail.
 
-Profiles are curves (`Section`), laid out on the track (`layout_of`). In a position of the wheelset a wheel
-and its rail touch (`Place`); both sections are then seen from the touching point, in axes parallel to the
-axle, y to the field side, z up: the rail is turned by its inclination and against the roll; the wheel, a body
-of revolution, is not turned.
+Profiles are curves (`Section`), laid out on the track (`lay_out_wheelset`). In a position of the wheelset
+a wheel and its rail touch (`Place`); both sections are then seen from the touching point, in axes parallel to
+the axle, y to the field side, z up: the rail is turned by its inclination and against the roll; the wheel, a
+body of revolution, is not turned.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.scenes.engine import EngineTable
 from femic.scenes.profiles import Reading, prepared_file
-from femic.shifts.specification import ProfileTable, ShiftsFile
+from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile
 from geometries.arrays import Array
 from geometries.bodies import Body, common_extent
 from geometries.materials import Material
@@ -33,6 +33,7 @@ from geometries.track.wheelset import Position, Touch
 
 # --- profiles in their places ---
 
+SIDES: tuple[SideName, SideName] = ("left", "right")
 NAMES = ("left rail", "right rail", "left wheel", "right wheel")
 
 
@@ -49,7 +50,7 @@ class Section:
 Sections = tuple[Section, Section, Section, Section]
 
 
-def section_of(table: ProfileTable, kind: Kind) -> Section:
+def prepare_section(table: ProfileTable, kind: Kind) -> Section:
     """Return the curve of a table: of a profile of the package, or prepared of a file. Raises WrongInput."""
     if table.is_standard:
         entry = named(table.profile)
@@ -60,22 +61,19 @@ def section_of(table: ProfileTable, kind: Kind) -> Section:
     return Section(prepared.name, prepared, prepared.notes, noise(profile_figure(prepared)))
 
 
-def sections_of(specification: ShiftsFile) -> Sections:
+def prepare_sections(specification: ShiftsFile) -> Sections:
     """Return left rail, right rail, left wheel, right wheel of a specification; raises WrongInput."""
-    left_rail, right_rail = specification.rails
-    left_wheel, right_wheel = specification.wheels
-    rail, wheel = section_of(left_rail, "rail"), section_of(left_wheel, "wheel")
-    return (
-        rail,
-        rail if right_rail == left_rail else section_of(right_rail, "rail"),
-        wheel,
-        wheel if right_wheel == left_wheel else section_of(right_wheel, "wheel"),
-    )
+
+    def prepare_both(tables: tuple[ProfileTable, ProfileTable], kind: Kind) -> tuple[Section, Section]:
+        section = prepare_section(tables[0], kind)
+        return section, section if tables[1] == tables[0] else prepare_section(tables[1], kind)
+
+    return *prepare_both(specification.rails, "rail"), *prepare_both(specification.wheels, "wheel")
 
 
-def layout_of(specification: ShiftsFile, sections: Sections | None = None) -> Layout:
+def lay_out_wheelset(specification: ShiftsFile, sections: Sections | None = None) -> Layout:
     """Return rails and wheels in their places; raises WrongInput."""
-    left_rail, right_rail, left_wheel, right_wheel = sections or sections_of(specification)
+    left_rail, right_rail, left_wheel, right_wheel = sections or prepare_sections(specification)
     track, wheelset = specification.track, specification.wheelset
     backs = specification.wheels[0].flange_back, specification.wheels[1].flange_back
     return lay_out(
@@ -141,20 +139,6 @@ class Place:
         return float(across * cos - up * sin), float(across * sin + up * cos)
 
 
-@dataclass(frozen=True)
-class ContactRequest:
-    """What a contact is solved for: load [N], ICs, elements across the main patch, and from where on C.
-
-    `planar`: whether also as planar contact.
-    """
-
-    load: float
-    ics: tuple[str, ...]
-    elements: int = 20
-    c_above_deg: float | None = None
-    planar: bool = False
-
-
 def bodies_at(
     place: Place, rail: ProfileTable, wheel: ProfileTable, steepest: float = STEEPEST
 ) -> dict[str, Body]:
@@ -173,40 +157,19 @@ def bodies_at(
     }
 
 
-def problem_of(
-    bodies: dict[str, Body], request: ContactRequest, load: float, grid: Grid | None = None
+def contact_problem(
+    bodies: dict[str, Body], contact: ContactTable, grid: Grid | None = None
 ) -> ContactProblem:
-    """Return the contact of two bodies under a load perpendicular to the axle [N], on a grid if given."""
-    curvature = abs(float(bodies["lower"].contour.curvature(0.0)))
-    length = float(np.clip(1 / max(curvature, 1 / LARGEST_LENGTH), LEAST_LENGTH, LARGEST_LENGTH))
-    solids = {name: Solid(body.material, body.surface) for name, body in bodies.items()}
-    specification = ContactSpecification(
-        loads=(load,),
-        ics=tuple(dict.fromkeys(request.ics)),
-        elements=request.elements,
-        grid="scene" if grid else "automatic",
-        supports=False,
-    )
-    return ContactProblem(
-        "shift",
-        bodies,
-        Pair(solids["upper"], solids["lower"]),
-        specification,
-        grid or Grid(8, 8, 1.0, 1.0),
-        _settings(bodies, length),
-        "approach",
-        FAR_RADIUS,
-        length,
-    )
+    """Return the contact of two bodies under a load perpendicular to the axle, on a grid if given.
 
-
-def _settings(bodies: dict[str, Body], length: float) -> Settings:
-    """Return settings of C as of scenes with these bodies and reference length [mm]."""
+    Settings of C are those of scenes with these bodies; the reference length [mm] is the rail's radius.
+    """
+    length, table = reference_length(float(bodies["lower"].contour.curvature(0.0))), EngineTable()
     extent, domain = common_extent(bodies), bodies["lower"].domain
     turn = 2 * np.pi * bodies["upper"].rolling_radius
     room = float(min(domain.far_radius / 8, turn / 6, -extent[0], extent[1]))
-    reach, table = min(2 * length, room), EngineTable()
-    return Settings(
+    reach = min(2 * length, room)
+    settings = Settings(
         engine=table.engine,
         tolerance=table.tolerance,
         cells=table.cells(Patch(reach / 100, reach / 100)),
@@ -216,3 +179,21 @@ def _settings(bodies: dict[str, Body], length: float) -> Settings:
         approach_side=length / APPROACH_SHARE,
         solver=table.solver,
     )
+    upper, lower = (Solid(bodies[name].material, bodies[name].surface) for name in ("upper", "lower"))
+    specification = ContactSpecification(
+        loads=(contact.load,),
+        ics=tuple(dict.fromkeys(contact.ics)),
+        elements=contact.elements,
+        grid="scene" if grid else "automatic",
+        supports=False,
+    )
+    grid = grid or Grid(8, 8, 1.0, 1.0)
+    pair = Pair(upper, lower)
+    return ContactProblem(
+        "shift", bodies, pair, specification, grid, settings, "approach", FAR_RADIUS, length
+    )
+
+
+def reference_length(curvature: float) -> float:
+    """Return the reference length [mm] of a rail by its curvature: its radius, within limits."""
+    return float(np.clip(1 / max(abs(curvature), 1 / LARGEST_LENGTH), LEAST_LENGTH, LARGEST_LENGTH))

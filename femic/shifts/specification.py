@@ -272,10 +272,10 @@ def load_shifts(name_or_path: str) -> tuple[str, str, ShiftsFile]:
         table = tomllib.loads(text)
     except ValueError as error:
         raise WrongInput(f"{path}: not TOML: {error}; compare with `femic shifts --show`") from error
-    return path.stem, text, specification_of(table, path)
+    return path.stem, text, parse_specification(table, path)
 
 
-def specification_of(table: Mapping[str, Any], path: Path) -> ShiftsFile:
+def parse_specification(table: Mapping[str, Any], path: Path) -> ShiftsFile:
     """Return the specification of a table; raise WrongInput with all errors. `path` is that of its file."""
     try:
         file = ShiftsFile.model_validate(table)

@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.motion import Creepages, Pairs, friction_factors
+from femic.contact.friction.motion import Creepages, friction_factors
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
@@ -31,6 +31,7 @@ from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_p
 from femic.contact.patch import block_mean
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.shifts.sides import Place
+from femic.shifts.specification import RollingTable
 from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import N, S, X
@@ -40,32 +41,12 @@ POINT_CONTACT = 1.5  # of load over approach: the stiffness of a contact of Hert
 STIFFEST = 4.0  # of the same: the largest one that is believed, and its inverse the least
 
 
-@dataclass(frozen=True)
-class Friction:
-    """Coefficient of friction, and its factors by the contact angle: pairs of angle [deg] and factor."""
-
-    coefficient: float
-    by_angle: Pairs = ()
-
-
-@dataclass(frozen=True)
-class Motion:
-    """How a wheelset moves besides rolling, in axes of the track.
-
-    `lateral` is its velocity to the left along the axle over V, minus the yaw to the left where it is small;
-    `spin` [1/mm] the yaw rate to the left over V.
-    """
-
-    lateral: float = 0.0
-    spin: float = 0.0
-
-
 class PatchBeyondGrid(Failure):
-    """A patch comes near the end of the grid with this `number`."""
+    """A patch of a wheel in a `place` comes near the end of the grid with this `number`."""
 
-    def __init__(self, number: int, short: PotentialAreaTooSmall) -> None:
+    def __init__(self, place: Place, number: int, short: PotentialAreaTooSmall) -> None:
         super().__init__(str(short))
-        self.number, self.short = number, short
+        self.place, self.number, self.short = place, number, short
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +69,6 @@ class WheelContact:
     def states(self) -> list[FrictionalContact]:
         """The contacts with friction."""
         return [patch.contact for patch in self.patches]
-
-    @property
-    def simplified(self) -> bool:
-        """Whether a patch has a solution in a less accurate form only."""
-        return any(patch.simplified for patch in self.patches)
 
     @property
     def creepages(self) -> Creepages:
@@ -120,26 +96,21 @@ class RollingWheel:
     on_grids: tuple[PairOnGrid, ...]
     problems: tuple[RollingProblem, ...]
     about: float
-    motion: Motion
+    motion: RollingTable
     pressed: AreasContact
     doublings: int = 0
 
     @classmethod
     def on_areas(
-        cls,
-        place: Place,
-        pressed: AreasContact,
-        operators: Sequence[FullOperator],
-        friction: Friction,
-        motion: Motion,
+        cls, place: Place, pressed: AreasContact, operators: Sequence[FullOperator], motion: RollingTable
     ) -> "RollingWheel":
         """Return a wheel that was `pressed` on without friction, with ICs on the grids of its areas."""
         problems = []
         for on_grid, operator in zip(pressed.areas.on_grids, operators, strict=True):
-            problem = frictional_problem(on_grid, operator, friction.coefficient)
-            if friction.by_angle:
+            problem = frictional_problem(on_grid, operator, motion.friction)
+            if motion.by_angle:
                 angle = place.roll - problem.inclination
-                problem = replace(problem, factor=friction_factors(friction.by_angle, angle))
+                problem = replace(problem, factor=friction_factors(motion.by_angle, angle))
             problems.append(rolling_problem(on_grid, problem))
         wheel = cls(place, pressed.areas.on_grids, tuple(problems), 0.0, motion, pressed)
         return wheel.linearised_about(pressed.approach)
@@ -177,16 +148,12 @@ class RollingWheel:
         """Mean nominal radius [mm] of the wheelset."""
         return sum(self.place.layout.nominal_radius) / 2
 
-    @property
-    def side(self) -> int:
-        """1 of the left wheel, -1 of the right one."""
-        return 1 if self.place.side == "left" else -1
-
     def creepages(self, xi_0: float) -> Creepages:
         """Return the creepages of the wheel by that of the wheelset at the nominal radius."""
-        spin = self.side * self.motion.spin
+        side = 1 if self.place.side == "left" else -1
+        spin = side * self.motion.spin
         along = (1 + xi_0) * self.radius / self.nominal_radius - 1 + spin * float(self.place.touch.point[0])
-        return Creepages(along, self.side * self.motion.lateral, spin)
+        return Creepages(along, side * self.motion.lateral, spin)
 
     def contact(self, xi_0: float, approach: float, start: WheelContact | None) -> WheelContact:
         """Return the contact at a creepage of the wheelset under an approach [mm].
@@ -197,11 +164,19 @@ class RollingWheel:
         creepages, loading = self.creepages(xi_0), Loading(approach=approach - self.about)
         patches = []
         for number, problem in enumerate(self.problems):
-            guess = None if start is None else start.states[number]
             try:
-                patches.append(_contact(problem, creepages, loading, guess))
+                try:
+                    guess = None if start is None else start.states[number]
+                    patch = problem.contact(creepages, loading, start=guess)
+                except PotentialAreaTooSmall:
+                    raise
+                except Failure:
+                    if start is None:
+                        raise
+                    patch = problem.contact(creepages, loading)
             except PotentialAreaTooSmall as short:
-                raise PatchBeyondGrid(number, short) from short
+                raise PatchBeyondGrid(self.place, number, short) from short
+            patches.append(patch)
         force = np.sum([patch.contact.force for patch in patches], axis=0)
         torque = sum(
             float(np.sum(weights * patch.contact.p))
@@ -226,28 +201,13 @@ class RollingWheel:
 
         On the circle of radius r = R - z: r along x, and x along z.
         """
-        return [_torque_weights(problem) for problem in self.problems]
-
-
-def _contact(
-    problem: RollingProblem, creepages: Creepages, loading: Loading, start: FrictionalContact | None
-) -> RollingContact:
-    """Return the contact of a patch, from `start` or, where it is not found from there, anew."""
-    try:
-        return problem.contact(creepages, loading, start=start)
-    except PotentialAreaTooSmall:
-        raise
-    except Failure:
-        if start is None:
-            raise
-        return problem.contact(creepages, loading)
-
-
-def _torque_weights(problem: RollingProblem) -> Array:
-    rolling, frictional = problem.rolling, problem.problem
-    sin, cos = rolling.contour.normal(rolling.s)
-    parts = np.zeros((*frictional.distance.shape, 3))
-    parts[..., X] = rolling.radius - rolling.height
-    parts[..., S] = -rolling.x[:, None] * sin
-    parts[..., N] = rolling.x[:, None] * cos
-    return np.asarray(parts * frictional.grid.area)
+        weights = []
+        for problem in self.problems:
+            rolling, frictional = problem.rolling, problem.problem
+            sin, cos = rolling.contour.normal(rolling.s)
+            parts = np.zeros((*frictional.distance.shape, 3))
+            parts[..., X] = rolling.radius - rolling.height
+            parts[..., S] = -rolling.x[:, None] * sin
+            parts[..., N] = rolling.x[:, None] * cos
+            weights.append(np.asarray(parts * frictional.grid.area))
+        return weights

@@ -17,12 +17,11 @@ from outcomes import Outcome
 
 from femic.cli.main import exit_code
 from femic.cli.stresses import Constants, OneContact
-from femic.contact.pairs.ics import NONE_GIVEN
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.reference.run_options import RunOptions
 from femic.results import stressed_contact as contacts
-from femic.results.damage import Damage, compute_damage
+from femic.results.damage import OF_DAMAGE, compute_damage
 from femic.scenes.load import load_scene
 
 SOLVED, WHOLE = 15, 300  # of so many scenes the contact of one is solved, and the command of one is run
@@ -79,7 +78,7 @@ def _read(path: Path, options: Mapping[str, Any], *, solve: bool) -> str:
     contacts.require_stresses(scene)
     if not solve:
         return "taken"
-    solved = contacts.solve_contacts(scene, RunOptions(1), NONE_GIVEN)
+    solved = contacts.solve_contacts(scene, RunOptions(1))
     one = contacts.with_one_contact(scene).contact
     for name, tractions in solved.tractions.items():
         force = solved.on_grid.resultant(tractions).force[2]
@@ -94,15 +93,16 @@ def _of(kind: type, options: Mapping[str, Any]) -> dict[str, Any]:
     return {field.name: options[field.name] for field in fields(kind) if field.name in options}
 
 
-def _require_damage(name: str, damage: Damage, friction: float) -> None:
+def _require_damage(name: str, damage: xr.Dataset, friction: float) -> None:
     """Raise AssertionError where friction gives work, a depth is negative, or more friction than there is."""
-    numbers, work = damage.numbers, damage.power_density
+    numbers = {key: float(damage[key]) for key in OF_DAMAGE if key in damage}
+    work, shares = damage.work_density.values, damage.regime_share.values
     wrong = {
-        "numbers are not finite": not np.all(np.isfinite([*numbers.values(), *damage.regimes.values()])),
+        "numbers are not finite": not np.all(np.isfinite([*numbers.values(), *shares])),
         "friction gives energy": numbers["work"] < 0 or np.min(work) < -WORK * np.max(np.abs(work)),
-        "wear adds material": any(np.min(depth) < -WORK * np.max(depth) for depth in damage.depths.values()),
+        "wear adds material": any(np.min(depth) < -WORK * np.max(depth) for depth in damage.depth.values),
         "more than all friction": numbers["utilised_friction"] > friction * (1 + FORCE),
-        "shares beyond 0 ... 1": not 0 <= sum(damage.regimes.values()) <= 1 + WORK,
+        "shares beyond 0 ... 1": not 0 <= sum(shares) <= 1 + WORK,
     }
     if short := [text for text, holds in wrong.items() if holds]:
         raise AssertionError(f"{name}: {short[0]}")

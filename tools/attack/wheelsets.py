@@ -17,7 +17,7 @@ from femic.cli.main import exit_code
 from femic.reference.run_options import RunOptions
 from femic.results.wheelset import canted_rails, compute_shifts, require_track, values_used
 from femic.scenes.load import load_scene
-from femic.shifts.sides import doubts, layout_of, sections_of
+from femic.shifts.sides import doubts, lay_out_wheelset, prepare_sections
 from femic.shifts.specification import ShiftsFile, builtin_names, example, load_shifts
 from geometries.profiles.files import read_profile
 
@@ -86,8 +86,8 @@ def _placed(path: Path, number: int, chance: random.Random) -> str:
     """Read a specification and place its profiles; write the scene of a wheel, or solve it, now and then."""
     _, _, file = load_shifts(str(path))
     require_track(file)
-    sections = sections_of(file)
-    layout = layout_of(file, sections)
+    sections = prepare_sections(file)
+    layout = lay_out_wheelset(file, sections)
     for text in (*doubts(sections), *canted_rails(file), *values_used(file, layout)):
         assert text
     if number % SOLVED == 0:

@@ -20,7 +20,7 @@ from compare.report.parts import join_words
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.ic_errors.error_measure import ROUNDING
 from femic.results.contact import reference_name
-from femic.results.stresses import OF_DAMAGE, variable_of
+from femic.results.damage import OF_DAMAGE
 from geometries.arrays import Array
 
 # --- swept axes -----------------------------------------------------------------------------------------
@@ -286,7 +286,7 @@ RATIOS = (  # numbers of contacts, compared as ratios
 )
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
 SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sliding"} | {
-    variable_of(name): number.symbol for name, number in OF_DAMAGE.items() if name not in OF_CONTACTS
+    name: number.symbol for name, number in OF_DAMAGE.items() if name not in OF_CONTACTS
 }
 MEANINGS = {
     "slope": " dF_x/dξ: slope of the creep-force curve where it has no force.",

@@ -7,22 +7,15 @@ import xarray as xr
 from compare.campaigns.results.contact import jobs_of_contact, seconds_of_contacts
 from compare.campaigns.results.kind import Jobs, ResultKind
 from femic.reference.run_options import RunOptions
+from femic.results.damage import OF_DAMAGE
 from femic.results.stressed_contact import require_stresses, with_one_contact
-from femic.results.stresses import (
-    BODIES,
-    HALF_SPACE,
-    OF_DAMAGE,
-    TRUE,
-    compute_stresses,
-    to_dataset,
-    variable_of,
-)
+from femic.results.stresses import BODIES, HALF_SPACE, TRUE, compute_stresses
 from femic.scenes.scene import Scene
 
 SHORT = {"von_mises": "mises", "tresca": "tresca", "principal": "principal", "dang_van": "dang_van"}
 PLACES = ("s", "depth")
 OF_CONTACTS = ("xi", "p_max")  # numbers that `contact` has of all contacts of the scene, under these names
-DAMAGE = [variable_of(name) for name in OF_DAMAGE if name not in OF_CONTACTS]
+DAMAGE = [name for name in OF_DAMAGE if name not in OF_CONTACTS]
 SECONDS_OF_STRESSES = 30.0  # on the lattice in both bodies
 HALF = "half_space_"  # before the names of stresses in half-spaces
 PREFIXES = ("", HALF, "estimate_", *(f"{place}_" for place in PLACES))
@@ -39,7 +32,7 @@ def stresses(scene: Scene, options: RunOptions) -> xr.Dataset:
     with their places `s_...` and `depth_...`, estimates `estimate_...`, and those of a half-space under the
     same tractions, `half_space_...`. Of rolling `t_gamma`, `work`, `largest_depth_energy`, ... over `ics`.
     """
-    computed = to_dataset(compute_stresses(scene, options))
+    computed = compute_stresses(scene, options)
     numbers = xr.Dataset({name: values.drop_vars(values.coords) for name, values in _of_bodies(computed)})
     if "ics" not in computed.dims:
         return numbers

@@ -28,8 +28,8 @@ from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.planar import PlanarContact, planar, solve_planar
 from femic.contact.pairs.quantities import ALL, kinds, measured
 from femic.contact.undeformed import Undeformed
-from femic.shifts.sides import ContactRequest, Place, bodies_at, layout_of, problem_of
-from femic.shifts.specification import EXAMPLE, load_shifts
+from femic.shifts.sides import Place, bodies_at, contact_problem, lay_out_wheelset
+from femic.shifts.specification import EXAMPLE, ContactTable, load_shifts
 from geometries.arrays import Array
 from geometries.patches import Grid
 from geometries.profiles.pieces import ArcPiece, Outline, arc_above, line
@@ -98,9 +98,9 @@ class Wheel:
 def standard_wheel(shift: float) -> Wheel:
     """Return S1002 on 60E1, the left wheel at a shift of the wheelset at the rails [mm]."""
     file = load_shifts(EXAMPLE)[2]
-    layout = layout_of(file)
+    layout = lay_out_wheelset(file)
     place = Place(layout, settle(layout, shift, roll="about rails"), "left")
-    problem = problem_of(bodies_at(place, file.rail, file.wheel), ContactRequest(LOAD, ICS), LOAD)
+    problem = contact_problem(bodies_at(place, file.rail, file.wheel), ContactTable(load=LOAD, ics=ICS))
     return Wheel(pair_on_grid(problem, problem.grid), LOAD, place.roll)
 
 

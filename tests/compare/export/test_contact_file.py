@@ -14,7 +14,7 @@ from femic.results.contact_file import ContactFile, common_by_offsets, read, wri
 from femic.results.export import (
     Export,
     ExportSpecification,
-    approximated,
+    approximate_file,
     contact_settings,
     depends_on_offset_only,
     distances,
@@ -149,7 +149,7 @@ CURVED = UNLIKE | {
 
 def test_file_of_curved_contour_has_observers_at_their_offsets():
     scene = scene_from_table(CURVED, "curved")
-    file = approximated(scene, "B")
+    file = approximate_file(scene, "B")
     assert (file.n_x, file.n_s, len(file.values)) == (5, 4, 4)  # no strip and no lag more
     for loaded in range(4):
         of_strip = scene.pair.constants.G * column("B", scene.pair, scene.grid, loaded)
@@ -166,14 +166,14 @@ ON_ARC = CURVED | {name: CURVED[name] | {"contour": ARC} for name in ("lower", "
 
 def test_bhat_has_one_matrix_on_arc_and_one_per_strip_beyond_joint():
     scene = scene_from_table(ON_ARC, "arc")
-    single = approximated(scene, "Bhat")
+    single = approximate_file(scene, "Bhat")
     assert (len(single.values), single.n_x, single.n_s) == (1, 6, 5)
     each = to_contact(scene, matrix("Bhat", scene.pair, scene.grid))
     assert len(each.values) == 4
     np.testing.assert_allclose(single.values[0, 1:5, :5], each.values[3, :4], rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(single.values[0, 4:8, :5], each.values[0, 3:], rtol=1e-9, atol=1e-12)
     beyond = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": 4.5}}, "beyond")
-    assert len(approximated(beyond, "Bhat").values) == 4
+    assert len(approximate_file(beyond, "Bhat").values) == 4
 
 
 @pytest.mark.parametrize("s", [0.3, 10.0 * np.radians(30) - 1.2])  # in the last the arc ends with the grid
@@ -184,7 +184,7 @@ def test_additional_strip_and_lag_equal_values_on_larger_grid(s):
     ics = matrix("Bhat", larger.pair, larger.grid)
     assert depends_on_offset_only(ics)
     expected = common_by_offsets(ics) * scene.pair.constants.G
-    np.testing.assert_allclose(approximated(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(approximate_file(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
 
 
 def preconditioner(values, n_x, n_s, i, j):
@@ -201,7 +201,7 @@ def test_preconditioner_is_definite_with_additional_strip():
     """Steel planes, 51 x 39 elements: with zeros at offset -MY twelve eigenvalues of ss are negative."""
     steel = {"E": 210e3, "nu": 0.28, "contour": PLANE}
     table = {"patch": {"a": 0.2, "b": 0.2}, "grid": {"n_x": 51, "n_s": 39}, "upper": steel, "lower": steel}
-    values = approximated(scene_from_table(table, "steel"), "A").values
+    values = approximate_file(scene_from_table(table, "steel"), "A").values
     for k in range(3):
         assert np.min(preconditioner(values, 51, 39, k, k)) > 0
     assert np.sum(preconditioner(values[:, 1:-1], 51, 39, 1, 1) < 0) == 12
@@ -210,7 +210,7 @@ def test_preconditioner_is_definite_with_additional_strip():
 def test_file_of_single_strip_has_no_additional_strip():
     """CONTACT's solution in 2D wants zeros beside it."""
     scene = scene_from_table(ON_ARC | {"grid": {"n_x": 5, "n_s": 1}}, "strip")
-    assert approximated(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
+    assert approximate_file(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
 
 
 def test_signs_at_negative_lags_agree_with_grid_operator():

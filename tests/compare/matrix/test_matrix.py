@@ -29,7 +29,7 @@ from femic.results.ics import jobs
 from femic.results.matrices import (
     FIRST_SECONDS,
     MatrixFile,
-    columns_of,
+    combined_columns,
     compute_matrix,
     expected_seconds,
     file_size,
@@ -269,7 +269,7 @@ def test_file_of_a_round_that_was_not_accurate_enough_is_written_anew(made, monk
     assert [one["lower"] for one in rounds] == [Level(), Level(cells=1)]
     with xr.open_dataset(file, engine="h5netcdf") as written:
         for strip in range(scene.grid.n_s):
-            column = columns_of(scene, results.matrices, strip)["lower"].ic
+            column = combined_columns(scene, results.matrices, strip)["lower"].ic
             found = written.ic.sel(body="lower")[:, :, strip].transpose("i", "j", "lag", "observed")
             np.testing.assert_allclose(found, scene.grid.area * column, rtol=1e-12, atol=0)
         with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as coarser:

@@ -15,8 +15,8 @@ from femic.reference.run_options import RunOptions, Watch
 from femic.results import wheelset as compute
 from femic.results import wheelset as rolling
 from femic.results import wheelset_contacts as contacts
-from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET, AxleNumbers, WheelNumbers
-from femic.shifts.position import RolledICs
+from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET, WheelNumbers
+from femic.shifts.position import concat_ics, label_wheelset
 from femic.shifts.specification import ContactTable, ProfileTable, RollingTable, ShiftsFile, WheelTable
 from tests.compare.shifts.test_shifts_page import fake
 from tests.pages import widest
@@ -45,7 +45,8 @@ def wheel(shift, side, ics):
         "resistance": 7.0,
     }
     patch = dict.fromkeys(OF_PATCH, 1.0) | {"F_n": 9e4, "centre": 70.0}
-    return WheelNumbers(ics, numbers, dict.fromkeys(("F_x", "F_y", "M_z", "work"), 50.0), (patch,), False)
+    patches = (patch, patch) if shift == 2.0 else (patch,)
+    return WheelNumbers(numbers, dict.fromkeys(("F_x", "F_y", "M_z", "work"), 50.0), patches)
 
 
 def fake_roll(sides, load, table, ics, _):
@@ -53,16 +54,17 @@ def fake_roll(sides, load, table, ics, _):
     assert table.friction == 0.4
     shift = sides[0].place.position.given_shift
     if shift == 1.0:
-        return [RolledICs("A", None, {}, {"left": "not today", "right": "not today"})]
+        return label_wheelset("A", {}, reasons={"left": "not today", "right": "not today"})
     solved = []
     for name in [*ics, *(["C"] if any(side.with_c for side in sides) else [])]:
-        wheels = {}
-        for side in sides:
-            own = "Bhat" if name == "C" and not side.with_c else name
-            wheels[side.place.side] = wheel(shift, side.place.side, own)
+        wheels = {
+            side.place.side: wheel(shift, side.place.side, name)
+            for side in sides
+            if name != "C" or side.with_c
+        }
         numbers = dict.fromkeys(OF_WHEELSET, 1.0) | {"steering": 1e6 * shift, "xi_0": -1e-4 * shift**2}
-        solved.append(RolledICs(name, AxleNumbers(numbers, {"xi_0": 1e-6}), wheels))
-    return solved
+        solved.append(label_wheelset(name, wheels, (numbers, {"xi_0": 1e-6})))
+    return concat_ics(solved)
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """The page of `femic shifts`: its sentences, tables and charts against the dataset; stored contacts."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,8 +18,8 @@ from femic.results import wheelset as compute
 from femic.results import wheelset as values
 from femic.results import wheelset_contacts as contacts
 from femic.results import wheelset_contacts as geometry
-from femic.shifts.contact import ICsNumbers, PatchNumbers, SideContact
-from femic.shifts.sides import layout_of
+from femic.shifts.contact import label_contact
+from femic.shifts.sides import lay_out_wheelset
 from femic.shifts.specification import (
     ContactTable,
     ProfileTable,
@@ -28,7 +27,7 @@ from femic.shifts.specification import (
     TrackTable,
     WheelsetTable,
     WheelTable,
-    specification_of,
+    parse_specification,
 )
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
@@ -52,35 +51,37 @@ def numbers(where, ics):
     share = SHARES[shift] * (1.0 if where.side == "left" else 0.5) if ics == "A" else 0.0
     s = np.linspace(-5, 5, 31)
     outline = np.stack([where.touch.s_rail + s, 6 * np.sqrt(1 - (s / 5) ** 2)])
-    low, high = float(outline[0, 0]), float(outline[0, -1])
-    patch = PatchNumbers(
-        normal_force=9e4 / np.cos(0.05),
-        share=1.0,
-        p_max=1000 * (1 + share),
-        angle=0.05,
-        centre=where.touch.s_rail,
-        s=(low, high),
-        half_length=6.0,
-        area=94.0,
-        outline=outline,
-    )
     largest = 1000 * (1 + share)
-    return ICsNumbers(
-        ics, largest, 3.0, 0.1, 9e4, 4e3, 50.0, 20 + shift, 6.0, 5.0, 0.5, two_patches(patch, shift)
-    )
+    patch = {
+        "normal_force": 9e4 / np.cos(0.05),
+        "share": 1.0,
+        "p_max": largest,
+        "angle": np.degrees(0.05),
+        "centre": where.touch.s_rail,
+        "start": outline[0, 0],
+        "end": outline[0, -1],
+        "half_length": 6.0,
+        "area": 94.0,
+        "outline": outline,
+    }
+    forces = {"vertical": 9e4, "lateral": 4e3, "estimate_lateral": 50.0}
+    sizes = {"angle": 20 + shift, "a": 6.0, "b": 5.0, "seconds": 0.5, "patches": two_patches(patch, shift)}
+    return {"p_max": largest, "estimate_p_max": 3.0, "approach": 0.1} | forces | sizes
 
 
 def two_patches(patch, shift):
     """One patch, or at 2 mm the flange as well."""
     if shift != 2.0:
         return (patch,)
-    flange = replace(patch, normal_force=1e4, share=0.033, angle=1.2, centre=patch.centre - 30.0)
-    return replace(flange, s=(patch.s[0] - 30, patch.s[1] - 30)), replace(patch, share=0.967)
+    places = {name: patch[name] - 30.0 for name in ("centre", "start", "end")}
+    flange = patch | {"normal_force": 1e4, "share": 0.033, "angle": np.degrees(1.2)} | places
+    return flange, patch | {"share": 0.967}
 
 
 def fake(where, *_):
     ics = ["A", "Bhat"] + (["C"] if where.position.given_shift == 2.0 and where.side == "left" else [])
-    return SideContact(tuple(numbers(where, name) for name in ics), (Grid(40, 40, 0.5, 0.4),), ("a remark",))
+    rows = {name: numbers(where, name) for name in ics}
+    return label_contact(rows, (Grid(40, 40, 0.5, 0.4),), notes=("a remark",))
 
 
 def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
@@ -111,7 +112,7 @@ def test_conicity_of_equal_sides_needs_half_of_the_shifts(wheel, jumps):
     file = ShiftsFile(
         conicity_amplitude=0.5, rail=ProfileTable(profile="60E1"), wheel=WheelTable(profile=wheel)
     )
-    layout, found, said = layout_of(file), {}, {True: [], False: []}
+    layout, found, said = lay_out_wheelset(file), {}, {True: [], False: []}
     for alike in (True, False):
         watch = Watch(on_stage=said[alike].append)
         found[alike] = geometry.conicity(layout, file, watch, alike=alike)
@@ -133,7 +134,7 @@ def test_unequal_wheels_run_about_a_shift_of_their_own():
         wheel=WheelTable(profile="cone-1-20"),
         wheelset=WheelsetTable(nominal_radius=(460.1, 459.9)),
     )
-    found = geometry.conicity(layout_of(file), file, Watch(), alike=False)
+    found = geometry.conicity(lay_out_wheelset(file), file, Watch(), alike=False)
     assert found.attrs["conicity"] == pytest.approx(0.05, rel=0.03)  # the roll adds 1 to 2 %
     assert found.near.values[0] == pytest.approx(-2.5)
     assert found.attrs["conicity_reason"] == ""
@@ -273,7 +274,7 @@ def test_wheels_are_drawn_on_their_rails(dataset):
 def test_a_rolled_wheel_is_drawn_as_it_stands(side):
     """A roll of 20 mrad: points of the drawing are those of the curve in its place."""
     file = FILE.model_copy(update={"shifts": (1.0,)})
-    layout = layout_of(file)
+    layout = lay_out_wheelset(file)
     position = settle(layout, 1.0 - 460 * 0.02, roll=0.02)
     drawn = geometry.wheelset(file, {1.0: position}).merge(geometry.sections(layout)).sel(shift=1.0)
     drawn["height"] = position.pose(side)[2]  # with a given roll each side has its own
@@ -338,7 +339,7 @@ def test_page_dataset_and_progress_say_which_values_were_assumed(dataset, tmp_pa
 
 def test_all_that_is_given_is_not_said_to_be_assumed():
     file = FILE.model_copy(update={"track": TrackTable(gauge=1435.0)})
-    text = values.assumed_text(values.values_used(file, layout_of(file)))
+    text = values.assumed_text(values.values_used(file, lay_out_wheelset(file)))
     assert "track.gauge =" not in text
     assert "track.gauge_depth = 14 mm" in text
 
@@ -351,7 +352,7 @@ def measured(folder, comment="", **tables):
     (folder / "rail.txt").write_text(f"# {comment}\n{lines}")
     rail = {"profile": "rail.txt", "axes": "field up"}
     table = {"shifts": [0.0], "rail": rail, "wheel": {"profile": "S1002"}, **tables}
-    return specification_of(table, folder / "mine.toml")
+    return parse_specification(table, folder / "mine.toml")
 
 
 TRACK = {"gauge": 1435.0, "rail_inclination": 0.05}

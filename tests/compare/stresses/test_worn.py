@@ -37,35 +37,36 @@ def damage(**keys):
 def test_each_body_loses_its_share_of_the_work(solution):
     """Between that of the new and that of the worn contact, which hardly differ."""
     worn = compute_wear(solution, damage(passages=240.0, revolutions=80.0, steps=4))
-    section = np.sum(worn.depths, axis=1) * solution.contact.problem.grid.ds
+    section = worn.worn.sum("s").values / 1e3 * solution.contact.problem.grid.ds
     assert section[0] == pytest.approx(3 * section[1], rel=1e-12)
     joules = section[0] * STEEL_DENSITY / (0.7e-3 * 240.0)
-    assert min(worn.work) <= joules <= max(worn.work)
-    assert max(worn.work) < 1.01 * min(worn.work)
+    work = worn.worn_work.values
+    assert min(work) <= joules <= max(work) < 1.01 * min(work)
 
 
 def test_the_contact_is_that_of_the_scene(solution):
     worn = compute_wear(solution, damage(passages=240.0, steps=4))
-    assert worn.p_max[0] == pytest.approx(np.max(solution.contact.p[..., 2]), rel=1e-4)
+    new, last = worn.worn_p_max.values
+    assert new == pytest.approx(np.max(solution.contact.p[..., 2]), rel=1e-4)
     work = np.sum(solution.contact.dissipation) * solution.contact.problem.grid.area
-    assert worn.work[0] == pytest.approx(work, rel=1e-4)
-    assert worn.p_max[1] < worn.p_max[0]  # wear spreads the contact of convex bodies
-    assert np.all(worn.depths[1] == 0)
+    assert worn.worn_work[0] == pytest.approx(work, rel=1e-4)
+    assert last < new  # wear spreads the contact of convex bodies
+    assert np.all(worn.worn[1] == 0)
 
 
 def test_estimates_bound_the_error_by_steps(solution):
-    exact = np.max(compute_wear(solution, damage(passages=240.0, steps=32)).depths[0])
+    exact = float(compute_wear(solution, damage(passages=240.0, steps=32)).worn[0].max())
     worn = compute_wear(solution, damage(passages=240.0, steps=4))
-    assert worn.steps == 4
-    error = abs(np.max(worn.depths[0]) - exact)
-    assert 0 < error < worn.estimates[0] < 4 * error
-    assert worn.estimates[1] == 0
+    assert worn.wear_steps == 4
+    error = abs(float(worn.worn[0].max()) - exact)
+    assert 0 < error < worn.estimate_worn[0] < 4 * error
+    assert worn.estimate_worn[1] == 0
 
 
 def test_there_are_more_steps_where_so_few_are_not_stable(solution, monkeypatch):
-    worn = compute_wear(solution, damage(passages=20_000.0, steps=2))
-    assert worn.steps in {4, 8, 16, 32, 64, 128}
-    monkeypatch.setattr(module, "MOST_STEPS", worn.steps - 1)
+    steps = int(compute_wear(solution, damage(passages=20_000.0, steps=2)).wear_steps)
+    assert steps in {4, 8, 16, 32, 64, 128}
+    monkeypatch.setattr(module, "MOST_STEPS", steps - 1)
     with pytest.raises(WrongInput, match=r"steps of wear are needed; passages = .* per step"):
         compute_wear(solution, damage(passages=20_000.0, steps=2))
 

@@ -44,7 +44,7 @@ def test_features_do_not_depend_on_units_of_length_and_modulus():
 @pytest.mark.parametrize("index", range(SOLVED_AGAIN))
 def test_known_scenes_are_as_solved_again(index):
     known = packaged().scenes[index]
-    entry = solve_scene(random_scene(known.seed, known.number), known.seed, known.number).entry
+    entry = solve_scene(random_scene(known.seed, known.number), known.seed, known.number)
     errors, estimates = ics_errors(entry), reference_estimates(entry)
     for ics, of_ics in known.errors.items():
         for number, error in of_ics.items():

@@ -10,10 +10,17 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.quantities import main_patch
-from femic.damage.estimates import FOLLOW, RollingSolution, Solved, estimated_errors
-from femic.damage.fatigue import aspect_of, nearest_aspect, shakedown, shakedown_limit, surface_index, t_gamma
-from femic.damage.laws import EnergyLaw
-from femic.damage.wear import section_area, sliding_of, utilised_friction
+from femic.damage.estimates import FOLLOW, RollingSolution, estimate_errors
+from femic.damage.fatigue import (
+    nearest_aspect,
+    patch_aspect,
+    shakedown_limit,
+    surface_index,
+    t_gamma,
+    utilised_friction,
+)
+from femic.damage.laws import EnergyLaw, depth
+from femic.damage.wear import find_sliding
 from geometries.patches import Grid, N
 from tests.femic.contact.friction_problems import (
     MIXED,
@@ -32,8 +39,8 @@ LAW = EnergyLaw(transition=1e9)
 SIDEWAYS = Creepages(-1e-3, 5e-4, 1e-4)
 
 
-def work_of(solution):
-    return {"work": sliding_of(solution.contact, 1.0).total_work}
+def work(solution):
+    return {"work": find_sliding(solution.contact, 1.0).total_work}
 
 
 def at_creepages(wheel, creepages):
@@ -54,11 +61,16 @@ def wheels(problem):
     return [wheel_on(one) for one in (problem, coarse, coarse.coarsened)]
 
 
-def known(solve, numbers=work_of, bodies=paraboloids, **keys):
+def solved(solve, problem):
+    """A contact, with those on elements twice and four times as large."""
+    own, *larger = map(solve, wheels(problem))
+    return replace(own, larger=tuple(larger))
+
+
+def known(solve, numbers=work, bodies=paraboloids, **keys):
     """A contact, its numbers and their errors."""
-    own, *larger = map(solve, wheels(bodies(*SIZE, **keys)))
-    of_own = numbers(own)
-    return own, of_own, estimated_errors(Solved(own, of_own), [Solved(one, numbers(one)) for one in larger])
+    own = solved(solve, bodies(*SIZE, **keys))
+    return own, *estimate_errors(own, numbers)
 
 
 @pytest.mark.parametrize("creepages", [SIDEWAYS, Creepages(4e-3, 2e-3, -3e-4)], ids=str)
@@ -85,7 +97,7 @@ def test_work_on_slip_is_that_of_all_shares_in_a_groove(materials):
 def test_where_little_slides_what_grids_miss_of_the_work_counts():
     """At 1 % of the work of full sliding; the force is that of Kalker's linear theory, nearly."""
     own, numbers, errors = known(
-        lambda wheel: at_creepages(wheel, Creepages(2e-4)), lambda one: work_of(one) | worn(one)
+        lambda wheel: at_creepages(wheel, Creepages(2e-4)), lambda one: work(one) | worn(one)
     )
     finer = wheel_on(paraboloids(*FINER)).contact(Creepages(2e-4), LOAD)
     missed = 2e-4 * finer.contact.force[0] - numbers["work"]
@@ -96,13 +108,14 @@ def test_where_little_slides_what_grids_miss_of_the_work_counts():
 
 
 def worn(solution):
-    return {"area": section_area(sliding_of(solution.contact, 1.0), LAW)}
+    sliding = find_sliding(solution.contact, 1.0)
+    return {"area": float(np.sum(depth(sliding, LAW))) * sliding.grid.ds}
 
 
 def test_worn_areas_are_known_as_well_as_the_work():
     """They are in proportion to it under this law."""
     _, numbers, errors = known(
-        lambda wheel: at_creepages(wheel, Creepages(4e-3)), lambda one: work_of(one) | worn(one)
+        lambda wheel: at_creepages(wheel, Creepages(4e-3)), lambda one: work(one) | worn(one)
     )
     assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=1e-3)
 
@@ -116,18 +129,18 @@ def test_worn_area_is_within_its_estimate_of_that_on_finer_elements():
 
 def test_uncertain_elements_count_by_the_work_of_full_sliding():
     """Beside changes from grid to grid, and not by the own work; here they are more than what slip misses."""
-    own, *larger = (at_creepages(wheel, Creepages(4e-3)) for wheel in wheels(paraboloids(*SIZE)))
-    by_changes = from_grids(*(work_of(one)["work"] for one in (own, *larger)))
+    own = solved(lambda wheel: at_creepages(wheel, Creepages(4e-3)), paraboloids(*SIZE))
+    by_changes = from_grids(*(work(one)["work"] for one in (own, *own.larger)))
     uncertain = floors(own.contact.slip_state)["work"] * own.contact.largest_work
     assert own.problem.missed_work(own.rolling) < uncertain
-    error = estimated_errors(Solved(own, work_of(own)), [Solved(one, work_of(one)) for one in larger])["work"]
+    error = estimate_errors(own, work)[1]["work"]
     assert error - by_changes == pytest.approx(uncertain, rel=1e-3)
     assert uncertain > 0.05 * by_changes
 
 
 def test_without_slip_nothing_is_uncertain():
     _, numbers, errors = known(
-        lambda wheel: at_creepages(wheel, Creepages()), lambda one: work_of(one) | worn(one)
+        lambda wheel: at_creepages(wheel, Creepages()), lambda one: work(one) | worn(one)
     )
     assert numbers == {"work": 0, "area": 0}
     assert errors == {"work": 0, "area": 0}
@@ -146,9 +159,15 @@ def all_numbers(solution):
         "t_gamma": shares.without_spin,
         "t_gamma_with_spin": shares.with_spin,
         "surface_index": float(surface_index(p_max, utilised, YIELD)),
-        **work_of(solution),
+        **work(solution),
         **worn(solution),
     }
+
+
+def in_map(p_max, utilised, aspect):
+    """The place of a contact in the shakedown map."""
+    ratio, limit = p_max / YIELD, float(shakedown_limit(utilised, aspect))
+    return {"pressure_ratio": ratio, "shakedown_limit": limit, "load_factor": limit / ratio}
 
 
 def test_numbers_that_follow_are_known_to_what_they_follow_from():
@@ -156,13 +175,7 @@ def test_numbers_that_follow_are_known_to_what_they_follow_from():
 
     def with_shakedown(solution):
         numbers = all_numbers(solution)
-        at = shakedown(numbers["p_max"], YIELD, numbers["utilised_friction"], 1.0)
-        of_shakedown = {
-            "pressure_ratio": at.pressure_ratio,
-            "shakedown_limit": at.limit,
-            "load_factor": at.load_factor,
-        }
-        return numbers | of_shakedown
+        return numbers | in_map(numbers["p_max"], numbers["utilised_friction"], 1.0)
 
     solve, bodies = random_rolling(1)
     _, numbers, errors = known(solve, with_shakedown, bodies)
@@ -227,16 +240,10 @@ def random_ellipse(seed):
     return bodies, creepages, hertz
 
 
-def of_shakedown(solution):
+def shakedown(solution):
     p_max, utilised = float(np.max(solution.contact.p[..., N])), utilised_friction(solution.contact)
-    at = shakedown(p_max, YIELD, utilised, aspect_of(solution.contact))
-    return {
-        "p_max": p_max,
-        "utilised_friction": utilised,
-        "pressure_ratio": at.pressure_ratio,
-        "shakedown_limit": at.limit,
-        "load_factor": at.load_factor,
-    }
+    of_map = in_map(p_max, utilised, patch_aspect(solution.contact))
+    return {"p_max": p_max, "utilised_friction": utilised} | of_map
 
 
 @pytest.mark.parametrize("seeds", [[1, 15], pytest.param(range(20, 44), marks=pytest.mark.slow)])
@@ -245,16 +252,15 @@ def test_the_shakedown_limit_is_within_its_estimate_of_that_of_hertz_and_finer_e
     shares = []
     for seed in seeds:
         bodies, creepages, hertz = random_ellipse(seed)
-        own, *larger = (at_creepages(wheel, creepages) for wheel in wheels(bodies(16, 20)))
-        numbers = of_shakedown(own)
-        errors = estimated_errors(Solved(own, numbers), [Solved(one, of_shakedown(one)) for one in larger])
+        own = solved(lambda wheel, creepages=creepages: at_creepages(wheel, creepages), bodies(16, 20))
+        numbers, errors = estimate_errors(own, shakedown)
         finer = at_creepages(wheel_on(bodies(48, 60)), creepages)
         aspect = nearest_aspect(hertz.a / hertz.b)
         exact = {"shakedown_limit": float(shakedown_limit(utilised_friction(finer.contact), aspect))}
         exact["load_factor"] = exact["shakedown_limit"] * YIELD / hertz.p_max
         shares.append([abs(numbers[name] - exact[name]) / errors[name] for name in exact])
         by_friction = shakedown_limit(
-            numbers["utilised_friction"] + errors["utilised_friction"], aspect_of(own.contact)
+            numbers["utilised_friction"] + errors["utilised_friction"], patch_aspect(own.contact)
         )
         assert errors["shakedown_limit"] > 0.999 * abs(by_friction - numbers["shakedown_limit"])
     assert np.mean(np.array(shares) <= 1, axis=0) == pytest.approx(1.0, abs=0.05)
@@ -264,9 +270,8 @@ def test_the_shakedown_limit_is_known_to_the_aspect_alone_where_friction_is_know
     """Changed edges: the limit changes by no more than the estimate, and that is not ten times too wide."""
     bodies, creepages, _ = random_ellipse(1)
     own = at_creepages(wheel_on(bodies(16, 20)), creepages)
-    numbers = of_shakedown(own)
-    errors = estimated_errors(Solved(own, numbers), [Solved(own, numbers)] * 2)
-    aspect, utilised = aspect_of(own.contact), numbers["utilised_friction"]
+    numbers, errors = estimate_errors(replace(own, larger=(own, own)), shakedown)
+    aspect, utilised = patch_aspect(own.contact), numbers["utilised_friction"]
     readings_of = readings(main_patch(own.contact))
     changed = float(shakedown_limit(utilised, aspect * (1 + max(readings_of.values()))))
     change = abs(changed - numbers["shakedown_limit"])
@@ -275,12 +280,18 @@ def test_the_shakedown_limit_is_known_to_the_aspect_alone_where_friction_is_know
 
 def test_changed_ics_add_at_least_their_change():
     solve, bodies = random_rolling(3)
-    own, *larger = (Solved(one, all_numbers(one)) for one in map(solve, wheels(bodies(*SIZE))))
-    errors = estimated_errors(own, larger)
-    changed = Solved(own.solution, {name: 1.03 * number for name, number in own.numbers.items()})
-    with_change = estimated_errors(own, larger, [changed])
-    for name in set(own.numbers) - set(FOLLOW):  # these follow from the others, and from forces
-        number = own.numbers[name]
+    own = solved(solve, bodies(*SIZE))
+    numbers, errors = estimate_errors(own, all_numbers)
+    changed = replace(own)  # another one, by its identity
+
+    def compute(one):
+        factor = 1.03 if one is changed else 1.0
+        return {name: factor * number for name, number in all_numbers(one).items()}
+
+    _, with_change = estimate_errors(replace(own, changed=(changed,)), compute)
+    for name, number in numbers.items():
+        if name in FOLLOW:  # these follow from the others, and from forces
+            continue
         assert with_change[name] - errors[name] >= 0.03 * abs(number) * (1 - ROUNDING)
 
 
@@ -288,18 +299,20 @@ def test_changed_ics_add_at_least_their_change():
 def test_what_is_not_known_is_nan(larger, changed):
     solve, bodies = random_rolling(0)
     solution = solve(wheel_on(bodies(16, 18)))
-    own = Solved(solution, all_numbers(solution))
-    errors = estimated_errors(own, [own, own] if larger == "same" else larger, changed)
+    larger = [solution, solution] if larger == "same" else larger
+    own = replace(solution, larger=tuple(larger), changed=tuple(changed))
+    _, errors = estimate_errors(own, all_numbers)
     assert np.all(np.isnan(list(errors.values())))
 
 
 def test_t_gamma_is_known_to_uncertain_forces_times_the_creepages_that_are_given():
     """By elements whose state is uncertain alone: here nothing changes from grid to grid."""
     own = at_creepages(wheel_on(paraboloids(16, 18)), SIDEWAYS)
-    solved = Solved(own, {"t_gamma": t_gamma(own.problem, own.rolling).without_spin})
     force = floors(own.contact.slip_state)["force"] * LIMIT
     expected = np.hypot(SIDEWAYS.longitudinal, SIDEWAYS.lateral) * force
-    assert estimated_errors(solved, [solved, solved])["t_gamma"] == pytest.approx(expected, rel=1e-3)
+    own = replace(own, larger=(own, own))
+    _, errors = estimate_errors(own, lambda one: {"t_gamma": t_gamma(one.problem, one.rolling).without_spin})
+    assert errors["t_gamma"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_prescribed_creepage_is_exact():
@@ -312,8 +325,7 @@ def test_a_prescribed_creepage_is_exact():
 def test_without_a_slope_creepage_and_t_gamma_are_not_known():
     solve, bodies = random_rolling(0)
     solution = solve(wheel_on(bodies(16, 18)))
-    own = Solved(replace(solution, slope=np.nan), all_numbers(solution))
-    errors = estimated_errors(own, [own, own])
+    _, errors = estimate_errors(replace(solution, slope=np.nan, larger=(solution,) * 2), all_numbers)
     assert {name for name, error in errors.items() if np.isnan(error)} == {
         "xi",
         "t_gamma",

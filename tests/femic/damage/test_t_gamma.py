@@ -6,16 +6,11 @@ import pytest
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.damage.fatigue import t_gamma
-from femic.damage.wear import sliding_of
 from geometries.errors import WrongInput
 from tests.femic.contact.friction_problems import POINT, groove, paraboloids, wheel_on
 
 LOAD = Loading(POINT.load)
 CREEPAGES = Creepages(-1e-3, 5e-4, 1e-4)
-
-
-def work_of(contact):
-    return sliding_of(contact, 1.0).total_work
 
 
 def test_creepages_of_a_plane_are_those_of_its_centre_of_pressure():

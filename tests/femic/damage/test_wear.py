@@ -1,175 +1,214 @@
-"""Wear laws, depths and volumes: closed forms, regimes at their borders, grids, units."""
+"""Worn gaps: mass balance, stability, convergence with steps, symmetry."""
 
 from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
-from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
-from femic.damage.wear import SectionLoss, depth, regimes, section_area, sliding_of, wheel_depth_per_metre
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.rolling import RollingContact
+from femic.contact.specification import Profile
+from femic.contact.undeformed import Undeformed
+from femic.damage import wear as module
+from femic.damage.estimates import RollingSolution
+from femic.damage.laws import EnergyLaw
+from femic.damage.wear import WearSteps, ripple_factor, wear_contact, worn_problem
+from geometries.contours import arc
 from geometries.errors import WrongInput
-from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
-from tests.femic.damage.cases import CREEPAGE, FRICTION, HERTZ, full_sliding
+from geometries.surfaces import LOWER, UPPER, Surface
+from tests.femic.contact.friction_problems import POINT, STEELS, groove, level, paraboloids, wheel_on
 
-LAWS = EnergyLaw(), TwinDiscLaw(), ArchardMap()
-ids = pytest.mark.parametrize("law", LAWS, ids=[type(law).__name__ for law in LAWS])
-
-
-def at(traction, slip, pressure=1000.0, speed=1.0):
-    """One element, or the first of many, with these values."""
-    one = full_sliding(3, 2, speed=speed)
-    along = np.multiply(np.ones((3, 2, 2)), [1.0, 0.0])
-    return replace(one, pressure=np.full((3, 2), pressure), traction=traction * along, slip=-slip * along)
+LAW = EnergyLaw(mild=0.7, transition=1e9)
+PASSAGES = 60.0
 
 
-def rate(law, *of, **other):
-    return float(law.rate(at(*of, **other))[0, 0])
+def steps(count, lower=PASSAGES, upper=PASSAGES / 3, **other):
+    return WearSteps(count, (lower, upper), LAW, 10.0, **other)
 
 
-# ---- laws of energy
+def driven(wheel, creepage=0.01):
+    """A wheel at a prescribed creepage: wear solves its contact."""
+    return RollingSolution(wheel, RollingContact(None, Creepages(creepage)), POINT.load)
+
+
+def worn(wheel, of):
+    return list(wear_contact(driven(wheel), of))
+
+
+def flat(n_x=14, n_s=18, *, room=(1.8, 2.1), **other):
+    return wheel_on(paraboloids(n_x, n_s, room=room, **other))
+
+
+def gap_after(wheel, of):
+    return np.sum(worn(wheel, of)[-1].depths, axis=0)
+
+
+FOUR_STEPS = cache(lambda: worn(flat(), steps(4)))
+
+
+# ---- what is worn
 
 
 def test_worn_volume_is_energy_times_coefficient():
-    """To rounding, for one regime: 0.7 ug/J are 0.7/7850 mm^3/J."""
-    law, sliding = EnergyLaw(mild=0.7, transition=1e9), full_sliding()
-    metres = 1000.0
-    volume = section_area(sliding, law) * metres * 1000
-    joules = sliding.total_work * metres
-    assert volume == pytest.approx(0.7 / 7850 * joules, rel=1e-13)
-    assert np.sum(depth(sliding, law)) * sliding.grid.ds == pytest.approx(
-        section_area(sliding, law), rel=1e-14
+    contacts = FOUR_STEPS()
+    ds = contacts[0].sliding.grid.ds
+    joules_per_metre = np.array([contact.sliding.total_work for contact in contacts[:-1]])
+    section = 0.7 / 7850 * np.sum(joules_per_metre) * 1e-3  # mm^2 per passage
+    lower, upper = contacts[-1].depths
+    assert np.sum(lower) * ds == pytest.approx(PASSAGES * section, rel=1e-12)
+    assert np.sum(upper) * ds == pytest.approx(PASSAGES / 3 * section, rel=1e-12)
+    np.testing.assert_array_equal(contacts[-1].worn, 0)
+    assert len(contacts) == 5
+
+
+def test_without_creepage_nothing_is_worn():
+    contacts = list(wear_contact(driven(flat(), 0.0), steps(3, 1e9, 1e9)))
+    assert np.all(contacts[-1].depths == 0)
+    np.testing.assert_allclose(contacts[-1].rolling.contact.p, contacts[0].rolling.contact.p, atol=1e-3)
+
+
+def test_wear_spreads_the_contact_and_lowers_its_pressure():
+    contacts = [contact.rolling.contact for contact in FOUR_STEPS()]
+    largest = [contact.p.max() for contact in contacts]
+    assert np.all(np.diff(largest) < 0)
+    s = contacts[0].problem.grid.strips
+    widths = [np.sum(contact.pressures * s**2) for contact in contacts]
+    assert np.all(np.diff(widths) > 0)
+    for contact in contacts:
+        assert contact.force[2] == pytest.approx(POINT.load, rel=1e-6)
+
+
+def test_a_symmetric_contact_stays_symmetric_and_a_mirrored_one_mirrored():
+    gap = np.sum(FOUR_STEPS()[-1].depths, axis=0)
+    np.testing.assert_allclose(gap[::-1], gap, atol=1e-4 * gap.max())
+    aside, mirrored = (gap_after(flat(offset=(0.0, side)), steps(2)) for side in (0.4, -0.4))
+    np.testing.assert_allclose(mirrored[::-1], aside, atol=1e-4 * gap.max())
+    assert np.max(np.abs(aside[::-1] - aside)) > 0.05 * gap.max()
+
+
+def test_more_and_smaller_steps_converge_to_the_first_order():
+    gaps = [gap_after(flat(), steps(n, 240 / n, 80 / n)) for n in (2, 4, 8)]
+    far, near = (np.max(np.abs(one - other)) for one, other in pairwise(gaps))
+    assert far / near == pytest.approx(2.0, abs=0.4)
+    assert near < 0.01 * gaps[-1].max()
+
+
+def test_prescribed_forces_stay():
+    wheel, forces = flat(), {"longitudinal": 0.24 * POINT.load}
+    rolling = wheel.contact(Creepages(1e-3), Loading(POINT.load), forces=forces)
+    contacts = list(
+        wear_contact(RollingSolution(wheel, rolling, POINT.load, slope=np.nan), steps(2, 2000.0, 1000.0))
     )
+    for contact in contacts:
+        assert contact.rolling.contact.force[0] == pytest.approx(0.24 * POINT.load, rel=1e-4)
+    assert contacts[-1].rolling.creepages.longitudinal != contacts[0].rolling.creepages.longitudinal
 
 
-def test_depth_of_full_sliding_is_that_of_hertz_pressures():
-    law, sliding = EnergyLaw(transition=1e9), full_sliding(120, 26)
-    line_load = np.pi / 2 * HERTZ.a * HERTZ.p_max * (1 - (sliding.grid.strips / HERTZ.b) ** 2)
-    exact = 0.7 / 7850 * 1e-3 * FRICTION * CREEPAGE * line_load
-    np.testing.assert_allclose(depth(sliding, law)[3:-3], exact[3:-3], rtol=2e-3)
+# ---- the gap and the wheel's circles
 
 
-def test_energy_law_jumps_at_its_transition_by_the_ratio_of_coefficients():
-    law = EnergyLaw()  # power density: traction times slip times speed
-    below, beyond = (rate(law, 100.0, slip, speed=8.0) for slip in (0.005 - 1e-12, 0.005 + 1e-12))
-    assert beyond / below == pytest.approx(3.0, rel=1e-6)
-    assert below == pytest.approx(0.7 / 7850 * 0.5e-3, rel=1e-6)
+def test_the_worn_gap_is_an_extra_gap_of_bodies_on_a_grid():
+    wheel = wheel_on(groove())
+    s = wheel.rolling.s
+    depths = np.stack([1e-3 * np.exp(-((s - 3) ** 2)), 2e-3 * np.exp(-((s - 2.5) ** 2))])
+    rail, tyre = Surface(LOWER, arc(10.0, 1.3, 1.1)), Surface(UPPER, arc(10.2, 1.3, 1.1), 500.0)
+    undeformed = Undeformed(tyre, rail, (-8.0, 10.0), -0.07)
+    on_grid = PairOnGrid(level(STEELS), undeformed, wheel.problem.grid, Profile(s, depths.sum(axis=0)))
+    distance = worn_problem(wheel, depths).problem.distance
+    np.testing.assert_allclose(distance, on_grid.distance, atol=1e-9)
+    assert np.max(distance - wheel.problem.distance) > 2e-3
 
 
-def test_twin_disc_law_has_the_values_of_its_source():
-    law = TwinDiscLaw()
-    np.testing.assert_allclose(law.mass(np.array([0.0, 5.0, 10.4, 50.0, 77.2])), [0, 26.5, 55, 55, 55])
-    assert law.mass(10.4 - 1e-9) == pytest.approx(5.3 * 10.4)
-    assert law.mass(87.2) == pytest.approx(55 + 619)
-    assert law.mass(77.2 + 1e-9) == pytest.approx(55.0, abs=1e-6)
-    assert rate(law, 100.0, 0.05) == pytest.approx(5.3 * 5 / 7850 * 1e-3)
+def test_wear_of_the_wheel_makes_its_circles_smaller():
+    wheel = wheel_on(groove())
+    smaller = worn_problem(wheel, np.outer([0.0, 1e-2], np.ones_like(wheel.rolling.s))).rolling
+    slower = smaller.rigid_slip(Creepages()) - wheel.rolling.rigid_slip(Creepages())
+    exact = 1e-2 * np.cos(wheel.problem.inclination) / 500.0
+    np.testing.assert_allclose(slower[..., 0], np.broadcast_to(exact, slower.shape[:2]), atol=1e-15)
 
 
-# ---- Archard
+def test_the_turn_is_the_largest_slope_of_either_depth():
+    last = FOUR_STEPS()[-1]
+    slopes = np.gradient(last.depths[0], last.rolling.contact.problem.grid.strips)  # it wears more
+    assert last.turned == pytest.approx(np.max(np.abs(slopes)))
 
 
-def test_archards_volume_is_k_times_load_times_sliding_distance_over_hardness():
-    law, sliding = ArchardMap(hardness=9e3), full_sliding(60, 44)
-    load = np.sum(sliding.pressure) * sliding.grid.area
-    assert section_area(sliding, law) == pytest.approx(35e-4 * load * CREEPAGE / 9e3, rel=1e-12)
+# ---- stability
 
 
-@pytest.mark.parametrize(
-    ("velocity", "pressure", "k"),
-    [(0.19, 1000, 5e-4), (0.21, 1000, 35e-4), (0.69, 1000, 35e-4), (0.71, 1000, 5e-4), (0.4, 2399, 35e-4),
-     (0.4, 2401, 350e-4), (0.1, 2401, 350e-4), (5.0, 2401, 350e-4)],
-)  # fmt: skip
-def test_regions_of_archards_map(velocity, pressure, k):
-    law = ArchardMap()
-    assert law.coefficient(np.array(velocity), np.array(pressure)) == k
-    assert rate(law, 100.0, velocity / 10, pressure=float(pressure), speed=10.0) == pytest.approx(
-        k * pressure * velocity / 10 / 3000
+def rippled(wheel, size):
+    """The wheel with a gap of +size and -size from strip to strip."""
+    strips = size * (-1.0) ** np.arange(wheel.problem.grid.n_s)
+    return replace(wheel, problem=replace(wheel.problem, distance=wheel.problem.distance + strips))
+
+
+@pytest.mark.parametrize("factor", [0.3, 0.9, 1.8])
+def test_a_step_multiplies_ripples_by_1_less_their_factor(factor, monkeypatch):
+    """In the middle of a contact that slides as a whole; its edges and its length cost some per cent."""
+    wheel, size = flat(20, 30), 1e-6
+    one = steps(1, 1.0, 0.5)
+    first = next(wear_contact(driven(wheel), one))
+    passages = factor / ripple_factor(first.rolling.contact, first.sliding, one)
+    monkeypatch.setattr(module, "LARGEST_FACTOR", 10.0)
+    of = steps(1, passages, passages / 2)
+    plain, other = (
+        next(wear_contact(driven(each), of)).worn.sum(axis=0) for each in (wheel, rippled(wheel, size))
     )
+    strips = (-1.0) ** np.arange(30)
+    multiplied = 1 + (other - plain) * strips / size
+    assert np.mean(multiplied[12:18]) == pytest.approx(1 - factor, abs=0.08 * factor)
 
 
-# ---- all laws
+# ---- scattered places
 
 
-@ids
-def test_without_slip_there_is_no_wear(law):
-    contact = wheel_on(paraboloids()).contact(Creepages(), Loading(POINT.load)).contact
-    assert section_area(sliding_of(contact, 30.0), law) == 0
+@pytest.mark.parametrize("spread", [0.15, 0.4])
+def test_scattered_places_keep_the_volume_and_widen_the_gap(spread):
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    plain, wide = (worn(wheel, steps(1, spread=one))[-1] for one in (0.0, spread))
+    s, ds = wheel.rolling.s, wheel.problem.grid.ds
+    volumes = [np.sum(each.depths[0]) * ds for each in (plain, wide)]
+    assert volumes[1] == pytest.approx(volumes[0], rel=1e-12)
+    variances = [np.sum(each.depths[0] * s**2) * ds / volumes[0] for each in (plain, wide)]
+    assert variances[1] - variances[0] == pytest.approx(spread**2, rel=0.01)  # cut off at 4 deviations
 
 
-@ids
-def test_within_a_regime_wear_grows_with_slip(law):
-    rates = [rate(law, 100.0, slip, speed=1.0) for slip in np.linspace(0.001, 0.039, 9)]
-    assert np.all(np.diff(rates) > 0)
+def test_scattered_places_allow_larger_steps_which_do_not_oscillate():
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    first = next(wear_contact(driven(wheel), steps(1, 1.0, 0.0)))
+    alone, spread = (ripple_factor(first.rolling.contact, first.sliding, steps(1, 1.0, 0.0, spread=one))
+                     for one in (0.0, 0.5))  # fmt: skip
+    assert spread < alone / 4
+    gap = gap_after(wheel, steps(4, 0.9 / spread, 0.0, spread=0.5))
+    s = wheel.rolling.s
+    assert np.all(np.diff(gap[s < 0]) >= 0)
+    assert np.all(np.diff(gap[s > 0]) <= 0)
 
 
-@ids
-def test_worn_area_does_not_depend_on_the_grid(law):
-    """Of Hertz pressures that slide; borders of regimes cut elements, so differences may be small by luck."""
-    areas = [section_area(full_sliding(n, n - 6, speed=1.0), law) for n in (12, 24, 48, 96, 192)]
-    changes = np.abs(np.diff(areas)) / areas[-1]
-    assert changes[-1] < 1e-3
-    assert max(changes[:2]) > 5 * max(changes[2:])
+def test_a_small_spread_is_limited_by_ripples():
+    first = next(wear_contact(driven(flat()), steps(1)))
+    factors = [
+        ripple_factor(first.rolling.contact, first.sliding, steps(1, spread=one)) for one in (0.0, 1e-3)
+    ]
+    assert factors[0] == factors[1]
 
 
-def test_wheel_loses_its_depth_once_per_revolution():
-    depths, radii = np.array([1e-6, 3e-6]), np.array([460.0, 445.0])
-    per_metre = wheel_depth_per_metre(depths, radii)
-    np.testing.assert_allclose(per_metre * 2 * np.pi * radii / 1000, depths)
+@pytest.mark.parametrize("side", [-10, 10])
+def test_a_spread_beyond_either_end_of_the_grid_is_refused(side):
+    wheel = flat(14, 40, room=(1.8, 4.4), offset=(0.0, side))
+    with pytest.raises(
+        WrongInput, match=r"spread = 0.4 mm: wear reaches the ends of the grid; \d+ strips are"
+    ):
+        worn(wheel, steps(1, spread=0.4))
 
 
-# ---- British Rail
-
-
-def test_section_loss_has_the_regimes_of_its_source():
-    law, diameter = SectionLoss(), 920.0
-    losses = law.per_kilometre([0.0, 40.0, 100.0 - 1e-9, 100.0, 199.0, 200.0, 300.0], diameter)
-    np.testing.assert_allclose(losses * diameter, [0, 10, 25, 25, 25, 84, 203], rtol=1e-9)
-
-
-def test_mild_section_loss_is_pi_over_4_in_volume_per_energy():
-    diameter, t_gamma = 800.0, 60.0
-    volume = SectionLoss().per_kilometre(t_gamma, diameter) * np.pi * diameter  # mm^3/km
-    assert volume / (t_gamma * 1000) == pytest.approx(np.pi / 4 * 1e-3)
-
-
-# ---- shares of regimes
-
-
-def test_shares_of_regimes():
-    sliding = full_sliding(41, 31)
-    half = np.max(sliding.power_density) * np.sqrt(1 - 0.5)  # of an ellipse: p > this on half of the area
-    shares = regimes(sliding, (half, 1e9))
-    assert shares.sum() == pytest.approx(1.0)
-    assert shares[2] == 0
-    assert shares[1] == pytest.approx(1 - 0.5**1.5, abs=0.01)  # of the load
-    np.testing.assert_array_equal(regimes(replace(sliding, slip=0 * sliding.slip), (1.0,)), [0, 0])
-
-
-# ---- bad input
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: EnergyLaw(mild=0.0), "mild = 0.0: must be positive and finite"),
-        (lambda: EnergyLaw(density=-1.0), "density = -1.0: must be positive and finite"),
-        (
-            lambda: TwinDiscLaw(transitions=(80.0, 10.0)),
-            r"transitions = \(80.0, 10.0\): .* smaller one first",
-        ),
-        (lambda: TwinDiscLaw(transitions=(-1.0, 10.0)), "transitions = -1.0: must be positive"),
-        (lambda: ArchardMap(hardness=0.0), "hardness = 0.0: must be positive and finite"),
-        (lambda: ArchardMap(velocities=(0.7, 0.2)), r"velocities = \(0.7, 0.2\): .* smaller one first"),
-        (lambda: SectionLoss(transitions=(0.0, 5.0)), r"transitions = \(0.0, 5.0\): two positive T-gamma"),
-        (lambda: SectionLoss(severe=-2.0), "severe = -2.0: must be positive"),
-        (lambda: SectionLoss().per_kilometre(-1.0, 900.0), "t_gamma = -1.0: must be zero or positive"),
-        (lambda: SectionLoss().per_kilometre(np.nan, 900.0), "t_gamma = nan: must be zero or positive"),
-        (lambda: SectionLoss().per_kilometre(1.0, 0.0), "diameter = 0.0: must be positive"),
-        (lambda: wheel_depth_per_metre([1e-6], [np.inf]), "radii = .*: circles of a wheel must be positive"),
-        (lambda: regimes(full_sliding(), (3.0, 1.0)), r"limits = \(3.0, 1.0\): positive power densities"),
-    ],
-)
-def test_wrong_numbers_are_refused(make, message):
-    with pytest.raises(WrongInput, match=message):
-        make()
+def test_too_many_passages_per_step_are_refused():
+    with pytest.raises(
+        WrongInput,
+        match=r"1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most and more steps, or a larger",
+    ):
+        worn(flat(), steps(2, 1e6, 0.0))

@@ -9,7 +9,7 @@ import pytest
 from compare.pages import shifts as page
 from femic.results import wheelset as compute
 from femic.results import wheelset_contacts as contacts
-from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable, specification_of
+from femic.shifts.specification import ContactTable, ProfileTable, ShiftsFile, WheelTable, parse_specification
 from geometries.errors import WrongInput
 from tests.compare.shifts.test_shifts_page import fake
 
@@ -52,10 +52,10 @@ def test_a_roll_for_each_shift_or_none(tmp_path):
         "wheel": {"profile": "S1002"},
     }
     with pytest.raises(WrongInput, match="rolls: 1 of them, and 2 shifts: give one for each shift"):
-        specification_of(table, tmp_path / "mine.toml")
+        parse_specification(table, tmp_path / "mine.toml")
     for roll in (150.0, "much"):
         with pytest.raises(WrongInput, match="rolls"):
-            specification_of(table | {"shifts": [0.0], "rolls": [roll]}, tmp_path / "mine.toml")
+            parse_specification(table | {"shifts": [0.0], "rolls": [roll]}, tmp_path / "mine.toml")
 
 
 def test_what_is_unusual_stands_on_the_page(monkeypatch, tmp_path):

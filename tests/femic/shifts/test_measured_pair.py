@@ -7,8 +7,8 @@ from compare.pages.shift_figures import difference
 from femic.reference.run_options import RunOptions
 from femic.results.wheelset import compute_shifts
 from femic.shifts.contact import contact_at
-from femic.shifts.sides import ContactRequest, Place, layout_of
-from femic.shifts.specification import load_shifts
+from femic.shifts.sides import Place, lay_out_wheelset
+from femic.shifts.specification import ContactTable, load_shifts
 from geometries.track.wheelset import settle
 from tests.samples import SAMPLES
 
@@ -63,13 +63,12 @@ def test_half_spaces_are_as_good_as_b_hat_on_the_tread_and_where_three_patches_c
 
 def test_patches_lie_at_the_touching_points_of_the_undeformed_profiles(tmp_path):
     file = specification(tmp_path, 15.4)
-    layout = layout_of(file)
+    layout = lay_out_wheelset(file)
     position = settle(layout, 15.4, roll="about rails", within=0.1)
     touches = sorted(touch.s_rail for touch in position.left)
-    contact = contact_at(
-        Place(layout, position, "left"), file.rail, file.wheel, ContactRequest(9e4, ("Bhat",))
-    )
-    patches = sorted(patch.s for patch in contact.numbers[0].patches)
+    asked = ContactTable(load=9e4, ics=("Bhat",), planar=False)
+    contact = contact_at(Place(layout, position, "left"), file.rail, file.wheel, asked).isel(ics=0)
+    patches = sorted(zip(contact.patch_start.values, contact.patch_end.values, strict=True))
     assert len(touches) == len(patches) == 3
     for touch, (start, end) in zip(touches, patches, strict=True):
         assert start < touch < end

@@ -3,28 +3,28 @@
 import numpy as np
 import pytest
 
-from femic.shifts.contact import contact_at
-from femic.shifts.sides import ContactRequest, Place, layout_of, sections_of
-from femic.shifts.specification import specification_of
+from femic.shifts.contact import contact_at, read_grids
+from femic.shifts.sides import Place, lay_out_wheelset, prepare_sections
+from femic.shifts.specification import ContactTable, parse_specification
 from geometries.profiles.noise import peak_slope
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import settle
 
-WANTED = ContactRequest(80e3, ("A",), elements=12)
+WANTED = ContactTable(load=80e3, ics=("A",), elements=12, planar=False)
 HALF_STIFFNESS = 210e3 / (2 * (1 - 0.28**2)) / 2  # E*/2 of two steel bodies [MPa]
 
 
 def solved(wheel, folder):
     """p_max, its estimate, and the part of this by E*/2 times the slope that rounding adds, in the middle."""
     table = {"shifts": [0.0], "rail": {"profile": "60E1"}, "wheel": wheel}
-    specification = specification_of(table, folder / "s.toml")
-    sections = sections_of(specification)
-    layout = layout_of(specification, sections)
+    specification = parse_specification(table, folder / "s.toml")
+    sections = prepare_sections(specification)
+    layout = lay_out_wheelset(specification, sections)
     place = Place(layout, settle(layout, 0.0), "left")
     contact = contact_at(place, specification.rail, specification.wheel, WANTED)
-    (numbers,) = contact.numbers
-    added = peak_slope(sections[2].curve, place.touch.s_wheel, numbers.b, contact.grids[0].ds)
-    return numbers.p_max, numbers.estimate_p_max, HALF_STIFFNESS * added
+    p_max, estimate, b = (contact[name].item() for name in ("p_max", "estimate_p_max", "b"))
+    added = peak_slope(sections[2].curve, place.touch.s_wheel, b, read_grids(contact)[0].ds)
+    return p_max, estimate, HALF_STIFFNESS * added
 
 
 def test_a_rounded_cone_has_a_p_max_within_what_is_stated_and_the_right_one_when_smoothed(tmp_path):

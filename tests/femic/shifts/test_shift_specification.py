@@ -7,7 +7,7 @@ import pytest
 
 from femic.reference.run_options import RunOptions
 from femic.results.wheelset_contacts import Study
-from femic.shifts.sides import doubts, layout_of, sections_of, understood
+from femic.shifts.sides import doubts, lay_out_wheelset, prepare_sections, understood
 from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
@@ -36,11 +36,11 @@ def test_wheels_may_have_two_radii(tmp_path):
     one = loaded(tmp_path, f"{MINIMAL}flange_back = -70\n[wheelset]\nnominal_radius = 459\n")
     two = loaded(tmp_path, f"{MINIMAL}flange_back = -70\n[wheelset]\nnominal_radius = [459, 460.5]\n")
     assert one.wheelset.nominal_radius == (459, 459)
-    layout = layout_of(two)
+    layout = lay_out_wheelset(two)
     assert layout.nominal_radius == (459, 460.5)
     for side, radius in ((layout.left, 459), (layout.right, 460.5)):
         np.testing.assert_allclose(side.tape, [750, -radius], rtol=0, atol=1e-9)
-    assert Study(one, layout_of(one), RunOptions()).alike
+    assert Study(one, lay_out_wheelset(one), RunOptions()).alike
     assert not Study(two, layout, RunOptions()).alike
     for wrong, says in (
         ("[459]", r"nominal_radius.1: Field required"),
@@ -108,9 +108,9 @@ def test_profiles_of_files_and_standards_are_the_same(tmp_path):
     of_file = loaded(tmp_path, MINIMAL.replace("60E1", "rail.prr"))
     exact = loaded(tmp_path, MINIMAL)
     t = np.linspace(10, 110, 500)
-    one, other = (layout_of(file).left.rail.position(t) for file in (of_file, exact))
+    one, other = (lay_out_wheelset(file).left.rail.position(t) for file in (of_file, exact))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3)  # arc lengths differ at corners of the spline
-    assert any("rail" in note for note in understood(sections_of(of_file), layout_of(of_file)))
+    assert any("rail" in note for note in understood(prepare_sections(of_file), lay_out_wheelset(of_file)))
 
 
 def test_a_section_of_a_list_is_a_profile(tmp_path):
@@ -118,9 +118,9 @@ def test_a_section_of_a_list_is_a_profile(tmp_path):
     for name, section in (("a.prr", "54E1"), ("b.prr", "60E1")):
         write_profile(standard_profile(section, 0.1), tmp_path / name)
     (tmp_path / "track.slcs").write_text("0 1000\n2\n0 0 0\n1\n0 'a.prr'\n1.5 'b.prr'\n")
-    exact = sections_of(loaded(tmp_path, MINIMAL))[0].curve
+    exact = prepare_sections(loaded(tmp_path, MINIMAL))[0].curve
     for key in ("section = 2", "section_at = 1500.0"):
-        section = sections_of(loaded(tmp_path, MINIMAL.replace('60E1"', f'track.slcs"\n{key}')))[0]
+        section = prepare_sections(loaded(tmp_path, MINIMAL.replace('60E1"', f'track.slcs"\n{key}')))[0]
         assert section.name == "track-2"
         np.testing.assert_allclose(
             section.curve.position(np.linspace(10, 110, 50)),
@@ -128,12 +128,12 @@ def test_a_section_of_a_list_is_a_profile(tmp_path):
             atol=1e-3,
         )
     with pytest.raises(WrongInput, match=r"give section or section_at; track\.slcs has 1: at 0"):
-        sections_of(loaded(tmp_path, MINIMAL.replace("60E1", "track.slcs")))
+        prepare_sections(loaded(tmp_path, MINIMAL.replace("60E1", "track.slcs")))
 
 
 def test_the_worn_pair_keeps_its_gauge():
     """Rails worn in their place are where the built-in specification lays them out, to 0.05 mm."""
-    left = layout_of(load_shifts("s1002-on-60e1-worn")[2]).left
+    left = lay_out_wheelset(load_shifts("s1002-on-60e1-worn")[2]).left
     unworn_left = unworn().left
     assert left.rail.offset[0] == pytest.approx(unworn_left.rail.offset[0], abs=0.05)
     assert left.wheel.offset[0] == pytest.approx(unworn_left.wheel.offset[0], abs=1e-9)
@@ -145,6 +145,6 @@ def test_what_looks_like_noise_is_said_once_for_both_sides(tmp_path, tolerance, 
     """Errors of alternating sign bend the curve far more than an arc of 30 mm."""
     write_head(tmp_path / "mine.txt")
     rail = f'[rail]\nprofile = "mine.txt"\naxes = "field"\ntolerance = {tolerance}\n'
-    found = doubts(sections_of(loaded(tmp_path, rail + '[wheel]\nprofile = "S1002"\n')))
+    found = doubts(prepare_sections(loaded(tmp_path, rail + '[wheel]\nprofile = "S1002"\n')))
     assert len(found) == is_noisy
     assert all(doubt.startswith("left rail, mine: The least radius is 0") for doubt in found)

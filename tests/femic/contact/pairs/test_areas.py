@@ -20,8 +20,8 @@ from femic.contact.pairs.grids import Sizing
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import measured
 from femic.contact.patch import MARGIN
-from femic.shifts.sides import ContactRequest, Place, bodies_at, layout_of, problem_of
-from femic.shifts.specification import load_shifts
+from femic.shifts.sides import Place, bodies_at, contact_problem, lay_out_wheelset
+from femic.shifts.specification import ContactTable, load_shifts
 from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.patches import Grid
@@ -35,7 +35,7 @@ LOAD = 9e4
 def wheel_on_rail(layout, load=LOAD, shift=0.0):
     """Rail and left wheel on any grid, and the roll."""
     where = Place(layout, settle(layout, shift, roll="about rails"), "left")
-    problem = problem_of(bodies_at(where, RAIL, WHEEL), ContactRequest(load, ("A",)), load)
+    problem = contact_problem(bodies_at(where, RAIL, WHEEL), ContactTable(load=load, ics=("A",)))
     return pair_on_grid(problem, problem.grid), where.roll
 
 
@@ -294,8 +294,8 @@ def test_coarse_grids_over_neighbouring_overlaps_have_room_beside_both(ratio, ga
 def test_a_worn_wheel_has_one_patch_where_its_coarse_grids_would_meet():
     """At an approach that is sought, a second overlap lies close beside the first one."""
     file = load_shifts("s1002-on-60e1-worn")[2]
-    layout = layout_of(file)
+    layout = lay_out_wheelset(file)
     where = Place(layout, settle(layout, 6.43, roll="about rails"), "left")
-    problem = problem_of(bodies_at(where, file.rail, file.wheel), ContactRequest(LOAD, ("A",)), LOAD)
+    problem = contact_problem(bodies_at(where, file.rail, file.wheel), ContactTable(load=LOAD, ics=("A",)))
     boxes, _ = find_patches(pair_on_grid(problem, problem.grid), "A", LOAD, where.roll)
     assert sum(box.share for box in boxes) == pytest.approx(1)

@@ -17,7 +17,8 @@ from femic.contact.pairs.planar import planar, solve_planar
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Line
-from femic.shifts.sides import ContactRequest, Place, bodies_at, problem_of
+from femic.shifts.sides import Place, bodies_at, contact_problem
+from femic.shifts.specification import ContactTable
 from geometries.bodies import Body
 from geometries.contours import Contour, arc
 from geometries.errors import WrongInput
@@ -100,7 +101,7 @@ def test_each_patch_has_a_plane_of_its_own():
     """Two bumps: each carries as if it were alone at the common approach; together they carry the load."""
     own = bumpy(0.02)
     where = Place(own, settle(own, 0.0, roll="about rails"), "left")
-    of = problem_of(bodies_at(where, RAIL, WHEEL), ContactRequest(9e4, ("A",)), 9e4)
+    of = contact_problem(bodies_at(where, RAIL, WHEEL), ContactTable(load=9e4, ics=("A",)))
     contact = solve_planar(pair(of), 9e4, roll=where.roll)
     assert len(contact.patches) == 2
     one, other = (patch.normal_force for patch in contact.patches)
