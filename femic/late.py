@@ -5,11 +5,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
-from importlib.util import LazyLoader
 from operator import attrgetter
+from threading import RLock
 from types import ModuleType
 from typing import Any
+
+ITS_PLACE = ("__class__", "__dict__", "__name__", "__path__", "__spec__")  # attributes that imports look at
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,57 @@ def lazy_imports() -> Iterator[None]:
 class _LazyFinder:
     """Finds modules as all other finders do, and defers that they run."""
 
+    running = 0  # modules that run at the moment: what they import is not deferred
+
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return the specification of a module, None where there is none."""
+        if self.running:
+            return None
         others = (finder for finder in sys.meta_path if finder is not self)
         spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
         if spec is not None and spec.loader is not None:
-            spec.loader = LazyLoader(spec.loader)
+            spec.loader = _LazyLoader(spec.loader)
         return spec
+
+
+class _LazyLoader(Loader):
+    """Makes modules that run later; that of the standard library runs them when they are imported again."""
+
+    def __init__(self, loader: Loader) -> None:
+        self.loader = loader
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Return the module, None for an ordinary one."""
+        return self.loader.create_module(spec)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Prepare a module to run."""
+        assert module.__spec__ is not None
+        module.__spec__.loader = module.__loader__ = self.loader
+        module.__spec__.loader_state = {"lock": RLock(), "begun": False}
+        module.__class__ = _LazyModule
+
+
+class _LazyModule(ModuleType):
+    """A module that runs when an attribute of it is first used, by one thread."""
+
+    def __getattribute__(self, name: str) -> Any:
+        get = super().__getattribute__
+        if name in ITS_PLACE or (state := get("__spec__").loader_state) is None:
+            return get(name)
+        with state["lock"]:
+            if not state["begun"]:
+                state["begun"] = True
+                _LazyFinder.running += 1
+                try:
+                    get("__spec__").loader.exec_module(self)
+                except BaseException:
+                    state["begun"] = False
+                    raise
+                finally:
+                    _LazyFinder.running -= 1
+                get("__spec__").loader_state = None
+                self.__class__ = ModuleType
+        return object.__getattribute__(self, name)

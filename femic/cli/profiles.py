@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.table import Table
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import OUT, TABLE_WIDTH, announce, whole_number
 from femic.late import lazy_imports

@@ -11,7 +11,7 @@ from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 from rich.console import Console
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli import progress
 from femic.late import Late

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.store import Store

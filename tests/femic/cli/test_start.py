@@ -18,7 +18,9 @@ RUN = """
 import json, sys
 from femic.cli.main import exit_code
 for command in json.loads(sys.argv[1]):
-    print(json.dumps([exit_code(command), sorted(sys.modules)]))
+    code = exit_code(command)
+    loaded = [name for name, module in sys.modules.items() if "Lazy" not in str(type(module))]
+    print(json.dumps([code, loaded]))
 """
 WRONG = {
     "not there": None,
@@ -76,7 +78,12 @@ def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
         from lazily import inner  # noqa: PLC0415
     assert sys.meta_path == finders
     assert "lazily.trace" not in sys.modules
+    with lazy_imports():
+        from lazily import inner as again  # noqa: PLC0415
+    assert again is inner
+    assert "lazily.trace" not in sys.modules
     assert inner.answer == 42
+    assert "Lazy" not in str(type(sys.modules["lazily.trace"]))  # what it imports runs
     assert "lazily.trace" in sys.modules
 
 
