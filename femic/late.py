@@ -98,5 +98,5 @@ class _LazyModule(ModuleType):
                 finally:
                     _LazyFinder.running -= 1
                 get("__spec__").loader_state = None
-                self.__class__ = ModuleType
+                object.__setattr__(self, "__class__", ModuleType)
         return object.__getattribute__(self, name)

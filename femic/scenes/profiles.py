@@ -110,7 +110,7 @@ class ProfileTable(SceneTable):
         """Turn of the section [rad], from y to z."""
         return float(np.arctan(self.rail_inclination) + np.radians(self.turn_deg))
 
-    def of_kind(self) -> Kind:
+    def rail_or_wheel(self) -> Kind:
         """Return whether it is a rail or a wheel; raise WrongInput for a file that cannot be read."""
         return named(self.standard).kind if self.standard is not None else self._prepared().kind
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import femic
-from femic.interface.options import scene_of
+from femic.interface.options import make_scene
 from femic.scenes.load import builtin_names, load_scene
 
 STEEL = femic.Material(E=210e3, nu=0.3)
@@ -25,7 +25,7 @@ def geometry(body):
 @pytest.mark.parametrize("name", builtin_names())
 def test_loaded_pair_equals_the_pair_of_its_scene(name):
     scene, pair = load_scene(name), femic.load_pair(name)
-    again = scene_of(pair, femic.Options(), {})
+    again = make_scene(pair, femic.Options())
     assert again.pair.effective == scene.pair.effective
     for body in ("upper", "lower"):
         ours, theirs = again.bodies[body], scene.bodies[body]

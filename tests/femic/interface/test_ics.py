@@ -12,7 +12,7 @@ import xarray as xr
 import femic
 from approx.pair import matrix
 from femic.interface.matrices import grid_of
-from femic.interface.options import scene_of
+from femic.interface.options import make_scene
 from femic.results.ics import compute
 from femic.results.ics_dataset import errors, to_dataset
 from geometries.patches import COMPONENTS
@@ -138,7 +138,7 @@ def test_a_single_body_and_component_are_solved_alone_and_their_models_are_kept(
 
 
 def test_a_far_arc_that_python_gives_is_a_support_and_the_default_one_is_not(pair):
-    given, default = (scene_of(pair, options, {}).bodies["upper"] for options in (NEAR, OPTIONS))
+    given, default = (make_scene(pair, options).bodies["upper"] for options in (NEAR, OPTIONS))
     assert (given.truncated, given.domain.far_radius) == (False, 60.0)
     assert default.truncated
 
