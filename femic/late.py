@@ -35,16 +35,19 @@ class Late:
 @contextmanager
 def lazy_imports() -> Iterator[None]:
     """Defer what is imported within this context: a module runs when an attribute of it is first used."""
-    finder = _LazyFinder()
-    sys.meta_path.insert(0, finder)
+    importer = _LazyImporter()
+    sys.meta_path.insert(0, importer)
     try:
         yield
     finally:
-        sys.meta_path.remove(finder)
+        sys.meta_path.remove(importer)
 
 
-class _LazyFinder:
-    """Finds modules as all other finders do, and defers that they run."""
+class _LazyImporter(Loader):
+    """Finds modules as all other finders do, and makes them such that they run later.
+
+    Modules by the standard library's LazyLoader run as soon as they are imported again.
+    """
 
     running = 0  # modules that run at the moment: what they import is not deferred
 
@@ -57,25 +60,19 @@ class _LazyFinder:
         others = (finder for finder in sys.meta_path if finder is not self)
         spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
         if spec is not None and spec.loader is not None:
-            spec.loader = _LazyLoader(spec.loader)
+            spec.loader_state = {"loader": spec.loader, "lock": RLock(), "begun": False}
+            spec.loader = self
         return spec
-
-
-class _LazyLoader(Loader):
-    """Makes modules that run later; that of the standard library runs them when they are imported again."""
-
-    def __init__(self, loader: Loader) -> None:
-        self.loader = loader
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         """Return the module, None for an ordinary one."""
-        return self.loader.create_module(spec)
+        module: ModuleType | None = spec.loader_state["loader"].create_module(spec)
+        return module
 
     def exec_module(self, module: ModuleType) -> None:
         """Prepare a module to run."""
         assert module.__spec__ is not None
-        module.__spec__.loader = module.__loader__ = self.loader
-        module.__spec__.loader_state = {"lock": RLock(), "begun": False}
+        module.__spec__.loader = module.__loader__ = module.__spec__.loader_state["loader"]
         module.__class__ = _LazyModule
 
 
@@ -89,14 +86,14 @@ class _LazyModule(ModuleType):
         with state["lock"]:
             if not state["begun"]:
                 state["begun"] = True
-                _LazyFinder.running += 1
+                _LazyImporter.running += 1
                 try:
                     get("__spec__").loader.exec_module(self)
                 except BaseException:
                     state["begun"] = False
                     raise
                 finally:
-                    _LazyFinder.running -= 1
+                    _LazyImporter.running -= 1
                 get("__spec__").loader_state = None
                 object.__setattr__(self, "__class__", ModuleType)
         return object.__getattribute__(self, name)

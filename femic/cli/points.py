@@ -2,7 +2,6 @@
 
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import tomlkit
 
@@ -22,19 +21,18 @@ def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
 
     They are as the campaign computes them, without the check by the other engine.
     """
-    points = find_points(campaign, name)
+    points, paths = find_points(campaign, name), []
     for point in points:
         campaign.scene(point)
-    return [
-        _write_scene(_without_check(campaign.scene_table(point)), folder, campaign.point_name(point))
-        for point in points
-    ]
-
-
-def _without_check(table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a scene without the check by the other engine."""
-    engine = table.get("engine", {})
-    return table | {"engine": engine | {"check": False}} if engine.get("check") else table
+    for point in points:
+        table, file = campaign.scene_table(point), campaign.point_name(point)
+        if table.get("engine", {}).get("check"):
+            table = table | {"engine": table["engine"] | {"check": False}}
+        if len(file) > LONGEST_NAME:
+            file = f"{file[:LONGEST_NAME]}_{sha256(file.encode()).hexdigest()[:8]}"
+        path = folders.make(folder) / f"{file.replace('/', '_')}.toml"
+        paths.append(write_text(tomlkit.dumps(table), path))
+    return paths
 
 
 def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
@@ -52,9 +50,3 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
     folder = results / campaign.name
     store = str(folder / "store") if (folder / "store").is_dir() else None
     return {str(path): store for path in write_scenes(campaign, name, folder)}
-
-
-def _write_scene(table: dict[str, Any], folder: Path, name: str) -> Path:
-    if len(name) > LONGEST_NAME:
-        name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
-    return write_text(tomlkit.dumps(table), folders.make(folder) / f"{name.replace('/', '_')}.toml")
