@@ -16,7 +16,6 @@ from inspect import signature
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
-    TYPE_CHECKING,
     Any,
     Literal,
     ParamSpec,
@@ -31,9 +30,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometries.errors import WrongInput
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -76,7 +72,7 @@ def with_checked_arguments(function: Callable[Arguments, Result]) -> Callable[Ar
     return call
 
 
-def check_fields(noun: "DataclassInstance") -> None:
+def check_fields(noun: Any) -> None:
     """Raise WrongInput for fields of a dataclass that their annotations do not allow."""
     given = {field.name: (getattr(noun, field.name), field.default) for field in fields(noun) if field.init}
     _check(given, type(noun))
