@@ -137,27 +137,19 @@ class Store:
         data, path = content(), self._path(name)
         temporary = f"{path}.{uuid4().hex}"
         try:
-            self._clear_way(path)
-            self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
+            folder = path.rpartition("/")[0]
+            if "file" in self._fs.protocol:  # others do not tell files from folders
+                if self._fs.isfile(folder):  # in the place of the folder of parts
+                    self._fs.rm(folder)
+                if self._fs.isdir(path):  # in the place of an entry
+                    self._fs.rm(path, recursive=True)
+            self._fs.makedirs(folder, exist_ok=True)
             self._fs.pipe_file(temporary, data + _digest(name, data))
             self._fs.mv(temporary, path)
         except OSError as error:
             self.problem = str(error) or type(error).__name__
             log.warning(f"store {self.location}: {error}: going on without storing further models")
             self._remove(f"{name}{temporary.removeprefix(path)}")
-
-    def _clear_way(self, path: str) -> None:
-        """Remove a folder at the path of an entry, or a file at the path of the folder of its parts.
-
-        Only local file systems have this distinction.
-        """
-        if "file" not in self._fs.protocol:
-            return
-        folder = path.rpartition("/")[0]
-        if self._fs.isfile(folder):
-            self._fs.rm(folder)
-        if self._fs.isdir(path):
-            self._fs.rm(path, recursive=True)
 
     def _remove(self, name: str) -> None:
         """Remove a file or folder of this version of the code, if it exists; failures are only logged."""

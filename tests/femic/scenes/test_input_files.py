@@ -10,7 +10,7 @@ import tomlkit
 from compare.campaigns.keys import CampaignFile
 from compare.campaigns.load import load_campaign
 from femic.cli.main import exit_code
-from femic.scenes.bodies import CONTOURS, OutlineTable
+from femic.scenes.bodies import CONTOURS, OutlineTable, PlaneTable
 from femic.scenes.contact import ContactTable
 from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute, replace_files
@@ -146,7 +146,8 @@ def test_outlines_are_found_from_another_folder(tmp_path, monkeypatch):
     make_files_absolute(table["outline"], OutlineTable, tmp_path)
     monkeypatch.chdir("/")
     outline = OutlineTable.model_validate(table["outline"], strict=False)
-    np.testing.assert_allclose(outline._points(), section.corners)
+    corners = outline.outline(PlaneTable(kind="plane")).corners
+    np.testing.assert_allclose(corners, section.corners)
 
 
 def test_maps_are_found_from_another_folder(tmp_path):
