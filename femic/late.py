@@ -8,11 +8,9 @@ from importlib import import_module
 from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from operator import attrgetter
-from threading import RLock
+from threading import get_ident
 from types import ModuleType
 from typing import Any
-
-ITS_PLACE = ("__class__", "__dict__", "__name__", "__path__", "__spec__")  # attributes that imports look at
 
 
 @dataclass(frozen=True)
@@ -34,66 +32,62 @@ class Late:
 
 @contextmanager
 def lazy_imports() -> Iterator[None]:
-    """Defer what is imported within this context: a module runs when an attribute of it is first used."""
+    """Let modules that are imported within this context be stand-ins, which import them when they are used.
+
+    Packages of this program, which have no code, are imported at once. A stand-in is known only to who
+    imported it: in `sys.modules` are real ones, so that threads may use them for the first time together.
+    """
     importer = _LazyImporter()
     sys.meta_path.insert(0, importer)
     try:
         yield
     finally:
         sys.meta_path.remove(importer)
+        for name, module in list(sys.modules.items()):
+            if isinstance(module, _StandIn):
+                del sys.modules[name]
+                parent, _, child = name.rpartition(".")
+                if parent in sys.modules:
+                    vars(sys.modules[parent]).pop(child, None)
+
+
+class _StandIn(ModuleType):
+    """Imports the module of its name when an attribute is asked for."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in {"__path__", "__file__", "__cached__"}:  # imports ask for them
+            raise AttributeError(name)
+        if sys.modules.get(self.__name__) is self:  # another thread is importing lazily
+            del sys.modules[self.__name__]
+        return getattr(import_module(self.__name__), name)
 
 
 class _LazyImporter(Loader):
-    """Finds modules as all other finders do, and makes them such that they run later.
+    """Finds modules as all other finders do, and makes stand-ins of them for one thread."""
 
-    Modules by the standard library's LazyLoader run as soon as they are imported again.
-    """
-
-    running = 0  # modules that run at the moment: what they import is not deferred
+    def __init__(self) -> None:
+        self.thread, self.busy = get_ident(), False
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return the specification of a module, None where there is none."""
-        if self.running:
+        if self.busy or get_ident() != self.thread:  # other finders may import, too
             return None
-        others = (finder for finder in sys.meta_path if finder is not self)
-        spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
-        if spec is not None and spec.loader is not None:
-            spec.loader_state = {"loader": spec.loader, "lock": RLock(), "begun": False}
+        self.busy, others = True, (finder for finder in sys.meta_path if finder is not self)
+        try:
+            spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
+        finally:
+            self.busy = False
+        own = ("femic", "compare")
+        is_package = spec is not None and spec.submodule_search_locations is not None
+        if spec is not None and not (is_package and name.partition(".")[0] in own):
             spec.loader = self
         return spec
 
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Return the module, None for an ordinary one."""
-        module: ModuleType | None = spec.loader_state["loader"].create_module(spec)
-        return module
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Return a stand-in."""
+        return _StandIn(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Prepare a module to run."""
-        assert module.__spec__ is not None
-        module.__spec__.loader = module.__loader__ = module.__spec__.loader_state["loader"]
-        module.__class__ = _LazyModule
-
-
-class _LazyModule(ModuleType):
-    """A module that runs when an attribute of it is first used, by one thread."""
-
-    def __getattribute__(self, name: str) -> Any:
-        get = super().__getattribute__
-        if name in ITS_PLACE or (state := get("__spec__").loader_state) is None:
-            return get(name)
-        with state["lock"]:
-            if not state["begun"]:
-                state["begun"] = True
-                _LazyImporter.running += 1
-                try:
-                    get("__spec__").loader.exec_module(self)
-                except BaseException:
-                    state["begun"] = False
-                    raise
-                finally:
-                    _LazyImporter.running -= 1
-                get("__spec__").loader_state = None
-                object.__setattr__(self, "__class__", ModuleType)
-        return object.__getattribute__(self, name)
+        """Run nothing."""

@@ -71,8 +71,8 @@ def load_scene(name_or_path: str | Path, changes: Mapping[str, Any] | None = Non
     if changes:
         table = merged(table, changes)
         make_files_absolute(table, SceneFile)
-        text = tomlkit.dumps(table)
-    return build_scene(name_of(path), text, parse(table, path))
+    file = parse(table, path)
+    return build_scene(name_of(path), tomlkit.dumps(table) if changes else text, file)
 
 
 def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -102,7 +102,8 @@ def scene_from_table(table: dict[str, Any], name: str) -> Scene:
     """Return the scene of a table with the keys of a scene file; raise BadScene."""
     table = deepcopy(table)
     make_files_absolute(table, SceneFile)
-    return build_scene(name, tomlkit.dumps(table), parse(table, Path(name)))
+    file = parse(table, Path(name))
+    return build_scene(name, tomlkit.dumps(table), file)
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:

@@ -76,7 +76,7 @@ def test_friction_by_angle_is_that_of_a_scene():
     bound = 0.1 * FRICTION * p.sel(direction="n")
     borne = np.hypot(p.sel(direction="x"), p.sel(direction="s"))
     assert float((borne / bound.where(bound > 0)).max()) == pytest.approx(1.0, abs=1e-5)
-    assert femic.Rolling(LOAD, FRICTION, friction_by_angle=law).table["friction_by_angle"] == law
+    assert femic.Rolling(LOAD, FRICTION, friction_by_angle=law).keys["friction_by_angle"] == law
 
 
 def test_rolling_of_a_pair_equals_that_of_its_scene():
