@@ -144,9 +144,7 @@ def test_a_far_arc_that_python_gives_is_a_support_and_the_default_one_is_not(pai
 
 
 WRONG = {
-    "no ICs": (lambda pair: femic.compute_ics(pair, PATCH, LINES, []), r"ics = \[\]: give at least one"),
     "no matrix": (lambda pair: femic.compute_matrix(pair, GRID, "Bhat+sn:Q"), r"variant = 'Bhat\+sn:Q'"),
-    "variant": (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Chat"]), r"ics\[0\] = 'Chat'"),
     "component": (
         lambda pair: femic.compute_ics(pair, PATCH, LINES, ["A"], components=["xy"]),
         r"components\.0 = 'xy'",
@@ -172,11 +170,6 @@ WRONG = {
         ),
         "engine.kind = 'solid'",
     ),
-    "shape": (
-        lambda _: femic.label_matrix(np.ones((4, 4)), femic.Grid(4, 4, 0.4, 0.4), "mine"),
-        r"ics of shape",
-    ),
-    "figure": (lambda _: femic.plot_ics(xr.Dataset(), "xy"), "component = 'xy'"),
 }
 
 

@@ -19,6 +19,7 @@ from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene_table import tables
 from geometries.outlines import RAIL_SECTIONS
 from tests.compare.conftest import scene_text
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 KEYS = {  # that name files, and what is in these
     "lower.contour": {"kind": "points", "file": "rail.txt"},
@@ -160,6 +161,9 @@ def test_maps_are_found_from_another_folder(tmp_path):
 def test_what_run_writes_can_be_run_again_and_compared(tmp_path, monkeypatch):
     """`femic run`, its scene from another folder, and `femic compare` of both folders."""
     options = ["--store", str(tmp_path / "store")]
+    b_hat_as_c(monkeypatch)
+    few = {"bodies": ["lower"], "components": ["nn"], "variants": ["A"]}
+    (tmp_path / "home/mine.toml").write_text(tomlkit.dumps(few | with_files()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert exit_code(["run", "home/mine.toml", "--out", "first", *options]) == 0
     away = tmp_path / "away"
