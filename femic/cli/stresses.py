@@ -56,16 +56,8 @@ def stresses(
     bodies and half-spaces. Of rolling, the report has wear and fatigue numbers by each of the ICs.
     Options take the place of keys of the tables [contact], [stresses] and [damage] of the scene.
     """
-    options: dict[str, dict[str, object]] = {
-        "contact": {"ics": ics and ics.split(","), "friction": None if friction is None else [friction]},
-        "stresses": {"friction": friction, "force": force, "fineness": fineness},
-        "damage": {"yield_stress": yield_stress, "hardness": hardness, "speed": speed},
-    }
-    given = {
-        table: {key: value for key, value in keys.items() if value is not None}
-        for table, keys in options.items()
-    }
-    loaded = load_scene(scene, {table: keys for table, keys in given.items() if keys})
+    changes = option_changes(ics, friction, force, fineness, yield_stress, hardness, speed)
+    loaded = load_scene(scene, changes)
     contacts.require_stresses(loaded)
     console, folder = terminal(), work.folder(loaded)
     print_warnings(loaded, console)
@@ -75,3 +67,25 @@ def stresses(
         dataset, report = page.write_stresses(results, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)
+
+
+def option_changes(
+    ics: str | None = None,
+    friction: float | None = None,
+    force: float | None = None,
+    fineness: float | None = None,
+    yield_stress: float | None = None,
+    hardness: float | None = None,
+    speed: float | None = None,
+) -> dict[str, dict[str, object]]:
+    """Return the keys of a scene that have the values of the options, by table."""
+    tables: dict[str, dict[str, object]] = {
+        "contact": {"ics": ics and ics.split(","), "friction": None if friction is None else [friction]},
+        "stresses": {"friction": friction, "force": force, "fineness": fineness},
+        "damage": {"yield_stress": yield_stress, "hardness": hardness, "speed": speed},
+    }
+    given = {
+        table: {key: value for key, value in keys.items() if value is not None}
+        for table, keys in tables.items()
+    }
+    return {table: keys for table, keys in given.items() if keys}
