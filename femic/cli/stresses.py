@@ -56,7 +56,15 @@ def stresses(
     bodies and half-spaces. Of rolling, the report has wear and fatigue numbers by each of the ICs.
     Options take the place of keys of the tables [contact], [stresses] and [damage] of the scene.
     """
-    changes = option_changes(ics, friction, force, fineness, yield_stress, hardness, speed)
+    changes = option_changes(
+        ics=ics,
+        friction=friction,
+        force=force,
+        fineness=fineness,
+        yield_stress=yield_stress,
+        hardness=hardness,
+        speed=speed,
+    )
     loaded = load_scene(scene, changes)
     contacts.require_stresses(loaded)
     console, folder = terminal(), work.folder(loaded)
@@ -70,6 +78,7 @@ def stresses(
 
 
 def option_changes(
+    *,
     ics: str | None = None,
     friction: float | None = None,
     force: float | None = None,
@@ -80,7 +89,10 @@ def option_changes(
 ) -> dict[str, dict[str, object]]:
     """Return the keys of a scene that have the values of the options, by table."""
     tables: dict[str, dict[str, object]] = {
-        "contact": {"ics": ics and ics.split(","), "friction": None if friction is None else [friction]},
+        "contact": {
+            "ics": None if ics is None else ics.split(","),
+            "friction": None if friction is None else [friction],
+        },
         "stresses": {"friction": friction, "force": force, "fineness": fineness},
         "damage": {"yield_stress": yield_stress, "hardness": hardness, "speed": speed},
     }

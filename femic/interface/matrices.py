@@ -117,7 +117,8 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
     for along, (places, size, words) in wanted.items():
         own = labelled[along].values
         if len(own) != len(places) or not np.allclose(own, places, rtol=0, atol=SAME_PLACE * size):
-            raise WrongInput(f"{name}: {along} = {_first(own)}: {words} mm are needed, in any order")
+            first = ", ".join([f"{value:g}" for value in own[:3]] + ["..."] * (len(own) > 3))
+            raise WrongInput(f"{name}: {along} = {first}: {words} mm are needed, in any order")
     for variable in ("ic", *({"estimate"} & set(labelled.data_vars))):
         _require_finite(f"{name}: {variable}", labelled[variable].values)
     return labelled
@@ -183,8 +184,3 @@ def _checked(name: str, given: ArrayLike | xr.DataArray, grid: Grid) -> Array:
 def _require_finite(name: str, values: Array) -> None:
     if not np.all(np.isfinite(values)):
         raise WrongInput(f"{name}: {np.sum(~np.isfinite(values))} of {values.size} numbers are not finite")
-
-
-def _first(values: Array) -> str:
-    """Return the first values, as messages show them."""
-    return ", ".join([f"{value:g}" for value in values[:3]] + ["..."] * (len(values) > 3))
