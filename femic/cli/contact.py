@@ -63,7 +63,7 @@ def contact(
             contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
     mapped = [loaded.name for loaded in scenes if page.is_mapped(loaded) and loaded.name not in questions]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
-    scene_folders = work.folders_of(scenes, map_folders)
+    scene_folders = work.scene_folders(scenes, map_folders)
     console, contacts = terminal(), {}
     for name, loaded, folder in zip(scene, scenes, scene_folders, strict=True):
         print_warnings(loaded, console)

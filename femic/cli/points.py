@@ -35,7 +35,7 @@ def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
     return paths
 
 
-def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
+def find_scenes(argument: str, results: Path) -> dict[str, str | None]:
     """Return the scenes of an argument, and the store of the models of each; None: no store yet.
 
     The scenes are the argument itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30,

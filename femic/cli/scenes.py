@@ -78,7 +78,7 @@ def compare(
         path = Path(argument)
         if not path.is_dir() and (path.exists() or AT not in argument):
             load_scene(argument)
-    stores = [item for argument in scene for item in points.scenes_of(argument, results).items()]
+    stores = [item for argument in scene for item in points.find_scenes(argument, results).items()]
     scene_sources = overlay_sources.sources([path for path, _ in stores], results)
     overlay_sources.common(scene_sources)  # raises before any work starts
     folder = page.folder_of(scene_sources, out, results)

@@ -81,7 +81,7 @@ class Work:
         """Return the folder of the results of a scene."""
         return self.out or OUT / scene.name
 
-    def folders_of(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
+    def scene_folders(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
         """Return the folders of the results of scenes, OUT/SCENE each where there are several.
 
         Raises WrongInput for scenes of the same name, or where one of these or `others` cannot be used.

@@ -12,7 +12,7 @@ from femic.contact.pairs.ics import GivenICs
 from femic.contact.specification import ExtraGap, FrictionSpecification, extra_gap
 from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, name_of, ordered
+from femic.interface.matrices import matrix_grid, matrix_name, ordered
 from femic.interface.options import DEFAULT, Options, in_turn, make_scene
 from femic.results.contact import compute_contact, to_dataset
 from femic.results.friction import compute_with_friction
@@ -187,7 +187,7 @@ def solve_contact(
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """
-    names = tuple(each if isinstance(each, str) else name_of(each) for each in ics)
+    names = tuple(each if isinstance(each, str) else matrix_name(each) for each in ics)
     if len(set(names)) < len(names):
         raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
     matrices = {name: each for name, each in zip(names, ics, strict=True) if isinstance(each, xr.Dataset)}
@@ -201,7 +201,7 @@ def solve_contact(
     for name, labelled in matrices.items():
         matrix = ordered("ics", labelled)
         estimate = matrix.estimate.values if "estimate" in matrix else 0.0
-        own[name] = GivenICs(grid_of(matrix), matrix.ic.values, estimate)
+        own[name] = GivenICs(matrix_grid(matrix), matrix.ic.values, estimate)
     if scene.contact.friction:
         return compute_with_friction(scene, options.run, own)
     return to_dataset(compute_contact(scene, options.run, own))

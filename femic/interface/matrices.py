@@ -108,7 +108,7 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
                 f"{name}: {along} = {labelled[along].values[0]!r}, ...: lengths in mm are needed"
             )
     labelled = labelled.sortby(["lag", "observed", "loaded"])
-    grid = grid_of(labelled)
+    grid = matrix_grid(labelled)
     wanted = {
         "lag": (grid.lags, grid.dx, f"0, dx, 2 dx, ... with dx = {grid.dx:g}"),
         "observed": (grid.strips, grid.ds, f"strips side by side, ds = {grid.ds:g}"),
@@ -124,7 +124,7 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
     return labelled
 
 
-def name_of(labelled: xr.Dataset) -> str:
+def matrix_name(labelled: xr.Dataset) -> str:
     """Return the name of a labelled matrix; raise WrongInput where it has lost its labels."""
     if missing := {"ics", "dx", "ds"} - set(labelled.attrs):
         raise WrongInput(
@@ -133,9 +133,9 @@ def name_of(labelled: xr.Dataset) -> str:
     return str(labelled.attrs["ics"])
 
 
-def grid_of(labelled: xr.Dataset) -> Grid:
+def matrix_grid(labelled: xr.Dataset) -> Grid:
     """Return the grid of a labelled matrix. Raises WrongInput where it has lost its labels."""
-    name_of(labelled)
+    matrix_name(labelled)
     dx, ds = (float(array(key, labelled.attrs[key])) for key in ("dx", "ds"))
     strips = labelled.observed.values
     middle = float((strips.min() + strips.max()) / 2)
@@ -153,7 +153,7 @@ def write_for_contact(
     prints what else has to be set there. Raises WrongInput.
     """
     ics, path = ordered("ics", ics), new_file(path)
-    scene = make_scene(pair, DEFAULT, {"grid": asdict(grid_of(ics))})
+    scene = make_scene(pair, DEFAULT, {"grid": asdict(matrix_grid(ics))})
     try:
         contact_file.write(to_contact(scene, ics.ic.values), path)
         if approach is not None:

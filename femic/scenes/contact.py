@@ -19,7 +19,7 @@ from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.input_files import ExistingFile, Holds, columns
 from femic.scenes.scene import Scene, StressSpecification
-from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, declared_keys, shared
 from geometries.errors import WrongInput
 
 # --- [contact] ------------------------------------------------------------------------------------------
@@ -48,7 +48,7 @@ class ContactKeys(SceneTable):
 
 
 _FILES = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
-_KEYS, _FRICTION_KEYS = keys_of(ContactSpecification, _FILES), keys_of(FrictionSpecification)
+_KEYS, _FRICTION_KEYS = declared_keys(ContactSpecification, _FILES), declared_keys(FrictionSpecification)
 _FRICTION_KEYS = {"friction": _FRICTION_KEYS.pop("coefficients"), **_FRICTION_KEYS}
 _PARTS = (_FRICTION_KEYS if key == "friction" else {key: declared} for key, declared in _KEYS.items())
 ContactTable = create_model(
@@ -116,13 +116,15 @@ ELSEWHERE = {"archard": {"hardness"}}  # fields of laws that are keys of [damage
 OF_WORN = ("steps", "spread")  # keys of [damage] that have no effect without passages or revolutions
 OF_SPEED = ("severe", "transition")  # keys of [damage.energy] that have no effect without a speed
 
-StressTable = create_model("StressTable", __base__=SceneTable, **keys_of(StressSpecification))
+StressTable = create_model("StressTable", __base__=SceneTable, **declared_keys(StressSpecification))
 AnyStresses = Annotated[SerializeAsAny[SceneTable], PlainValidator(StressTable.model_validate)]
 
 
-_DAMAGE_KEYS = keys_of(DamageSpecification)
+_DAMAGE_KEYS = declared_keys(DamageSpecification)
 for _name, (_law, _meaning) in LAWS.items():  # a table in place of each law
-    _own = {key: declared for key, declared in keys_of(_law).items() if key not in ELSEWHERE.get(_name, ())}
+    _own = {
+        key: declared for key, declared in declared_keys(_law).items() if key not in ELSEWHERE.get(_name, ())
+    }
     _table = create_model(f"{_name.title().replace('_', '')}Table", __base__=SceneTable, **_own)
     _DAMAGE_KEYS[_name] = _table, Field(_table(), description=_meaning)
 DamageTable = create_model("DamageTable", __base__=SceneTable, **_DAMAGE_KEYS)

@@ -21,7 +21,7 @@ def shared(table: SceneTable, noun: type[Any]) -> dict[str, Any]:
     return {key: getattr(table, key) for key in type(table).model_fields if key in names}
 
 
-def keys_of(noun: type[Any], types: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def declared_keys(noun: type[Any], types: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the keys that a dataclass declares, by name: type and default, as pydantic makes models of them.
 
     Descriptions and limits are `Annotated` there; `types` are other types of the values of some keys.

@@ -11,7 +11,7 @@ import xarray as xr
 
 import femic
 from approx.pair import matrix
-from femic.interface.matrices import grid_of
+from femic.interface.matrices import matrix_grid
 from femic.interface.options import make_scene
 from femic.results.ics import compute
 from femic.results.ics_dataset import errors, to_dataset
@@ -190,7 +190,7 @@ def c_matrix(pair):
 
 def test_matrix_has_its_grid_and_layout(pair):
     labelled = femic.compute_matrix(pair, GRID, "B")
-    again = grid_of(labelled)
+    again = matrix_grid(labelled)
     assert (again.n_x, again.n_s, again.dx, again.ds) == (5, 4, 0.6, 0.4)
     assert again.s == pytest.approx(0.3, rel=1e-12)
     scene = femic.load_scene("geometry1")
