@@ -5,9 +5,8 @@ may change without notice. Units are mm, N, MPa and rad; names that end in `_deg
 are loaded when they are used for the first time, so that `import femic` takes no time.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
-
-from femic.late import Late
 
 if TYPE_CHECKING:
     from compare.interface import plot_contact as plot_contact
@@ -70,7 +69,7 @@ _MODULES = {
     "geometries.materials": ("Material",),
     "geometries.patches": ("Grid", "Patch"),
 }
-_PLACES = {name: Late(f"{module}:{name}") for module, names in _MODULES.items() for name in names}
+_PLACES = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = list(_PLACES)
 
@@ -79,7 +78,7 @@ def __getattr__(name: str) -> Any:
     """Return a public name, which is imported now."""
     if name not in _PLACES:
         raise AttributeError(f"module 'femic' has no public name {name!r}: {', '.join(sorted(_PLACES))}")
-    return _PLACES[name].resolved
+    return getattr(import_module(_PLACES[name]), name)
 
 
 def __dir__() -> list[str]:

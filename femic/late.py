@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
-from importlib.util import LazyLoader
 from operator import attrgetter
+from threading import get_ident
 from types import ModuleType
 from typing import Any
 
@@ -31,24 +32,62 @@ class Late:
 
 @contextmanager
 def lazy_imports() -> Iterator[None]:
-    """Defer what is imported within this context: a module runs when an attribute of it is first used."""
-    finder = _LazyFinder()
-    sys.meta_path.insert(0, finder)
+    """Let modules that are imported within this context be stand-ins, which import them when they are used.
+
+    Packages of this program, which have no code, are imported at once. A stand-in is known only to who
+    imported it: in `sys.modules` are real ones, so that threads may use them for the first time together.
+    """
+    importer = _LazyImporter()
+    sys.meta_path.insert(0, importer)
     try:
         yield
     finally:
-        sys.meta_path.remove(finder)
+        sys.meta_path.remove(importer)
+        for name, module in list(sys.modules.items()):
+            if isinstance(module, _StandIn):
+                del sys.modules[name]
+                parent, _, child = name.rpartition(".")
+                if parent in sys.modules:
+                    vars(sys.modules[parent]).pop(child, None)
 
 
-class _LazyFinder:
-    """Finds modules as all other finders do, and defers that they run."""
+class _StandIn(ModuleType):
+    """Imports the module of its name when an attribute is asked for."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in {"__path__", "__file__", "__cached__"}:  # imports ask for them
+            raise AttributeError(name)
+        if sys.modules.get(self.__name__) is self:  # another thread is importing lazily
+            del sys.modules[self.__name__]
+        return getattr(import_module(self.__name__), name)
+
+
+class _LazyImporter(Loader):
+    """Finds modules as all other finders do, and makes stand-ins of them for one thread."""
+
+    def __init__(self) -> None:
+        self.thread, self.busy = get_ident(), False
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return the specification of a module, None where there is none."""
-        others = (finder for finder in sys.meta_path if finder is not self)
-        spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
-        if spec is not None and spec.loader is not None:
-            spec.loader = LazyLoader(spec.loader)
+        if self.busy or get_ident() != self.thread:  # other finders may import, too
+            return None
+        self.busy, others = True, (finder for finder in sys.meta_path if finder is not self)
+        try:
+            spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
+        finally:
+            self.busy = False
+        own = ("femic", "compare")
+        is_package = spec is not None and spec.submodule_search_locations is not None
+        if spec is not None and not (is_package and name.partition(".")[0] in own):
+            spec.loader = self
         return spec
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Return a stand-in."""
+        return _StandIn(spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Run nothing."""

@@ -24,7 +24,7 @@ from compare.campaigns.tasks import (
     task_of,
     tasks_of,
 )
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Store
 from geometries.errors import Failure

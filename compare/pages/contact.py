@@ -34,7 +34,7 @@ from compare.report.parts import (
     write_results,
 )
 from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.contact.pairs.supports import REFERENCE, Sensitivity, sensitivities

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from compare.report import views
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.reference.job import Job
 from femic.reference.run_options import Level, Watch
 from femic.reference.solid.fields import write_vtu

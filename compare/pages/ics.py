@@ -17,7 +17,7 @@ from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING
 from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.digests import PAGE_FOLDERS, results_digest, versions
 from femic.cache.files import write_dataset, write_text
 from femic.ic_errors.error_measure import ROUNDING

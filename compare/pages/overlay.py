@@ -25,7 +25,7 @@ from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of, 
 from compare.report.looks import Look, looks_of, symbol_of
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import Row, Table, numbers, texts
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.files import replacing
 from femic.ic_errors.error_measure import ROUNDING
 from femic.results.ics_dataset import curves_file

@@ -24,7 +24,7 @@ from compare.report import interactive, static
 from compare.report.charts import Chart
 from compare.report.files import save, save_all
 from compare.report.tables import Cell, Row, Table, texts
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
 
 # --- pages ----------------------------------------------------------------------------------------------

@@ -16,25 +16,22 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 from uuid import uuid4
 
 import numpy as np
 
 from femic.cache.digests import code_digest
-from femic.late import Late
+from femic.late import lazy_imports
 from geometries.arrays import Array
 
-if TYPE_CHECKING:
+with lazy_imports():
+    import fsspec
+    import joblib
     import xarray as xr
-    from fsspec import AbstractFileSystem
 
 Arrays = Mapping[str, Array]
 Content = TypeVar("Content")
-
-hash_of = Late("joblib:hash")
-load_dataset = Late("xarray:load_dataset")
-url_to_fs = Late("fsspec.core:url_to_fs")
 
 log = logging.getLogger(__name__)
 
@@ -56,11 +53,11 @@ class Store:
 
     def key(self, kind: str, *request: object) -> str:
         """Return the key of the entry of a request."""
-        return f"{kind}-{hash_of((code_digest(), kind, *request))}"
+        return f"{kind}-{joblib.hash((code_digest(), kind, *request))}"
 
     def get(self, key: str) -> xr.Dataset | None:
         """Return the entry of a key, None where there is no undamaged one."""
-        return self._read(f"{key}.nc", lambda content: load_dataset(content, engine="h5netcdf"))
+        return self._read(f"{key}.nc", lambda content: xr.load_dataset(content, engine="h5netcdf"))
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Store an entry, and remove its parts, which are no longer needed."""
@@ -84,7 +81,9 @@ class Store:
 
     def put_part(self, key: str, name: str, values: Arrays) -> None:
         """Store a part until the entry is finished."""
-        self._write(f"{key}.parts/{name}.npz", lambda: _npz(values))
+        buffer = BytesIO()
+        np.savez(buffer, allow_pickle=False, **values)
+        self._write(f"{key}.parts/{name}.npz", buffer.getvalue)
 
     def remove_other_code(self) -> None:
         """Remove the entries of other versions of the code, and nothing else."""
@@ -96,14 +95,14 @@ class Store:
                 self._fs.rm(path, recursive=True)
 
     @property
-    def _fs(self) -> AbstractFileSystem:
+    def _fs(self) -> fsspec.AbstractFileSystem:
         """The file system of the location."""
-        return url_to_fs(str(self.location))[0]
+        return fsspec.url_to_fs(str(self.location))[0]
 
     @property
     def _root(self) -> str:
         """The path of the location in its file system."""
-        return str(url_to_fs(str(self.location))[1]).rstrip("/")
+        return str(fsspec.url_to_fs(str(self.location))[1]).rstrip("/")
 
     def _path(self, name: str) -> str:
         """The path of a file of this version of the code."""
@@ -138,27 +137,19 @@ class Store:
         data, path = content(), self._path(name)
         temporary = f"{path}.{uuid4().hex}"
         try:
-            self._clear_way(path)
-            self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
+            folder = path.rpartition("/")[0]
+            if "file" in self._fs.protocol:  # others do not tell files from folders
+                if self._fs.isfile(folder):  # in the place of the folder of parts
+                    self._fs.rm(folder)
+                if self._fs.isdir(path):  # in the place of an entry
+                    self._fs.rm(path, recursive=True)
+            self._fs.makedirs(folder, exist_ok=True)
             self._fs.pipe_file(temporary, data + _digest(name, data))
             self._fs.mv(temporary, path)
         except OSError as error:
             self.problem = str(error) or type(error).__name__
             log.warning(f"store {self.location}: {error}: going on without storing further models")
             self._remove(f"{name}{temporary.removeprefix(path)}")
-
-    def _clear_way(self, path: str) -> None:
-        """Remove a folder at the path of an entry, or a file at the path of the folder of its parts.
-
-        Only local file systems have this distinction.
-        """
-        if "file" not in self._fs.protocol:
-            return
-        folder = path.rpartition("/")[0]
-        if self._fs.isfile(folder):
-            self._fs.rm(folder)
-        if self._fs.isdir(path):
-            self._fs.rm(path, recursive=True)
 
     def _remove(self, name: str) -> None:
         """Remove a file or folder of this version of the code, if it exists; failures are only logged."""
@@ -173,10 +164,3 @@ class Store:
 def _digest(name: str, content: bytes) -> bytes:
     """Return the digest of an entry of this version of the code, which includes its name."""
     return sha256(f"{code_digest()}/{name}\n".encode() + content).digest()
-
-
-def _npz(values: Arrays) -> bytes:
-    """Return arrays as the content of a NumPy archive."""
-    buffer = BytesIO()
-    np.savez(buffer, allow_pickle=False, **values)
-    return buffer.getvalue()

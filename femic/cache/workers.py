@@ -162,21 +162,16 @@ def end_with_parent(parent: int) -> None:
     started this process. On other systems a thread watches the parent. `parent` is its process id: the parent
     may have ended before this function was called.
     """
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(SET_DEATH_SIGNAL, signal.SIGKILL)
-        _end_without(parent)
-    else:
+    if sys.platform != "linux":
         Thread(target=_watch, args=(parent,), daemon=True).start()
+        return
+    ctypes.CDLL(None, use_errno=True).prctl(SET_DEATH_SIGNAL, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 def _watch(parent: int) -> None:
-    """End this process soon after its parent has ended."""
-    while True:
-        _end_without(parent)
+    """End this process, without cleaning up, soon after its parent has been replaced by another process."""
+    while os.getppid() == parent:
         sleep(LOOK_EVERY)
-
-
-def _end_without(parent: int) -> None:
-    """End this process at once, without cleaning up, if its parent has been replaced by another process."""
-    if os.getppid() != parent:
-        os._exit(1)
+    os._exit(1)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce
 from femic.late import lazy_imports
@@ -31,7 +31,7 @@ def calibrate(
     for loaded in scenes:
         compute.require_calibration(loaded)
     joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
-    scene_folders = work.folders_of(scenes, joint)
+    scene_folders = work.scene_folders(scenes, joint)
     console, calibrated = terminal(), []
     for loaded, folder in zip(scenes, scene_folders, strict=True):
         with work.options(folder, console) as options:

@@ -1,20 +1,16 @@
 """The command `contact`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
 from femic.late import lazy_imports
-from femic.reference.run_options import RunOptions
 from femic.scenes.ic_names import AUTO, MAP, is_map
 from femic.scenes.load import load_scene
-from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
@@ -46,9 +42,16 @@ def contact(
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
-    changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
+    changes = None
+    if ics:  # files of maps are relative to the working directory
+        own = [MAP + str(Path(n.removeprefix(MAP)).absolute()) if is_map(n) else n for n in ics.split(",")]
+        changes = {"contact": {"ics": own}}
     scenes = [load_scene(name, changes) for name in scene]
-    questions = {loaded.name: question_of(loaded) for loaded in scenes if not ics and is_chosen(loaded)}
+    questions = {  # of scenes whose ICs are chosen by what they want
+        loaded.name: contact_advice.ContactQuestion(loaded.want, loaded.ics_tolerance)
+        for loaded in scenes
+        if not ics and loaded.ics == AUTO and loaded.want
+    }
     for loaded in scenes:
         compute.require_solvable(loaded)  # raises before any work starts
         friction_pages.require_page(loaded)
@@ -60,63 +63,30 @@ def contact(
             contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
     mapped = [loaded.name for loaded in scenes if page.is_mapped(loaded) and loaded.name not in questions]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
-    scene_folders = work.folders_of(scenes, map_folders)
+    scene_folders = work.scene_folders(scenes, map_folders)
     console, contacts = terminal(), {}
     for name, loaded, folder in zip(scene, scenes, scene_folders, strict=True):
         print_warnings(loaded, console)
         with work.options(folder, console) as options:
             solved, choice = loaded, ""
-            if loaded.name in questions:
-                solved, choice = _chosen(name, loaded, questions[loaded.name], options)
+            if question := questions.get(loaded.name):
+                maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(expect=expected.expect)
+                chosen = contact_advice.answer(name, question, options, maps, effort).advice
+                solved, choice = load_scene(name, chosen.changes), contact_advice.sentence(chosen)
                 console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
                 results = compute.compute_contact(solved, options, c_map.maps_of_scene(solved))
                 contacts[solved.name] = results
-                report = _write_frictionless(results, folder, options, choice)
+                others = supports.changed_supports(results.solved, options)
+                stored = fe_page.stored_solution(results, options.store)
+                report = page.write_contact(results, folder, others, stored, choice=choice)
             else:
-                report = _write_with_friction(solved, folder, options, choice)
+                dataset = friction_compute.compute_with_friction(solved, options)
+                dataset = friction_supports.with_supports(solved, dataset, options)
+                write = friction_pages.PAGES[solved.contact.motion].write
+                report = write(dataset.assign_attrs(choice=choice), folder)
         announce(report, console)
     for folder in map_folders:
         with folders.locked(folder):
             report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
         announce(report, console)
-
-
-def _from_here(name: str) -> str:
-    """Return the name of ICs; the file of a map is relative to the working directory."""
-    return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name
-
-
-def is_chosen(scene: Scene) -> bool:
-    """Return whether the ICs of a scene's contact are chosen by what it wants."""
-    return scene.ics == AUTO and bool(scene.want)
-
-
-def question_of(scene: Scene) -> contact_advice.ContactQuestion:
-    """Return the question that a scene asks the adviser."""
-    return contact_advice.ContactQuestion(scene.want, scene.ics_tolerance)
-
-
-def _chosen(
-    name: str, scene: Scene, question: contact_advice.ContactQuestion, options: RunOptions
-) -> tuple[Scene, str]:
-    """Return the scene with the cheapest ICs that are good enough, and why these."""
-    maps, effort = c_map.maps_of_scene(scene), contact_advice.Effort(expect=expected.expect)
-    chosen = contact_advice.answer(name, question, options, maps, effort).advice
-    return load_scene(name, chosen.changes), contact_advice.sentence(chosen)
-
-
-def _write_frictionless(
-    contacts: compute.ContactResults, folder: Path, options: RunOptions, choice: str
-) -> Path:
-    """Write the page of contact without friction; return its path."""
-    others = supports.changed_supports(contacts.solved, options)
-    stored = fe_page.stored_solution(contacts, options.store)
-    return page.write_contact(contacts, folder, others, stored, choice=choice)
-
-
-def _write_with_friction(scene: Scene, folder: Path, options: RunOptions, choice: str) -> Path:
-    """Solve a contact with friction and write its page; return its path."""
-    dataset = friction_compute.compute_with_friction(scene, options)
-    dataset = friction_supports.with_supports(scene, dataset, options).assign_attrs(choice=choice)
-    return friction_pages.PAGES[scene.contact.motion].write(dataset, folder)

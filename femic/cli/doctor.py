@@ -18,9 +18,13 @@ from packaging.requirements import Requirement
 from rich.table import Table
 from rich.text import Text
 
+from femic.cli.main import OWN_NAMES
 from femic.cli.progress import terminal
-from femic.late import Late
+from femic.late import lazy_imports
 from geometries.errors import Failure
+
+with lazy_imports():
+    from compare.report import views
 
 # --- the command ----------------------------------------------------------------------------------------
 
@@ -49,12 +53,9 @@ def doctor() -> None:
 # --- findings -------------------------------------------------------------------------------------------
 
 
-NAMES = ("femic", "geometries", "approx", "compare")  # of our packages, as they are imported
 DEVELOPERS = ("dev", "site")  # extras for work on femic itself
 HERTZ_TOLERANCE = 0.01  # of the largest pressure on some 20 elements across the patch
 C_TOLERANCE = 0.01  # that of the C which is computed
-
-can_render = Late("compare.report.views:can_render")
 
 
 @dataclass(frozen=True)
@@ -73,51 +74,45 @@ class Finding:
 
 def findings() -> Iterator[Finding]:
     """Yield all findings, the quick ones first; the self-test takes some 10 s."""
-    yield python_version()
+    required, version = metadata.metadata("femic")["Requires-Python"], platform.python_version()
+    holds = Requirement(f"python{required}").specifier.contains(version)
+    yield Finding("Python", holds, version, f"install Python {required}")
     yield from dependencies()
-    for name in NAMES:
+    for name in OWN_NAMES:
         yield import_name(name)
     yield unchanged_files()
-    yield gmsh_library()
-    yield rendering()
+    try:
+        import gmsh  # noqa: PLC0415
+    except OSError as error:  # libraries of the system are missing
+        yield Finding("Gmsh", False, str(error), "install the system library that the message names")
+    else:
+        yield Finding("Gmsh", True, f"loads ({gmsh.__version__})")
+    drawn = views.can_render()
+    text = "draws without a screen" if drawn else "cannot draw without a screen: no 3D pictures for paper"
+    yield Finding("3D pictures", drawn, text, "apt-get install libegl1", matters=False)
     for test in SELF_TESTS:
         yield self_test(test)
 
 
-def python_version() -> Finding:
-    """Check the version of Python against what femic requires."""
-    required, version = metadata.metadata("femic")["Requires-Python"], platform.python_version()
-    holds = Requirement(f"python{required}").specifier.contains(version)
-    return Finding("Python", holds, version, f"install Python {required}")
-
-
 def dependencies() -> Iterator[Finding]:
     """Yield a finding for each library that femic requires, also for the optional ones that are missing."""
+    extras = metadata.metadata("femic").get_all("Provides-Extra") or []
     for line in metadata.requires("femic") or []:
-        requirement = Requirement(line)
-        extra = _extra_of(requirement)
-        if requirement.name != "femic" and extra not in DEVELOPERS:
-            yield _dependency(requirement, extra)
-
-
-def _extra_of(requirement: Requirement) -> str:
-    """Return the name of the extra that asks for a library, empty for one that femic always needs."""
-    marker, extras = requirement.marker, metadata.metadata("femic").get_all("Provides-Extra") or []
-    if marker is None or marker.evaluate({"extra": ""}):
-        return ""
-    return next(name for name in extras if marker.evaluate({"extra": name}))
-
-
-def _dependency(requirement: Requirement, extra: str) -> Finding:
-    optional = f", for the extra {extra!r}" if extra else ""
-    required = f"{requirement.name}{requirement.specifier}"
-    remedy = f"pip install '{f'femic[{extra}]' if extra else required}'"
-    try:
-        version = metadata.version(requirement.name)
-    except metadata.PackageNotFoundError:
-        return Finding(requirement.name, False, f"not installed{optional}", remedy, matters=not extra)
-    holds = requirement.specifier.contains(version)
-    return Finding(requirement.name, holds, f"{version}{optional}", f"pip install '{required}'")
+        requirement, extra = Requirement(line), ""  # of an extra, unless femic always needs it
+        name, marker = requirement.name, requirement.marker
+        if marker is not None and not marker.evaluate({"extra": ""}):
+            extra = next(extra for extra in extras if marker.evaluate({"extra": extra}))
+        if name == "femic" or extra in DEVELOPERS:
+            continue
+        optional, required = f", for the extra {extra!r}" if extra else "", f"{name}{requirement.specifier}"
+        try:
+            version = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            remedy = f"pip install '{f'femic[{extra}]' if extra else required}'"
+            yield Finding(name, False, f"not installed{optional}", remedy, matters=not extra)
+        else:
+            holds = requirement.specifier.contains(version)
+            yield Finding(name, holds, f"{version}{optional}", f"pip install '{required}'")
 
 
 def import_name(name: str) -> Finding:
@@ -137,35 +132,18 @@ def import_name(name: str) -> Finding:
 def unchanged_files() -> Finding:
     """Compare the installed files with the hashes that were installed with them."""
     files = [file for file in metadata.files("femic") or () if file.hash and file.suffix == ".py"]
-    changed = [str(file) for file in files if not _as_installed(file)]
+    changed = []
+    for file in files:
+        path, installed = Path(str(file.locate())), file.hash
+        content = path.read_bytes() if path.is_file() else None
+        assert installed is not None
+        digest = b"" if content is None else hashlib.new(installed.mode, content).digest()
+        if base64.urlsafe_b64encode(digest).rstrip(b"=").decode() != installed.value:
+            changed.append(str(file))
     text = f"{len(files)} files as installed" if not changed else f"changed or missing: {', '.join(changed)}"
     if not any(str(file).startswith("femic/") for file in files):
         text = "installed from a source folder (editable)"
     return Finding("files", not changed, text, "another package or an editor changed them: reinstall femic")
-
-
-def _as_installed(file: metadata.PackagePath) -> bool:
-    path = Path(str(file.locate()))
-    if not path.is_file() or file.hash is None:
-        return False
-    digest = hashlib.new(file.hash.mode, path.read_bytes()).digest()
-    return base64.urlsafe_b64encode(digest).rstrip(b"=").decode() == file.hash.value
-
-
-def gmsh_library() -> Finding:
-    """Check that Gmsh loads, which needs libraries of the system."""
-    try:
-        import gmsh  # noqa: PLC0415
-    except OSError as error:
-        return Finding("Gmsh", False, str(error), "install the system library that the message names")
-    return Finding("Gmsh", True, f"loads ({gmsh.__version__})")
-
-
-def rendering() -> Finding:
-    """Check that 3D pictures can be drawn without a screen."""
-    drawn = can_render()
-    text = "draws without a screen" if drawn else "cannot draw without a screen: no 3D pictures for paper"
-    return Finding("3D pictures", drawn, text, "apt-get install libegl1", matters=False)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """Commands that help to choose ICs: `frontier`, `advise`."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -86,37 +85,18 @@ def _wanted(scene: Scene, want: str | None, components: str | None) -> tuple[str
     return scene.want
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Subject:
-    """What advice is about: numbers of a contact, or ICs by themselves.
-
-    Raises WrongInput for both together.
-    """
-
-    want: Wanted = None
-    components: Components = None
-    body: Annotated[
-        BodyName | None, Parameter(help="of ICs by themselves; default: the first that the scene compares")
-    ] = None
-    solve: Annotated[
-        bool, Parameter(help="solve C also where what is known of similar contacts would decide", negative="")
-    ] = False
-
-    def __post_init__(self) -> None:
-        """Validate."""
-        if self.want is not None and self.body is not None:
-            raise WrongInput("--want, --body: a body is one of ICs by themselves: leave one of both out")
-
-
-SUBJECT = Subject()
-
-
 def advise(
     scene: SceneName,
     /,
     *,
-    subject: Subject = SUBJECT,
+    want: Wanted = None,
+    components: Components = None,
+    body: Annotated[
+        BodyName | None, Parameter(help="of ICs by themselves; default: the first that the scene compares")
+    ] = None,
+    solve: Annotated[
+        bool, Parameter(help="solve C also where what is known of similar contacts would decide", negative="")
+    ] = False,
     tolerance: Annotated[
         float | None,
         Parameter(help="largest error, share of what the table says; default: ics_tolerance of the scene"),
@@ -130,14 +110,15 @@ def advise(
     With `--components` or `--body`, and of other scenes, for the ICs by themselves. C is solved only where
     what is known of similar contacts does not decide.
     """
+    if want is not None and body is not None:
+        raise WrongInput("--want, --body: a body is one of ICs by themselves: leave one of both out")
     loaded = load_scene(scene)
     largest = loaded.ics_tolerance if tolerance is None else tolerance
-    body_alone = subject.body is not None and subject.want is None
-    names = None if body_alone else _wanted(loaded, subject.want, subject.components)
+    names = None if body is not None else _wanted(loaded, want, components)
     folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH)
     if names is None:
-        named = tuple(subject.components.split(",")) if subject.components else loaded.components
-        question = study.Question(subject.body or loaded.compared[0], named, largest)
+        named = tuple(components.split(",")) if components else loaded.components
+        question = study.Question(body or loaded.compared[0], named, largest)
         with work.options(folder, console) as options:
             _, computed = study.frontier_for(scene, question, options)
         answer = study.advise(computed, question)
@@ -146,7 +127,7 @@ def advise(
         return
     of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
     contact_study.require_comparable(loaded, of_contact.wants)
-    expect = None if subject.solve else expected.expect
+    expect = None if solve else expected.expect
     maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
     with work.options(folder, console) as options:
         found = contact_advice.answer(scene, of_contact, options, maps, effort)

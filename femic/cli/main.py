@@ -6,21 +6,25 @@ Commands are named, not imported: `femic --help` answers without loading the num
 import io
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from signal import SIGINT, pthread_kill
+from threading import Timer, main_thread
 
 from cyclopts import App, CycloptsError
-from rich.console import Console
 from rich.logging import RichHandler
 
-from femic.cli.interruptions import delivered
 from femic.cli.progress import terminal
-from femic.late import Late
+from femic.late import lazy_imports
 from geometries.errors import Failure, WrongInput
 
+with lazy_imports():
+    from femic.scenes import load
+
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
-own_names = Late("femic.cli.doctor:NAMES")
-in_keys = Late("femic.scenes.load:in_keys")
+OWN_NAMES = ("femic", "geometries", "approx", "compare")  # of our packages, as they are imported
+DELAY = 0.05  # seconds from Ctrl-C in a destructor or callback until it is delivered: that has ended by then
 
 app = App(
     name="femic",
@@ -53,7 +57,7 @@ COMMANDS = {  # by name: module and function, and the help text
     "advise": ("frontier:advise", "Name the cheapest ICs that are good enough."),
     "validate": ("validate:validate", "Check statements about these ICs, and about this program."),
     "extremes": ("validate:extremes", "Test every part at its limits, and beyond."),
-    "plan": ("scenes:plan", "Estimate the cost of a scene, before anything is solved."),
+    "plan": ("plan:plan", "Estimate the cost of a scene, before anything is solved."),
     "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
     "doctor": ("doctor:doctor", "Check this installation: libraries, names, results with known values."),
@@ -86,17 +90,16 @@ def exit_code(arguments: list[str]) -> int:
     )
     logging.getLogger("skfem").setLevel(logging.ERROR)
     try:
-        _require_unicode((*arguments, str(Path.cwd())))
-        with delivered():
+        for text in (*arguments, str(Path.cwd())):  # pages and datasets, which have these names, are UTF-8
+            if any("\ud800" <= letter <= "\udfff" for letter in text):
+                raise WrongInput(f"{text!r}: is no name in UTF-8: rename the file or folder")
+        with delivered_interruptions():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
-    except (CycloptsError, WrongInput) as error:
-        _say(console, error)
-        return WRONG_INPUT
-    except (Failure, OSError) as error:
-        _say(console, error)
-        return FAILED
+    except (CycloptsError, WrongInput, Failure, OSError) as error:
+        console.print(f"femic: {load.in_keys(error)}")
+        return FAILED if isinstance(error, Failure | OSError) else WRONG_INPUT
     except ImportError as error:
-        if (error.name or "").partition(".")[0] not in own_names.resolved:
+        if (error.name or "").partition(".")[0] not in OWN_NAMES:
             raise
         console.print(f"femic: {error}: another package may have overwritten a part of femic: femic doctor")
         return FAILED
@@ -106,12 +109,24 @@ def exit_code(arguments: list[str]) -> int:
     return DONE
 
 
-def _require_unicode(texts: Sequence[str]) -> None:
-    """Raise WrongInput for names that are no UTF-8: pages and datasets, which have them, are."""
-    for text in texts:
-        if any("\ud800" <= letter <= "\udfff" for letter in text):
-            raise WrongInput(f"{text!r}: is no name in UTF-8: rename the file or folder")
+@contextmanager
+def delivered_interruptions() -> Iterator[None]:
+    """Deliver an interruption again that arrived in a destructor or in a callback of a library.
 
+    Python prints its traceback there and goes on, as if nobody had pressed Ctrl-C.
+    """
+    before = sys.unraisablehook
 
-def _say(console: Console, error: Exception) -> None:
-    console.print(f"femic: {in_keys(error)}")
+    def hook(raised: "sys.UnraisableHookArgs") -> None:
+        if raised.exc_type is not KeyboardInterrupt:
+            before(raised)
+            return
+        again = Timer(DELAY, pthread_kill, (main_thread().ident, SIGINT))
+        again.daemon = True
+        again.start()
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before

@@ -1,4 +1,4 @@
-"""The tables of `femic plan`."""
+"""The command `plan`: what a scene will take, before anything is solved."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,38 +6,58 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.table import Table
 
-from compare.campaigns.maps import maps_of_scene
-from femic.contact.pairs.grids import grids_of
-from femic.contact.pairs.ics import C, c_jobs, components_of
-from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.reference.refinement import ModelPlan, plans, total_seconds
-from femic.results.contact import require_solvable
-from femic.results.ics import run_plans
-from femic.results.matrices import expected_seconds, file_size, matrix_plans
-from femic.scenes.scene import Scene
+from femic.cli.progress import terminal
+from femic.cli.work import TABLE_WIDTH, SceneName, Workers
+from femic.late import lazy_imports
+from femic.reference.run_options import cores
+from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 
+with lazy_imports():
+    from compare.campaigns import maps as c_map
+    from femic.contact.pairs import grids, pair_on_grid
+    from femic.contact.pairs import ics as contact_ics
+    from femic.reference import refinement
+    from femic.results import contact as contacts
+    from femic.results import ics, matrices
 
-def show(scene: Scene, workers: int, console: Console) -> None:
-    """Print what `femic run`, `femic matrix` and, with loads, `femic contact` of a scene will take."""
-    console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers")
+
+def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
+    """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size.
+
+    Of `femic run`, `femic matrix` and, with loads, `femic contact`.
+    """
+    loaded, count, console = load_scene(scene), workers or cores(), terminal(width=TABLE_WIDTH)
+    console.print(f"{loaded.title}: tolerance {loaded.settings.tolerance:g}, {count} workers")
     console.print(
-        f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
-        f"{', '.join(scene.components)} for `femic run`, all nine for `femic matrix`",
-    )
-    grid = scene.grid
-    matrix_title = (
-        f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
-        f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
+        f"bodies: {', '.join(loaded.solved)} (compared: {', '.join(loaded.compared)}); components: "
+        f"{', '.join(loaded.components)} for `femic run`, all nine for `femic matrix`",
     )
     with _refusal_printed("femic run", console):
-        _print("femic run", run_plans(scene, workers), workers, console)
+        _print("femic run", ics.run_plans(loaded, count), count, console)
+    grid = loaded.grid
+    title = (
+        f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
+        f"s = {grid.s:g} mm; matrix.nc takes {matrices.file_size(loaded) / 1e6:.0f} MB"
+    )
     with _refusal_printed("femic matrix", console):
-        of_matrices = f" for the models; {expected_seconds(scene):.0f} s for the matrices themselves"
-        _print(matrix_title, matrix_plans(scene, workers), workers, console, of_matrices)
-    if scene.contact.loads or scene.contact.approaches:
+        rest = f" for the models; {matrices.expected_seconds(loaded):.0f} s for the matrices themselves"
+        _print(title, matrices.matrix_plans(loaded, count), count, console, rest)
+    if loaded.contact.loads or loaded.contact.approaches:
         with _refusal_printed("femic contact", console):
-            _show_contact(scene, workers, console)
+            contacts.require_solvable(loaded)
+            problem = loaded.contact_problem
+            for of_loads, loadings in grids.grids_of(problem, c_map.maps_of_scene(loaded)):
+                title = (
+                    f"femic contact: {of_loads.n_x} x {of_loads.n_s} elements of {of_loads.dx:.3g} x "
+                    f"{of_loads.ds:.3g} mm: {', '.join(map(str, loadings))}"
+                )
+                if contact_ics.C not in loaded.contact.ics:
+                    console.print(f"{title}; no C: seconds")
+                    continue
+                jobs = contact_ics.c_jobs(problem, pair_on_grid.pair_on_grid(problem, of_loads))
+                components = ", ".join(contact_ics.components_of(problem))
+                _print(f"{title}; {components} of C:", list(refinement.plans(jobs, count)), count, console)
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
         "no time.",
@@ -53,24 +73,8 @@ def _refusal_printed(command: str, console: Console) -> Iterator[None]:
         console.print(f"{command}: {refusal}")
 
 
-def _show_contact(scene: Scene, workers: int, console: Console) -> None:
-    """Print the grids of `femic contact`, and what C takes on them."""
-    require_solvable(scene)
-    problem = scene.contact_problem
-    for grid, loadings in grids_of(problem, maps_of_scene(scene)):
-        title = (
-            f"femic contact: {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
-            f"{', '.join(map(str, loadings))}"
-        )
-        if C in scene.contact.ics:
-            model_plans = list(plans(c_jobs(problem, pair_on_grid(problem, grid)), workers))
-            _print(f"{title}; {', '.join(components_of(problem))} of C:", model_plans, workers, console)
-        else:
-            console.print(f"{title}; no C: seconds")
-
-
 def _print(
-    title: str, model_plans: list[ModelPlan], workers: int, console: Console, further: str = ""
+    title: str, plans: "list[refinement.ModelPlan]", workers: int, console: Console, further: str = ""
 ) -> None:
     """Print a table of models and what they take in all, with a `further` remark."""
     table = Table(title=title, title_justify="left")
@@ -78,22 +82,22 @@ def _print(
         table.add_column(column)
     for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
         table.add_column(column, justify="right")
-    for plan in model_plans:
-        expected_cost = plan.expected
+    for plan in plans:
+        cost = plan.expected
         table.add_row(
             plan.name,
             plan.engine.name,
-            "y" if expected_cost.half_section else "none",
+            "y" if cost.half_section else "none",
             f"{plan.cells:.3g}",
             f"{plan.far_radius:g} mm",
             plan.along_x,
-            f"{expected_cost.unknowns:,}",
-            str(expected_cost.wavenumbers or "–"),
-            str(expected_cost.fields),
-            f"{expected_cost.seconds:.0f}",
-            f"{expected_cost.memory:.0f}",
+            f"{cost.unknowns:,}",
+            str(cost.wavenumbers or "–"),
+            str(cost.fields),
+            f"{cost.seconds:.0f}",
+            f"{cost.memory:.0f}",
         )
     console.print(table)
-    largest_memory = max(plan.expected.memory for plan in model_plans)
-    seconds = total_seconds(model_plans, workers)
+    largest_memory = max(plan.expected.memory for plan in plans)
+    seconds = refinement.total_seconds(plans, workers)
     console.print(f"about {seconds:.0f} s, {largest_memory:.0f} MB{further}")

@@ -2,14 +2,13 @@
 
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import tomlkit
 
 from compare.campaigns.campaign import Campaign, find_points
 from compare.campaigns.load import load_campaign
 from compare.pages.overlay_sources import MOST_SCENES
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.files import write_text
 from femic.cli.work import AT
 from geometries.errors import WrongInput
@@ -22,22 +21,21 @@ def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
 
     They are as the campaign computes them, without the check by the other engine.
     """
-    points = find_points(campaign, name)
+    points, paths = find_points(campaign, name), []
     for point in points:
         campaign.scene(point)
-    return [
-        _write_scene(_without_check(campaign.scene_table(point)), folder, campaign.point_name(point))
-        for point in points
-    ]
+    for point in points:
+        table, file = campaign.scene_table(point), campaign.point_name(point)
+        if table.get("engine", {}).get("check"):
+            table = table | {"engine": table["engine"] | {"check": False}}
+        if len(file) > LONGEST_NAME:
+            file = f"{file[:LONGEST_NAME]}_{sha256(file.encode()).hexdigest()[:8]}"
+        path = folders.make(folder) / f"{file.replace('/', '_')}.toml"
+        paths.append(write_text(tomlkit.dumps(table), path))
+    return paths
 
 
-def _without_check(table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a scene without the check by the other engine."""
-    engine = table.get("engine", {})
-    return table | {"engine": engine | {"check": False}} if engine.get("check") else table
-
-
-def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
+def find_scenes(argument: str, results: Path) -> dict[str, str | None]:
     """Return the scenes of an argument, and the store of the models of each; None: no store yet.
 
     The scenes are the argument itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30,
@@ -52,9 +50,3 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
     folder = results / campaign.name
     store = str(folder / "store") if (folder / "store").is_dir() else None
     return {str(path): store for path in write_scenes(campaign, name, folder)}
-
-
-def _write_scene(table: dict[str, Any], folder: Path, name: str) -> Path:
-    if len(name) > LONGEST_NAME:
-        name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
-    return write_text(tomlkit.dumps(table), folders.make(folder) / f"{name.replace('/', '_')}.toml")

@@ -37,24 +37,30 @@ Write = Callable[[str], None]
 
 @contextmanager
 def show_progress(console: Console) -> Iterator[Watch]:
-    """Yield a watch that shows the progress of models on the console; each finished model has a line."""
+    """Yield a watch that shows the progress of models on the console; each finished model has a line.
+
+    On a terminal there is a bar over the models, to which refinement adds. Otherwise a thread looks at the
+    clock, so that lines are written even while no model reports.
+    """
 
     def write(text: str) -> None:
         console.print(text, soft_wrap=True)
 
-    with _bar(console, write) if console.is_terminal else _lines(write) as watch:
-        yield watch
+    if not console.is_terminal:
+        lines, stopped = ProgressLines(write), Event()
 
+        def look() -> None:
+            while not stopped.wait(LOOK_EVERY):
+                lines.write_if_due()
 
-def bars(console: Console, *further: ProgressColumn) -> Bars:
-    """Return progress bars with a description, the count, the time elapsed, and further columns."""
-    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    return Bars(*columns, TimeElapsedColumn(), *further, console=console)
-
-
-@contextmanager
-def _bar(console: Console, write: Write) -> Iterator[Watch]:
-    """Yield a watch that shows a progress bar over the models; refinement adds models."""
+        thread = Thread(target=look, daemon=True)
+        thread.start()
+        try:
+            yield Watch(lambda _: None, lines.on_model, write, lines.on_step)
+        finally:
+            stopped.set()
+            thread.join()
+        return
     with bars(console) as progress:
         models = progress.add_task("models", total=0)
 
@@ -71,25 +77,10 @@ def _bar(console: Console, write: Write) -> Iterator[Watch]:
         yield Watch(on_round, on_model, write, on_step)
 
 
-@contextmanager
-def _lines(write: Write) -> Iterator[Watch]:
-    """Yield a watch that writes lines.
-
-    A thread looks at the clock, so that lines are written even while no model reports.
-    """
-    lines, stopped = ProgressLines(write), Event()
-
-    def look() -> None:
-        while not stopped.wait(LOOK_EVERY):
-            lines.write_if_due()
-
-    thread = Thread(target=look, daemon=True)
-    thread.start()
-    try:
-        yield Watch(lambda _: None, lines.on_model, write, lines.on_step)
-    finally:
-        stopped.set()
-        thread.join()
+def bars(console: Console, *further: ProgressColumn) -> Bars:
+    """Return progress bars with a description, the count, the time elapsed, and further columns."""
+    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    return Bars(*columns, TimeElapsedColumn(), *further, console=console)
 
 
 @dataclass

@@ -1,18 +1,16 @@
-"""Commands about scenes: `run`, `compare`, `plan`, `show`, `scenes`."""
+"""Commands about scenes: `run`, `compare`, `show`, `scenes`."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import (
     AT,
     DEFAULT_WORK,
-    TABLE_WIDTH,
     SceneName,
     StoreAt,
     Work,
@@ -21,7 +19,6 @@ from femic.cli.work import (
     print_warnings,
 )
 from femic.late import lazy_imports
-from femic.reference.run_options import cores
 from femic.scenes.ic_names import AUTO
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
@@ -36,7 +33,6 @@ with lazy_imports():
     from compare.pages import ics as ics_run
     from compare.pages import overlay as page
     from compare.studies import frontier
-    from femic.cli import plan as plan_tables
     from femic.cli import points
 
 
@@ -78,8 +74,11 @@ def compare(
 
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
     """
-    _require_scenes(scene)
-    stores = [item for argument in scene for item in points.scenes_of(argument, results).items()]
+    for argument in scene:  # wrong files are refused before anything heavy is loaded
+        path = Path(argument)
+        if not path.is_dir() and (path.exists() or AT not in argument):
+            load_scene(argument)
+    stores = [item for argument in scene for item in points.find_scenes(argument, results).items()]
     scene_sources = overlay_sources.sources([path for path, _ in stores], results)
     overlay_sources.common(scene_sources)  # raises before any work starts
     folder = page.folder_of(scene_sources, out, results)
@@ -94,20 +93,6 @@ def compare(
     with folders.locked(folder):
         report = page.write(overlay_sources.load(scene_sources), folder)
     announce(report, console)
-
-
-def _require_scenes(arguments: Sequence[str]) -> None:
-    """Raise BadScene for a wrong scene file, before anything heavy is loaded."""
-    for argument in arguments:
-        path = Path(argument)
-        if not path.is_dir() and (path.exists() or AT not in argument):
-            load_scene(argument)
-
-
-def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
-    """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size."""
-    loaded = load_scene(scene)  # raises before anything heavy is loaded
-    plan_tables.show(loaded, workers or cores(), terminal(width=TABLE_WIDTH))
 
 
 def show(

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, OUT, Work, announce
 from femic.late import lazy_imports
@@ -54,7 +54,11 @@ def shifts(
         raise WrongInput(f"--wheel {wheel}: is of --write SHIFT; give both, or neither")
     console = terminal()
     if show:
-        console.print(_with_every_key(specification), soft_wrap=True, end="")
+        known = specifications.builtin_names()
+        if specification is not None and specification not in known:
+            raise WrongInput(f"SPECIFICATION {specification!r} with --show: one of {', '.join(known)}")
+        text = specifications.example(*([specification] if specification else []))
+        console.print(text, soft_wrap=True, end="")
         return
     if specification is None:
         raise WrongInput("SPECIFICATION: name a TOML file; `femic shifts --show` prints an example")
@@ -71,13 +75,3 @@ def shifts(
         report = page.write_shifts(dataset, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)
-
-
-def _with_every_key(name: str | None) -> str:
-    """Return a built-in specification with every key; raise WrongInput for any other name."""
-    if name is None:
-        return specifications.example()
-    if name not in specifications.builtin_names():
-        known = ", ".join(specifications.builtin_names())
-        raise WrongInput(f"SPECIFICATION {name!r} with --show: one of {known}")
-    return specifications.example(name)

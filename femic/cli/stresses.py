@@ -1,7 +1,6 @@
 """The command `stresses`: stresses under a contact inside the bodies, wear and fatigue numbers."""
 
-from dataclasses import asdict, dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -17,72 +16,37 @@ with lazy_imports():
     from femic.results import stresses as compute
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class OneContact:
-    """Which contact of a scene is solved, with which ICs, and how finely its bodies are modelled."""
-
+def stresses(
+    scene: SceneName,
+    *,
     ics: Annotated[
         str | None, Parameter(help="such as A,Bhat,C: which ICs to solve it with; default: contact.ics")
-    ] = None
+    ] = None,
     friction: Annotated[
         float | None,
         Parameter(help="coefficient of friction; default: stresses.friction, or the largest of the scene"),
-    ] = None
+    ] = None,
     force: Annotated[
         float | None,
         Parameter(
             help="of rolling: F_x / (friction load), -1 ... 1; default: stresses.force, or "
             "contact.equal_force"
         ),
-    ] = None
+    ] = None,
     fineness: Annotated[
         float | None, Parameter(help="of the models of both bodies; default: stresses.fineness")
-    ] = None
-
-    @property
-    def keys(self) -> dict[str, Any]:
-        """The keys of a scene that have the values of these options."""
-        ics = {} if self.ics is None else {"ics": self.ics.split(",")}
-        friction = {} if self.friction is None else {"friction": [self.friction]}
-        names = "friction", "force", "fineness"
-        return {
-            "contact": ics | friction,
-            "stresses": _given({name: getattr(self, name) for name in names}),
-        }
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Constants:
-    """Constants of the surfaces and the rolling speed."""
-
+    ] = None,
     yield_stress: Annotated[
         float | None,
         Parameter(help="in tension [MPa], for shakedown and surface fatigue; default: damage.yield_stress"),
-    ] = None
+    ] = None,
     hardness: Annotated[
         float | None, Parameter(help="[MPa], for wear by Archard; needs --speed; default: damage.hardness")
-    ] = None
+    ] = None,
     speed: Annotated[
         float | None,
         Parameter(help="of rolling [m/s], for wear laws that depend on it; default: damage.speed"),
-    ] = None
-
-    @property
-    def keys(self) -> dict[str, Any]:
-        """The keys of a scene that have the values of these options."""
-        return {"damage": _given(asdict(self))}
-
-
-SCENES_CONTACT, SCENES_CONSTANTS = OneContact(), Constants()
-
-
-def stresses(
-    scene: SceneName,
-    *,
-    contact: OneContact = SCENES_CONTACT,
-    constants: Constants = SCENES_CONSTANTS,
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Compute the stresses under the contact of a scene in both bodies; write stresses.nc and a report.
@@ -92,19 +56,48 @@ def stresses(
     bodies and half-spaces. Of rolling, the report has wear and fatigue numbers by each of the ICs.
     Options take the place of keys of the tables [contact], [stresses] and [damage] of the scene.
     """
-    changes = {table: keys for table, keys in (contact.keys | constants.keys).items() if keys}
+    changes = option_changes(
+        ics=ics,
+        friction=friction,
+        force=force,
+        fineness=fineness,
+        yield_stress=yield_stress,
+        hardness=hardness,
+        speed=speed,
+    )
     loaded = load_scene(scene, changes)
     contacts.require_stresses(loaded)
     console, folder = terminal(), work.folder(loaded)
     print_warnings(loaded, console)
-    with work.options(folder, console) as options:
-        dataset = compute.compute_stresses(loaded, options)
-        options.watch.on_stage("charts of the report")
+    with work.options(folder, console) as run_options:
+        dataset = compute.compute_stresses(loaded, run_options)
+        run_options.watch.on_stage("charts of the report")
         report = page.write_stresses(dataset, folder)
     console.print(answers.summary(dataset), soft_wrap=True)
     announce(report, console)
 
 
-def _given(values: dict[str, Any]) -> dict[str, Any]:
-    """Return the values that are given."""
-    return {name: value for name, value in values.items() if value is not None}
+def option_changes(
+    *,
+    ics: str | None = None,
+    friction: float | None = None,
+    force: float | None = None,
+    fineness: float | None = None,
+    yield_stress: float | None = None,
+    hardness: float | None = None,
+    speed: float | None = None,
+) -> dict[str, dict[str, object]]:
+    """Return the keys of a scene that have the values of the options, by table."""
+    tables: dict[str, dict[str, object]] = {
+        "contact": {
+            "ics": None if ics is None else ics.split(","),
+            "friction": None if friction is None else [friction],
+        },
+        "stresses": {"friction": friction, "force": force, "fineness": fineness},
+        "damage": {"yield_stress": yield_stress, "hardness": hardness, "speed": speed},
+    }
+    given = {
+        table: {key: value for key, value in keys.items() if value is not None}
+        for table, keys in tables.items()
+    }
+    return {table: keys for table, keys in given.items() if keys}

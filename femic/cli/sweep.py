@@ -14,7 +14,7 @@ from rich.console import Console
 
 from compare.campaigns.campaign import Campaign
 from compare.campaigns.load import load_campaign
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, store_at

@@ -11,15 +11,20 @@ from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 from rich.console import Console
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli import progress
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.reference.run_options import RunOptions, cores
 from femic.scenes import plausibility
 from femic.scenes.scene import Scene
 from femic.scenes.values import WHOLE
 from geometries.errors import WrongInput
+
+with lazy_imports():
+    import fsspec
+
+    from compare.report import files, parts
 
 OUT = Path("out")  # the folder of all results, unless another is given
 AT = "@"  # between a campaign and the name of its points
@@ -55,10 +60,6 @@ StoreAt = Annotated[
     Parameter(help="folder or URL of the store of solved models, for all scenes; default OUT/store"),
 ]
 
-url_to_fs = Late("fsspec.core:url_to_fs")
-figures_as = Late("compare.report.files:figures_as")
-write_index = Late("compare.report.parts:write_index")
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class Work:
         """Return the folder of the results of a scene."""
         return self.out or OUT / scene.name
 
-    def folders_of(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
+    def scene_folders(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
         """Return the folders of the results of scenes, OUT/SCENE each where there are several.
 
         Raises WrongInput for scenes of the same name, or where one of these or `others` cannot be used.
@@ -109,7 +110,7 @@ class Work:
 
         The store is in this folder unless another is named. Raises as `folders.locked` does.
         """
-        with folders.locked(folder), figures_as(self.figures), progress.show_progress(console) as watch:
+        with folders.locked(folder), files.figures_as(self.figures), progress.show_progress(console) as watch:
             yield RunOptions(self.threads, store_at(self.store, folder), watch)
 
 
@@ -117,7 +118,7 @@ def announce(report: Path, console: Console) -> None:
     """Print where a page is, and list it in `out/index.html`, if it is in there."""
     console.print(f"Report: {report}", soft_wrap=True)
     if OUT.resolve() in report.resolve().parents[1:3]:
-        write_index(OUT)
+        parts.write_index(OUT)
 
 
 def print_warnings(scene: Scene, console: Console) -> None:
@@ -133,9 +134,12 @@ def store_at(location: str | None, folder: Path) -> Store:
     """
     if location is not None:
         try:
-            system, path = url_to_fs(location)
+            system, path = fsspec.url_to_fs(location)
             if "file" not in system.protocol or not system.isdir(path):  # one that is read-only has models
-                _require_writable(system, path)
+                probe = f"{path}/probe.{uuid4().hex}"
+                system.makedirs(path, exist_ok=True)
+                system.pipe_file(probe, b"")
+                system.rm(probe)
         except (ImportError, ValueError) as error:
             raise WrongInput(
                 f"--store {location}: {error}: give a folder, or a URL of a kind that fsspec knows; for "
@@ -151,14 +155,6 @@ def store_at(location: str | None, folder: Path) -> Store:
     store = Store(folder / "store")
     store.remove_other_code()
     return store
-
-
-def _require_writable(system: Any, path: str) -> None:
-    """Create a folder in a file system, and write a file there that is removed; raise what fsspec does."""
-    probe = f"{path}/probe.{uuid4().hex}"
-    system.makedirs(path, exist_ok=True)
-    system.pipe_file(probe, b"")
-    system.rm(probe)
 
 
 DEFAULT_WORK = Work()

@@ -9,14 +9,13 @@ import collections.abc
 import math
 import numbers
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from functools import cache, wraps
 from inspect import signature
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
-    TYPE_CHECKING,
     Any,
     Literal,
     ParamSpec,
@@ -31,9 +30,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometries.errors import WrongInput
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -69,38 +65,130 @@ def with_checked_arguments(function: Callable[Arguments, Result]) -> Callable[Ar
             bound = signature(function).bind(*arguments, **named).arguments
         except TypeError:
             return function(*arguments, **named)  # raises with the function's name
-        allowed, parameters = _hints(function), signature(function).parameters
-        _require(
-            text
-            for name, value in bound.items()
-            if name in allowed and value is not parameters[name].default
-            for text in misfits(name, value, allowed[name], parameters[name].default)
-        )
+        parameters = signature(function).parameters
+        _check({name: (value, parameters[name].default) for name, value in bound.items()}, function)
         return function(*arguments, **named)
 
     return call
 
 
-def check_fields(noun: "DataclassInstance") -> None:
+def check_fields(noun: Any) -> None:
     """Raise WrongInput for fields of a dataclass that their annotations do not allow."""
-    allowed = _hints(type(noun))
-    given = {field.name: field.default for field in fields(noun) if field.init}
-    _require(
-        text
-        for name, default in given.items()
-        if (value := getattr(noun, name)) is not default
-        for text in misfits(name, value, allowed[name], default)
-    )
+    given = {field.name: (getattr(noun, field.name), field.default) for field in fields(noun) if field.init}
+    _check(given, type(noun))
 
 
-def misfits(name: str, value: Any, allowed: Any, default: Any = MISSING) -> Iterator[str]:
-    """Yield why a value is not of an allowed type; `default` widens what is allowed."""
-    options = _options(allowed)
-    found = [_misfit(name, value, option, default) for option in options]
-    if any(text is None for text in found):
-        return
-    inner = next(filter(None, found), None)
-    yield inner or f"{name} = {shown(value)}: give {_any_of(allowed)}"
+def _check(given: Mapping[str, tuple[Any, Any]], annotated: Any) -> None:
+    """Raise WrongInput for the first value, beside its default, that the annotations do not allow."""
+    allowed = _hints(annotated)
+    for name, (value, default) in given.items():
+        if name not in allowed or value is default:
+            continue
+        if text := find_misfit(name, value, allowed[name], default):
+            raise WrongInput(text)
+
+
+@cache
+def _hints(annotated: Any) -> dict[str, Any]:
+    return {name: hint for name, hint in get_type_hints(annotated).items() if name != "return"}
+
+
+def find_misfit(name: str, value: Any, allowed: Any, default: Any = MISSING) -> str:
+    """Return why a value is not of an allowed type, "" for one that is; `default` widens what is allowed."""
+    inner = ""
+    for option in _options(allowed):
+        reason = _misfit(name, value, option, default)
+        if reason is None:
+            return ""
+        inner = inner or reason
+    return inner or f"{name} = {shown(value)}: give {_any_of(allowed)}"
+
+
+def _options(allowed: Any) -> tuple[Any, ...]:
+    """Return the types of a union; numbers of any shape count as one."""
+    if get_origin(allowed) not in (Union, UnionType):
+        return (allowed,)
+    options = get_args(allowed)
+    if frozenset(options) >= ARRAY:
+        return (ArrayLike, *(option for option in options if option not in ARRAY))
+    return options
+
+
+def _misfit(name: str, value: Any, allowed: Any, default: Any) -> str | None:
+    """Return why a value is not of an allowed type, "" without a reason of its own; None for one that is.
+
+    Numbers of NumPy are those of Python.
+    """
+    origin, kinds = get_origin(allowed), get_args(allowed)
+    if allowed is ArrayLike:
+        try:
+            array(name, value)
+        except WrongInput as error:
+            return str(error)
+        return None
+    if origin in (tuple, collections.abc.Sequence):
+        is_array = isinstance(value, np.ndarray) and value.ndim > 0
+        is_list = is_array or isinstance(value, list | tuple | range)
+        if not is_list or (origin is tuple and len(value) != len(kinds)):
+            return ""
+        if not len(value) and default != ():
+            return f"{name} = {shown(value)}: give at least one entry"
+        entries = enumerate(zip(value, kinds if origin is tuple else kinds * len(value), strict=True))
+        texts = (find_misfit(f"{name}[{k}]", entry, kind) for k, (entry, kind) in entries)
+        return next(filter(None, texts), None)
+    if origin is collections.abc.Mapping:
+        if not isinstance(value, Mapping):
+            return ""
+        texts = (
+            find_misfit(f"a key of {name}", key, kinds[0]) or find_misfit(f"{name}[{key!r}]", entry, kinds[1])
+            for key, entry in value.items()
+        )
+        return next(filter(None, texts), None)
+    if allowed is float and _is_number(value):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        fits = math.isfinite(number) or number == default
+        return None if fits else f"{name} = {shown(value)}: give a finite number"
+    if origin is Literal:
+        fits = isinstance(value, str) and value in kinds
+    elif origin is collections.abc.Callable:
+        fits = callable(value)
+    elif allowed is int:
+        fits = isinstance(value, numbers.Integral) and _is_number(value)
+    elif allowed is bool:
+        fits = isinstance(value, bool | np.bool_)
+    else:
+        fits = allowed is Any or (isinstance(allowed, type) and isinstance(value, allowed))
+    return None if fits else ""
+
+
+def _any_of(allowed: Any) -> str:
+    """Return an allowed type in words."""
+    return " or ".join(dict.fromkeys(_words(option) for option in _options(allowed)))
+
+
+def _words(allowed: Any) -> str:
+    origin, inner = get_origin(allowed), get_args(allowed)
+    if origin is Literal:
+        return " or ".join(map(repr, inner))
+    if origin is tuple:
+        return f"{len(inner)} values in brackets, each {_any_of(inner[0])}"
+    if origin is collections.abc.Sequence:
+        return f"a list, each entry {_any_of(inner[0])}"
+    if origin is collections.abc.Mapping:
+        return "a mapping (dict)"
+    if origin is collections.abc.Callable:
+        return "a function, such as print"
+    if allowed in WORDS:
+        return WORDS[allowed]
+    name, package = allowed.__name__, allowed.__module__.partition(".")[0]
+    if name in MADE_BY:
+        return f"what is made with {MADE_BY[name]}"
+    if package in {"femic", "geometries"}:
+        return f"a femic.{name}"
+    return f"{'an' if package.startswith('x') else 'a'} {package}.{name}"
 
 
 def array(name: str, value: Any) -> np.ndarray:
@@ -108,7 +196,8 @@ def array(name: str, value: Any) -> np.ndarray:
 
     Masked numbers are none.
     """
-    if (columns := getattr(value, "columns", None)) is not None or (_is_labelled(value) and value.ndim > 1):
+    is_table = hasattr(value, "dims") and getattr(value, "ndim", 0) > 1  # an array of xarray
+    if (columns := getattr(value, "columns", None)) is not None or is_table:
         what = f" with columns {', '.join(map(str, columns))}" if columns is not None else ""
         raise WrongInput(
             f"{name}: {_class(value)}{what}: its labels are not read: put the numbers in the order that the "
@@ -125,17 +214,15 @@ def array(name: str, value: Any) -> np.ndarray:
     if not values.size:
         raise WrongInput(f"{name} = {shown(value)}: give at least one number")
     if values.dtype.kind not in "iuf":
-        _require(
-            f"{name}{_index(at)} = {shown(entry)}: give {NUMBERS}"
-            for at, entry in np.ndenumerate(values)
-            if not _is_number(entry)
-        )
+        for at, entry in np.ndenumerate(values):
+            if not _is_number(entry):
+                raise WrongInput(f"{name}{_index(at)} = {shown(entry)}: give {NUMBERS}")
     try:
         values = values.astype(float)
     except OverflowError as error:
         raise WrongInput(f"{name}: {error}: give finite numbers") from error
-    for at in np.argwhere(~np.isfinite(values)):
-        raise WrongInput(f"{name}{_index(at)} = {values[tuple(at)]}: give finite numbers")
+    for place in np.argwhere(~np.isfinite(values)):
+        raise WrongInput(f"{name}{_index(place)} = {values[tuple(place)]}: give finite numbers")
     return values
 
 
@@ -166,145 +253,18 @@ def shown(value: Any) -> str:
         return f"the class {value.__name__}"
     if not isinstance(value, SHOWN):
         return _class(value)
+    own = value.item() if isinstance(value, np.generic) else value
     try:
-        text = (
-            str(value)
-            if isinstance(value, os.PathLike)
-            else repr(value.item() if isinstance(value, np.generic) else value)
-        )
+        text = str(own) if isinstance(own, os.PathLike) else repr(own)
     except ValueError:  # a whole number of thousands of digits
         return _class(value)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
-
-
-def _require(texts: Iterator[str]) -> None:
-    """Raise WrongInput with the first text, if there is one."""
-    for text in texts:
-        raise WrongInput(text)
-
-
-@cache
-def _hints(annotated: Any) -> dict[str, Any]:
-    return {name: hint for name, hint in get_type_hints(annotated).items() if name != "return"}
-
-
-def _options(allowed: Any) -> tuple[Any, ...]:
-    """Return the types of a union; numbers of any shape count as one."""
-    if get_origin(allowed) not in (Union, UnionType):
-        return (allowed,)
-    options = get_args(allowed)
-    if frozenset(options) >= ARRAY:
-        return (ArrayLike, *(option for option in options if option not in ARRAY))
-    return options
-
-
-def _misfit(name: str, value: Any, allowed: Any, default: Any) -> str | None:
-    """Return why a value is not of an allowed type, "" without a reason of its own; None for one that is."""
-    origin = get_origin(allowed)
-    if allowed is ArrayLike:
-        return _text(lambda: array(name, value))
-    if origin is tuple or origin is collections.abc.Sequence:
-        return _misfit_of_list(name, value, allowed, default)
-    if origin is collections.abc.Mapping:
-        return _misfit_of_mapping(name, value, get_args(allowed))
-    if allowed is float and _is_number(value):
-        return _misfit_of_number(name, value, default)
-    return None if _is_a(value, allowed) else ""
-
-
-def _misfit_of_number(name: str, value: Any, default: Any) -> str | None:
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if math.isfinite(number) or number == default:
-        return None
-    return f"{name} = {shown(value)}: give a finite number"
-
-
-def _misfit_of_list(name: str, value: Any, allowed: Any, default: Any) -> str | None:
-    kinds = get_args(allowed)
-    length = len(kinds) if get_origin(allowed) is tuple else None
-    if not _is_list(value) or length not in (None, len(value)):
-        return ""
-    if not len(value) and default != ():
-        return f"{name} = {shown(value)}: give at least one entry"
-    entries = zip(value, kinds if length else kinds * len(value), strict=True)
-    for k, (entry, kind) in enumerate(entries):
-        for text in misfits(f"{name}[{k}]", entry, kind):
-            return text
-    return None
-
-
-def _misfit_of_mapping(name: str, value: Any, kinds: tuple[Any, Any]) -> str | None:
-    if not isinstance(value, Mapping):
-        return ""
-    for key, entry in value.items():
-        for text in (
-            *misfits(f"a key of {name}", key, kinds[0]),
-            *misfits(f"{name}[{key!r}]", entry, kinds[1]),
-        ):
-            return text
-    return None
-
-
-def _is_a(value: Any, allowed: Any) -> bool:
-    """Whether a value is of a class, or one of several; numbers of NumPy are those of Python."""
-    if allowed is Any:
-        return True
-    if get_origin(allowed) is Literal:
-        return isinstance(value, str) and value in get_args(allowed)
-    if get_origin(allowed) is collections.abc.Callable:
-        return callable(value)
-    if allowed is int:
-        return isinstance(value, numbers.Integral) and _is_number(value)
-    if allowed is bool:
-        return isinstance(value, bool | np.bool_)
-    return isinstance(allowed, type) and isinstance(value, allowed)
 
 
 def _is_number(value: Any) -> bool:
     if isinstance(value, np.ndarray) and not value.ndim:
         value = value[()]
     return isinstance(value, numbers.Real) and not isinstance(value, bool | np.bool_)
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, list | tuple | range) or (isinstance(value, np.ndarray) and value.ndim > 0)
-
-
-def _is_labelled(value: Any) -> bool:
-    """Whether a value is an array of xarray."""
-    return hasattr(value, "dims") and hasattr(value, "ndim")
-
-
-def _words(allowed: Any) -> str:
-    """Return an allowed type in words."""
-    origin, inner = get_origin(allowed), get_args(allowed)
-    if origin is Literal:
-        return " or ".join(map(repr, inner))
-    if origin is tuple:
-        return f"{len(inner)} values in brackets, each {_any_of(inner[0])}"
-    if origin is collections.abc.Sequence:
-        return f"a list, each entry {_any_of(inner[0])}"
-    if origin is collections.abc.Mapping:
-        return "a mapping (dict)"
-    if origin is collections.abc.Callable:
-        return "a function, such as print"
-    return WORDS.get(allowed) or _words_of_class(allowed)
-
-
-def _any_of(allowed: Any) -> str:
-    return " or ".join(dict.fromkeys(_words(option) for option in _options(allowed)))
-
-
-def _words_of_class(allowed: type) -> str:
-    if allowed.__name__ in MADE_BY:
-        return f"what is made with {MADE_BY[allowed.__name__]}"
-    if allowed.__module__.partition(".")[0] in {"femic", "geometries"}:
-        return f"a femic.{allowed.__name__}"
-    place = f"{allowed.__module__.partition('.')[0]}.{allowed.__name__}"
-    return f"{'an' if place.startswith('x') else 'a'} {place}"
 
 
 def _class(value: Any) -> str:
@@ -314,12 +274,3 @@ def _class(value: Any) -> str:
 
 def _index(at: Any) -> str:
     return f"[{', '.join(str(int(k)) for k in at)}]" if len(at) else ""
-
-
-def _text(check: Callable[[], object]) -> str | None:
-    """Return the message of a check that raises WrongInput."""
-    try:
-        check()
-    except WrongInput as error:
-        return str(error)
-    return None

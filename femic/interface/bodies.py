@@ -1,10 +1,13 @@
-"""Bodies and pairs: contours with their materials, as the tables of scene files have them."""
+"""Bodies and pairs: contours with their materials.
+
+Each is made of the keys that scene files have, declared and checked in `femic.scenes`.
+"""
 
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +17,7 @@ from approx.effective import EffectiveProperties
 from femic.interface.arguments import MADE_BY, array, check_fields, shown, with_checked_arguments
 from femic.scenes import bodies as contours
 from femic.scenes.bodies import BodyTable
-from femic.scenes.calibration import effective_properties
+from femic.scenes.input_files import make_files_absolute
 from femic.scenes.load import messages, parse, read_scene, scene_path
 from femic.scenes.plausibility import modulus_warnings
 from femic.scenes.scene_table import SceneTable
@@ -29,7 +32,10 @@ Table = TypeVar("Table", bound=SceneTable)
 
 
 def plain(value: Any) -> Any:
-    """Return a value as TOML has it: numbers and lists of NumPy as those of Python."""
+    """Return a value as TOML has it: numbers and lists of NumPy as those of Python.
+
+    Tables stay as they are.
+    """
     if isinstance(value, Mapping):
         return {name: plain(inner) for name, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -124,28 +130,26 @@ class Body:
             raise WrongInput(
                 f"contour = {shown(self.contour)}: give what is made with {MADE_BY['SceneTable']}"
             )
-        table = checked(BodyTable, self.table)
-        contour = table.contour.contour()
-        bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
+        table = self.table
+        bodies.Body(
+            LOWER, table.contour.contour(), self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius
+        )
         if table.outline is not None:
             table.outline.outline(table.contour)
         for text in modulus_warnings(self.material.E):
             warnings.warn(text, stacklevel=3)
 
     @property
-    def table(self) -> dict[str, Any]:
-        """The table of the body in a scene file."""
-        contour = self.contour.model_dump(mode="json", exclude_defaults=True)
-        of_file = {"contour": contour, "rolling_radius": self.rolling_radius, "hub_radius": self.hub_radius}
-        return given(asdict(self.material) | of_file | {"outline": self.outline and plain(self.outline)})
-
-    @classmethod
-    def of(cls, table: BodyTable) -> "Body":
-        """Return the body of a table of a scene file."""
-        contour = cast(SceneTable, table.contour)
-        material = Material(table.E, table.nu)
-        outline = table.outline.model_dump(mode="json", exclude_defaults=True) if table.outline else None
-        return cls(contour, material, table.rolling_radius, table.hub_radius, outline)
+    def table(self) -> BodyTable:
+        """The body as a scene has it."""
+        keys = asdict(self.material) | {
+            "contour": self.contour,
+            "rolling_radius": None if self.rolling_radius == np.inf else self.rolling_radius,
+            "hub_radius": self.hub_radius,
+            "outline": plain(self.outline) or None,
+        }
+        make_files_absolute(keys, BodyTable)
+        return checked(BodyTable, given(keys))
 
 
 @dataclass(frozen=True)
@@ -174,8 +178,8 @@ class Pair:
             raise WrongInput(f"reference_length = {self.reference_length!r}: must be positive [mm]")
 
     @property
-    def tables(self) -> dict[str, Any]:
-        """The tables of the pair in a scene file."""
+    def keys(self) -> dict[str, Any]:
+        """The keys of a scene that describe the pair."""
         effective = {name: given(asdict(properties)) for name, properties in self.effective.items()}
         if self.curvature_apart:
             effective["combined"]["curvature"] = "apart"
@@ -188,11 +192,15 @@ def load_pair(name_or_path: str | Path) -> Pair:
     """Return the bodies of a built-in scene, such as "geometry1", or of a scene file; raise WrongInput."""
     path = scene_path(str(name_or_path))
     file = parse(read_scene(path)[1], path)
-    effective = effective_properties(file.effective)
-    return Pair(
-        Body.of(file.upper),
-        Body.of(file.lower),
-        effective,
-        file.effective.curvature_apart,
-        file.reference_length,
+    upper, lower = (
+        Body(
+            contour=table.contour,  # type: ignore[arg-type]  # each kind of contour is a table
+            material=Material(table.E, table.nu),
+            rolling_radius=table.rolling_radius,
+            hub_radius=table.hub_radius,
+            outline=table.outline.model_dump(mode="json", exclude_defaults=True) if table.outline else None,
+        )
+        for table in (file.upper, file.lower)
     )
+    effective = file.effective
+    return Pair(upper, lower, effective.properties, effective.curvature_apart, file.reference_length)

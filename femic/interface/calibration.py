@@ -7,7 +7,7 @@ import xarray as xr
 
 from femic.interface.arguments import with_checked_arguments
 from femic.interface.bodies import Pair
-from femic.interface.options import DEFAULT, Options, in_turn, scene_of
+from femic.interface.options import DEFAULT, Options, in_turn, make_scene
 from femic.results.calibration import calibrate, to_dataset
 from geometries.patches import Patch
 
@@ -45,15 +45,10 @@ def fit_bhat_prime(
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
-    calibration = {
-        "bodies": bodies,
-        "properties": properties,
-        "components": components,
-        "curvature": "apart" if curvature_apart else "contained",
-    }
-    tables = {"patch": asdict(patch), "bodies": bodies, "calibration": calibration}
-    calibrated = calibrate(scene_of(pair, options, tables), options.run)
-    fitted = replace(
-        pair, effective=calibrated.scene.effective, curvature_apart=calibrated.scene.curvature_apart
-    )
+    curvature = "apart" if curvature_apart else "contained"
+    fit = {"bodies": bodies, "properties": properties, "components": components, "curvature": curvature}
+    keys = {"patch": asdict(patch), "bodies": bodies, "calibration": fit}
+    calibrated = calibrate(make_scene(pair, options, keys), options.run)
+    scene = calibrated.scene
+    fitted = replace(pair, effective=scene.effective, curvature_apart=scene.curvature_apart)
     return FittedPair(fitted, to_dataset(calibrated))

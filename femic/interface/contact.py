@@ -12,14 +12,11 @@ from femic.contact.pairs.ics import GivenICs
 from femic.contact.specification import ExtraGap, FrictionSpecification, extra_gap
 from femic.interface.arguments import array, check_fields, with_checked_arguments
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, name_of, ordered
-from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
+from femic.interface.matrices import matrix_grid, matrix_name, ordered
+from femic.interface.options import DEFAULT, Options, in_turn, make_scene
 from femic.results.contact import compute_contact, to_dataset
 from femic.results.friction import compute_with_friction
-from femic.scenes.contact import ContactTable
-from femic.scenes.errors import require_none
-from femic.scenes.load import misfits
-from femic.scenes.scene import Scene
+from femic.scenes.contact import ContactTable, contact_specification
 from geometries.errors import WrongInput
 from geometries.patches import Grid
 
@@ -37,11 +34,11 @@ class _MotionKeys:
         names = {("loads", 0): "load"} if hasattr(self, "load") else {}
         if np.ndim(getattr(self, "friction", ())) == 0:
             names[("friction", 0)] = "friction"
-        checked(ContactTable, self.table, names)
+        checked(ContactTable, self.keys, names)
 
     @property
-    def table(self) -> dict[str, Any]:
-        """The keys of a scene file."""
+    def keys(self) -> dict[str, Any]:
+        """The keys of [contact] in a scene."""
         keys = given(vars(self) | {"motion": self.kind})
         if "load" in keys:
             keys["loads"] = [keys.pop("load")]
@@ -137,7 +134,7 @@ class ContactSetup:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        checked(ContactTable, self.tables["contact"])
+        checked(ContactTable, self.keys)
         _ = self.added_gap  # raises for points that have no gap between them
 
     @property
@@ -156,14 +153,11 @@ class ContactSetup:
             raise WrongInput(f"extra_gap: {error}") from error
 
     @property
-    def tables(self) -> dict[str, Any]:
-        """The tables [contact] and [grid] of a scene file."""
-        contact: dict[str, Any] = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
-        if self.gap != "linear":
-            contact["gap"] = self.gap
-        if self.grid is None:
-            return {"contact": contact}
-        return {"contact": contact | {"grid": "scene"}, "grid": asdict(self.grid)}
+    def keys(self) -> dict[str, Any]:
+        """The keys of [contact] in a scene."""
+        keys = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
+        gap = None if self.gap == "linear" else self.gap  # a key of contact without friction
+        return given({**keys, "gap": gap, "grid": self.grid and "scene"})
 
 
 AUTOMATIC = ContactSetup()
@@ -193,37 +187,21 @@ def solve_contact(
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """
-    names = tuple(each if isinstance(each, str) else name_of(each) for each in ics)
+    names = tuple(each if isinstance(each, str) else matrix_name(each) for each in ics)
     if len(set(names)) < len(names):
         raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
     matrices = {name: each for name, each in zip(names, ics, strict=True) if isinstance(each, xr.Dataset)}
-    scene = _scene(pair, motion, setup, options, [name for name in names if name not in matrices] or ["A"])
-    scene = replace(scene, contact=replace(scene.contact, ics=names))
-    own = {name: _given(matrix) for name, matrix in matrices.items()}
+    named = tuple(name for name in names if name not in matrices)
+    table = checked(ContactTable, setup.keys | motion.keys | ({"ics": named} if named else {}))
+    contact = replace(contact_specification(table), ics=named, extra_gap=setup.added_gap)
+    keys = given({"contact": table, "grid": setup.grid and asdict(setup.grid)})
+    scene = make_scene(pair, options, keys, contact=contact)
+    scene = replace(scene, contact=replace(contact, ics=names))
+    own = {}
+    for name, labelled in matrices.items():
+        matrix = ordered("ics", labelled)
+        estimate = matrix.estimate.values if "estimate" in matrix else 0.0
+        own[name] = GivenICs(matrix_grid(matrix), matrix.ic.values, estimate)
     if scene.contact.friction:
         return compute_with_friction(scene, options.run, own)
     return to_dataset(compute_contact(scene, options.run, own))
-
-
-def _scene(
-    pair: Pair,
-    motion: Motion,
-    setup: ContactSetup,
-    options: Options,
-    ics: Sequence[str],
-) -> Scene:
-    tables = setup.tables
-    tables["contact"] |= motion.table | {"ics": list(ics)}
-    scene = scene_of(pair, options, tables)
-    if (gap := setup.added_gap) is None:
-        return scene
-    scene = replace(scene, contact=replace(scene.contact, extra_gap=gap), text="")  # no file has this gap
-    require_none(NAME, misfits(scene))
-    return scene
-
-
-def _given(matrix: xr.Dataset) -> GivenICs:
-    """A labelled matrix as contact takes it."""
-    matrix = ordered("ics", matrix)
-    estimate = matrix.estimate.values if "estimate" in matrix else 0.0
-    return GivenICs(grid_of(matrix), matrix.ic.values, estimate)

@@ -1,8 +1,7 @@
 """ICs at points: C with its estimate, approximations, and their errors."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import asdict
 
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -12,17 +11,13 @@ from approx.variants import VARIANTS
 from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair, checked
 from femic.interface.labels import ics_by_label
-from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
+from femic.interface.options import DEFAULT, Line, Options, in_turn, make_scene
 from femic.results.ics import compute
 from femic.results.ics_dataset import approximations_dataset, errors_in, to_dataset
-from femic.scenes.errors import require_none
-from femic.scenes.lines import LineAlongS, LineAlongX, single_load_misfits
-from femic.scenes.load import misfits
-from femic.scenes.scene import Scene
+from femic.scenes.lines import LineAlongS, LineAlongX
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 
-Line = LineAlongX | LineAlongS | OffsetLine
 BODIES = ("combined", "lower", "upper")
 ICS = ("A", "B", "Bbar", "Bhat", "mix", "C")
 
@@ -79,9 +74,9 @@ def compute_ics(
             raise WrongInput(f"ics[{k}] = {name!r}: give one of {', '.join(VARIANTS)}, C")
         if name in ics[:k]:
             raise WrongInput(f"ics = {list(ics)}: {name} given twice: name each once")
-    variants = [name for name in ics if name != "C"] or ["A"]
-    tables = {"variants": variants, "bodies": bodies, "components": components}
-    scene = _scene(pair, patch, lines, options, tables)
+    variants = [name for name in ics if name != "C"]
+    keys = {"patch": asdict(patch), "variants": variants or ["A"], "bodies": bodies, "components": components}
+    scene = make_scene(pair, options, keys, lines=lines)
     if "C" not in ics:
         return approximations_dataset(scene)
     dataset = to_dataset(compute(scene, options.run))
@@ -103,19 +98,3 @@ def compare_ics(ics: xr.Dataset) -> xr.Dataset:
     if "estimate" not in ics and "C" in ics.variant:
         raise WrongInput("ics: no variable estimate, the error of C: give a whole dataset of compute_ics")
     return errors_in(ics)
-
-
-def _scene(
-    pair: Pair, patch: Patch, lines: Sequence[Line], options: Options, tables: dict[str, Any]
-) -> Scene:
-    """Return the scene of a comparison, with lines of a table, and others that a scene file does not know."""
-    of_file = [line.model_dump() for line in lines if not isinstance(line, OffsetLine)]
-    stand_in = line_along_x(patch.s, patch.a, 2).model_dump()
-    scene = scene_of(pair, options, {"patch": asdict(patch), "lines": of_file or [stand_in], **tables})
-    if len(of_file) == len(lines):
-        return scene
-    known = iter(scene.lines)
-    all_lines = tuple(line if isinstance(line, OffsetLine) else next(known) for line in lines)
-    scene = replace(scene, lines=all_lines, text="")  # no file has these lines
-    require_none(NAME, [*misfits(scene), *single_load_misfits(scene)])
-    return scene

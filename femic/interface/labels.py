@@ -5,7 +5,6 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 import xarray as xr
 
-from geometries.arrays import Indices
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS
 
@@ -84,20 +83,16 @@ def contacts_by_label(name: str, contacts: xr.Dataset) -> xr.Dataset:
             )
     for dim in ("x", "s"):
         if dim in contacts.dims and dim in contacts.coords:
-            contacts = contacts.isel({dim: _growing(contacts[dim], dim)})
-    return contacts.transpose(*sorted(contacts.dims, key=_rank), ...)
+            # places grow as in the case that has most of them
+            of_cases = contacts[dim].transpose(..., dim).values.reshape(-1, contacts.sizes[dim])
+            most = int(np.argmax(np.sum(np.isfinite(of_cases), axis=1)))
+            contacts = contacts.isel({dim: np.argsort(of_cases[most], kind="stable")})
 
+    def rank(dim: Hashable) -> tuple[int, str]:
+        """Return where a dimension stands: numbers before fields, x before s before directions."""
+        text = str(dim)
+        if text in LEADING:
+            return LEADING.index(text), ""
+        return len(LEADING) + {"x": 0, "s": 1}.get(text.removeprefix("larger_"), 2), text
 
-def _growing(places: xr.DataArray, dim: str) -> Indices:
-    """Return the order in which places grow along a dimension: those of the case that has most of them."""
-    of_cases = places.transpose(..., dim).values.reshape(-1, places.sizes[dim])
-    most = int(np.argmax(np.sum(np.isfinite(of_cases), axis=1)))
-    return np.argsort(of_cases[most], kind="stable")
-
-
-def _rank(dim: Hashable) -> tuple[int, str]:
-    """Return where a dimension of contacts stands: numbers before fields, x before s before directions."""
-    text = str(dim)
-    if text in LEADING:
-        return LEADING.index(text), ""
-    return len(LEADING) + {"x": 0, "s": 1}.get(text.removeprefix("larger_"), 2), text
+    return contacts.transpose(*sorted(contacts.dims, key=rank), ...)

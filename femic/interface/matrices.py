@@ -1,6 +1,6 @@
 """IC matrices: the ICs of all pairs of elements of a grid, by their lag along x and their strips."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +13,12 @@ from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.interface.arguments import array, new_file, with_checked_arguments
 from femic.interface.bodies import Pair
 from femic.interface.labels import by_label
-from femic.interface.options import DEFAULT, NAME, Options, in_turn, scene_of
+from femic.interface.options import DEFAULT, Options, in_turn, make_scene
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.reference import matrices, pair_column
 from femic.results import contact_file
 from femic.results.export import distances_after, to_contact, write_distances
 from femic.results.matrices import DIMENSIONS, matrix_jobs
-from femic.scenes.errors import require_none
-from femic.scenes.lines import grid_misfits
-from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS, Grid
@@ -54,9 +51,12 @@ def compute_matrix(
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
-    scene = replace(_scene(pair, grid, options), discount=discount)
+    scene = make_scene(pair, options, {"grid": asdict(grid), "discount": discount})
     if ics != "C":
-        _require_forms(ics)
+        try:
+            forms_of(ics)
+        except WrongInput as error:
+            raise WrongInput(f"ics: {error}") from error
         return label_matrix(matrix(ics, scene.pair, grid), grid, ics)
     references = matrices(matrix_jobs(scene), options.run, combined=True)
     contour = scene.bodies["lower"].contour
@@ -108,7 +108,7 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
                 f"{name}: {along} = {labelled[along].values[0]!r}, ...: lengths in mm are needed"
             )
     labelled = labelled.sortby(["lag", "observed", "loaded"])
-    grid = grid_of(labelled)
+    grid = matrix_grid(labelled)
     wanted = {
         "lag": (grid.lags, grid.dx, f"0, dx, 2 dx, ... with dx = {grid.dx:g}"),
         "observed": (grid.strips, grid.ds, f"strips side by side, ds = {grid.ds:g}"),
@@ -117,13 +117,14 @@ def ordered(name: str, labelled: xr.Dataset) -> xr.Dataset:
     for along, (places, size, words) in wanted.items():
         own = labelled[along].values
         if len(own) != len(places) or not np.allclose(own, places, rtol=0, atol=SAME_PLACE * size):
-            raise WrongInput(f"{name}: {along} = {_first(own)}: {words} mm are needed, in any order")
+            first = ", ".join([f"{value:g}" for value in own[:3]] + ["..."] * (len(own) > 3))
+            raise WrongInput(f"{name}: {along} = {first}: {words} mm are needed, in any order")
     for variable in ("ic", *({"estimate"} & set(labelled.data_vars))):
         _require_finite(f"{name}: {variable}", labelled[variable].values)
     return labelled
 
 
-def name_of(labelled: xr.Dataset) -> str:
+def matrix_name(labelled: xr.Dataset) -> str:
     """Return the name of a labelled matrix; raise WrongInput where it has lost its labels."""
     if missing := {"ics", "dx", "ds"} - set(labelled.attrs):
         raise WrongInput(
@@ -132,9 +133,9 @@ def name_of(labelled: xr.Dataset) -> str:
     return str(labelled.attrs["ics"])
 
 
-def grid_of(labelled: xr.Dataset) -> Grid:
+def matrix_grid(labelled: xr.Dataset) -> Grid:
     """Return the grid of a labelled matrix. Raises WrongInput where it has lost its labels."""
-    name_of(labelled)
+    matrix_name(labelled)
     dx, ds = (float(array(key, labelled.attrs[key])) for key in ("dx", "ds"))
     strips = labelled.observed.values
     middle = float((strips.min() + strips.max()) / 2)
@@ -152,7 +153,7 @@ def write_for_contact(
     prints what else has to be set there. Raises WrongInput.
     """
     ics, path = ordered("ics", ics), new_file(path)
-    scene = _scene(pair, grid_of(ics), DEFAULT)
+    scene = make_scene(pair, DEFAULT, {"grid": asdict(matrix_grid(ics))})
     try:
         contact_file.write(to_contact(scene, ics.ic.values), path)
         if approach is not None:
@@ -160,21 +161,6 @@ def write_for_contact(
             write_distances(distances_after(on_grid, approach), path.parent)
     except OSError as error:
         raise WrongInput(f"path = {str(path)!r}: {error.strerror or error}") from error
-
-
-def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
-    """Return the scene of a matrix; raise WrongInput for a grid that does not fit."""
-    scene = scene_of(pair, options, {"grid": asdict(grid)})
-    require_none(NAME, grid_misfits(scene))
-    return scene
-
-
-def _require_forms(ics: str) -> None:
-    """Raise WrongInput for what is no name of approximations."""
-    try:
-        forms_of(ics)
-    except WrongInput as error:
-        raise WrongInput(f"ics: {error}") from error
 
 
 def _checked(name: str, given: ArrayLike | xr.DataArray, grid: Grid) -> Array:
@@ -198,8 +184,3 @@ def _checked(name: str, given: ArrayLike | xr.DataArray, grid: Grid) -> Array:
 def _require_finite(name: str, values: Array) -> None:
     if not np.all(np.isfinite(values)):
         raise WrongInput(f"{name}: {np.sum(~np.isfinite(values))} of {values.size} numbers are not finite")
-
-
-def _first(values: Array) -> str:
-    """Return the first values, as messages show them."""
-    return ", ".join([f"{value:g}" for value in values[:3]] + ["..."] * (len(values) > 3))

@@ -5,26 +5,31 @@ which the sections and solids of C are meshed in, and ends the process where two
 compute side by side.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
 from threading import RLock
 from typing import Any, ParamSpec, TypeVar
 
+import tomlkit
 from fsspec.core import url_to_fs
 
 from femic.cache.store import Store
+from femic.contact.specification import ContactSpecification
 from femic.interface.arguments import check_fields
 from femic.interface.bodies import Pair, checked, given, plain
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.engine import EngineTable
-from femic.scenes.load import scene_from_table
+from femic.scenes.lines import LineAlongS, LineAlongX
+from femic.scenes.load import build_scene, parse
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+from geometries.patches import OffsetLine
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+Line = LineAlongX | LineAlongS | OffsetLine
 
 LOCK = RLock()  # a report may call the function again
 
@@ -66,17 +71,27 @@ class Options:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        checked(EngineTable, self.table, {("kind",): "engine"})
+        _ = self.table  # raises for values that no engine takes
         if self.workers < 1:
             raise WrongInput(f"workers = {self.workers!r}: at least 1")
-        if self.store is not None:
-            _require_place(str(self.store))
+        if self.store is None:
+            return
+        place = str(self.store)
+        try:
+            files, path = url_to_fs(place)
+        except (ImportError, ValueError) as error:
+            raise WrongInput(
+                f"store = {place!r}: {error}: give a folder, or a URL that fsspec knows"
+            ) from error
+        if "file" in files.protocol and files.isfile(path):
+            raise WrongInput(f"store = {place!r}: is a file: give a folder")
 
     @property
-    def table(self) -> dict[str, Any]:
-        """The table [engine] of a scene file."""
-        of_engine = {"tolerance": self.tolerance, "far_radius": self.far_radius}
-        return given({"kind": self.engine, "most_unknowns": self.most_unknowns} | of_engine)
+    def table(self) -> EngineTable:
+        """The engine as a scene has it."""
+        names = "tolerance", "far_radius", "most_unknowns"
+        keys = given({"kind": self.engine} | {name: getattr(self, name) for name in names})
+        return checked(EngineTable, keys, {("kind",): "engine"})
 
     @property
     def run(self) -> RunOptions:
@@ -85,19 +100,24 @@ class Options:
         return RunOptions(self.workers, Store(self.store), watch)
 
 
-def _require_place(store: str) -> None:
-    """Raise WrongInput for a store that is a file, or of a kind of places that fsspec does not know."""
-    try:
-        files, path = url_to_fs(store)
-    except (ImportError, ValueError) as error:
-        raise WrongInput(f"store = {store!r}: {error}: give a folder, or a URL that fsspec knows") from error
-    if "file" in files.protocol and files.isfile(path):
-        raise WrongInput(f"store = {store!r}: is a file: give a folder")
-
-
 DEFAULT = Options()
 
 
-def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
-    """Return the scene of a pair with further tables; raise WrongInput for what does not fit together."""
-    return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)
+def make_scene(
+    pair: Pair,
+    options: Options,
+    keys: Mapping[str, Any] | None = None,
+    *,
+    lines: Sequence[Line] = (),
+    contact: ContactSpecification | None = None,
+) -> Scene:
+    """Return the scene of a pair with further keys; raise WrongInput for what does not fit together.
+
+    `lines`, and a `contact` with a gap of its own, may be such that no scene file has them.
+    """
+    in_file = not any(isinstance(line, OffsetLine) for line in lines)
+    of_lines = {"lines": tuple(lines)} if lines and in_file else {}
+    file = parse(pair.keys | {"engine": options.table} | plain(keys or {}) | of_lines, Path(NAME))
+    in_file = in_file and (contact is None or contact.extra_gap is None)
+    text = tomlkit.dumps(file.model_dump(mode="json", exclude_unset=True)) if in_file else ""
+    return build_scene(NAME, text, file, lines or None, contact)

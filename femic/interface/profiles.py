@@ -45,9 +45,31 @@ class Profile:
             raise WrongInput(
                 f"file = {shown(self.file)}, standard = {shown(self.standard)}: give either, one of them"
             )
-        if self.standard is not None:
-            self._require_standard()
-        object.__setattr__(self, "understood", self._understood())
+        if self.standard is None:
+            path, section = Path(self.file or ""), SectionChoice(self.section, self.section_at)
+            reading = Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, section)
+            understood = of_file(prepared_file(path, reading), path)
+        else:
+            if self.standard not in NAMED:
+                raise WrongInput(f"standard = {self.standard!r}: give one of {', '.join(NAMED)}, or a file")
+            for key in fields(self):
+                given_too = key.init and key.name != "standard" and getattr(self, key.name) != key.default
+                if given_too:
+                    raise WrongInput(
+                        f"{key.name} = {shown(getattr(self, key.name))}: is of files, and standard = "
+                        f"{self.standard!r} is of the package: leave it out"
+                    )
+            understood = of_package(self.standard)
+        object.__setattr__(self, "understood", understood)
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """How the file is read, for scenes and wheelsets, with an absolute path; {} of a standard."""
+        if self.file is None:
+            return {}
+        names = "axes", "unit", "surface", "section", "section_at", "tolerance"
+        path = str(Path(self.file).absolute())
+        return given({"file": path} | {name: getattr(self, name) for name in names})
 
     @property
     def data(self) -> xr.Dataset:
@@ -75,49 +97,12 @@ class Profile:
         [degrees] from y to z; a wheel with a rolling radius cannot be turned. Where it is steeper than
         `steepest_deg` [degrees] the contour goes on along its tangent. Raises WrongInput.
         """
-        of_file: dict[str, Any] = {
-            "profile_kind": self.kind,
-            "axes": self.axes,
-            "unit": self.unit,
-            "surface": self.surface,
-            "section": self.section,
-            "section_at": self.section_at,
-        }
-        if self.file is not None:
-            of_file |= {"file": str(Path(self.file).absolute()), "tolerance": self.tolerance}
         place = {"y_centre": y_centre, "s_centre": s_centre, "rail_inclination": rail_inclination}
         turn = {"turn_deg": turn_deg, "steepest_deg": steepest_deg}
-        keys = given({"standard": self.standard} | of_file | place | turn)
-        contour = checked(ProfileTable, {"kind": "profile"} | keys)
+        own = {"kind": "profile", "standard": self.standard, "profile_kind": self.kind} | self.keys
+        contour = checked(ProfileTable, given(own | place | turn))
         contour.contour()  # raises for places that are not on the profile
         return contour
-
-    def _require_standard(self) -> None:
-        """Raise WrongInput for a profile that is not in the package, and for keys of files."""
-        if self.standard not in NAMED:
-            raise WrongInput(f"standard = {self.standard!r}: give one of {', '.join(NAMED)}, or a file")
-        for key in fields(self):
-            if (
-                key.name not in ("standard", "understood")
-                and (value := getattr(self, key.name)) != key.default
-            ):
-                raise WrongInput(
-                    f"{key.name} = {shown(value)}: is of files, and standard = {self.standard!r} is of the "
-                    "package: leave it out"
-                )
-
-    @property
-    def _reading(self) -> Reading:
-        """How the file is read."""
-        section = SectionChoice(self.section, self.section_at)
-        return Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, section)
-
-    def _understood(self) -> Understood:
-        """Return the profile as it is understood; raise WrongInput for one that cannot be read."""
-        if self.standard is not None:
-            return of_package(self.standard)
-        path = Path(self.file or "")
-        return of_file(prepared_file(path, self._reading), path)
 
 
 @with_checked_arguments

@@ -8,7 +8,7 @@ import tomlkit
 import xarray as xr
 
 from femic.interface.arguments import with_checked_arguments
-from femic.interface.bodies import given, plain
+from femic.interface.bodies import plain
 from femic.interface.options import DEFAULT, Options, in_turn
 from femic.interface.profiles import Profile
 from femic.results import wheelset as compute
@@ -49,8 +49,6 @@ def _table(profile: Profile, kind: Kind) -> dict[str, Any]:
     """Return the keys of a profile in a specification; raise WrongInput for one of the other kind."""
     if (seen := profile.understood.kind) != kind:
         raise WrongInput(f"{kind} = {profile.standard or str(profile.file)!r}: the profile of a {seen}")
-    if profile.standard is not None:
-        return {"profile": profile.standard}
-    of_file = {key: getattr(profile, key) for key in ("axes", "unit", "surface", "section", "section_at")}
-    name = str(Path(profile.file or "").absolute())  # no standard profile has such a name
-    return given({"profile": name, "tolerance": profile.tolerance} | of_file)
+    keys = profile.keys
+    name = profile.standard or keys.pop("file")  # an absolute path: no standard profile has such a name
+    return {"profile": name} | keys

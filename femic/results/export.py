@@ -12,7 +12,7 @@ import xarray as xr
 
 from approx.pair import column, matrix
 from approx.variants import VARIANTS, needed_forms, needs_effective
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.files import write_text
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import approximate_matrix

@@ -19,7 +19,6 @@ from femic.scenes.input_files import ExistingFile, Holds, columns
 from femic.scenes.profiles import ProfileTable
 from femic.scenes.scene_table import SceneTable
 from geometries import contours
-from geometries.arrays import Array
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour
 from geometries.errors import WrongInput
@@ -128,7 +127,12 @@ class ContourKind(BaseModel):
 
 
 def _table_of_kind(value: Any) -> SceneTable:
-    """Return the table of a contour with the keys of its kind; raise ValidationError."""
+    """Return the table of a contour, made of the keys of its kind where it is none yet.
+
+    Raises ValidationError.
+    """
+    if isinstance(value, SceneTable) and isinstance(value, tuple(CONTOURS.values())):
+        return value
     return CONTOURS[ContourKind.model_validate(value).kind].model_validate(value)
 
 
@@ -188,19 +192,13 @@ class OutlineTable(SceneTable):
             section = RAIL_SECTIONS[self.standard].outline
             return section.at(contour.placed(section.corners))
         assert self.clamped is not None
-        points = self._points()
+        try:
+            points = np.transpose(self.points if self.file is None else columns(self.file, ("y, z",)))
+        except WrongInput as error:
+            raise WrongInput(f"outline.file = {self.file}: {error}") from error
         if isinstance(contour, ProfileTable):
             points = contour.placed(points)
         return SectionOutline.through(points, self.clamped)
-
-    def _points(self) -> Array:
-        """Return the points as given, (2, n) [mm]; raise WrongInput for a file without."""
-        if self.file is None:
-            return np.array(self.points).T
-        try:
-            return columns(self.file, ("y, z",)).T
-        except WrongInput as error:
-            raise WrongInput(f"outline.file = {self.file}: {error}") from error
 
 
 # --- bodies ---------------------------------------------------------------------------------------------
@@ -231,33 +229,29 @@ class BodyTable(SceneTable):
         None, description="a table: the shape and the supports of the body; default: far arc or hub"
     )
 
-
-def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
-    """Return the body of a table by its name; raise BadScene where its keys do not fit together."""
-    try:
-        material = Material(table.E, table.nu)
-        if isinstance(table.contour, ProfileTable):
-            _check_profile(table.contour, side, table.rolling_radius)
-        return Body(
-            side,
-            table.contour.contour(),
-            material,
-            domain,
-            table.rolling_radius,
-            table.hub_radius,
-            table.outline.outline(table.contour) if table.outline else None,
-        )
-    except WrongInput as error:
-        raise BadScene(f"{name}.{error}") from error
-
-
-def _check_profile(profile: ProfileTable, side: int, rolling_radius: float) -> None:
-    """Raise WrongInput for a profile of the other body, and for a turned one of a body of revolution."""
-    kind, own = profile.of_kind(), "rail" if side == LOWER else "wheel"
-    if kind != own:
-        raise WrongInput(f"contour: profile of a {kind}, but this body is the {own}: exchange the profiles")
-    if profile.turn and np.isfinite(rolling_radius):
-        raise WrongInput(
-            f"contour: turned by {np.degrees(profile.turn):.4g} degrees; the axis of a body of revolution "
-            "stays along y: leave out rail_inclination and turn_deg, and turn the other body"
-        )
+    def body(self, name: str, side: int, domain: Domain) -> Body:
+        """Return the body; raise BadScene, which has its name, where keys do not fit together."""
+        try:
+            if isinstance(self.contour, ProfileTable):
+                own, other = ("rail", "wheel") if side == LOWER else ("wheel", "rail")
+                if self.contour.rail_or_wheel() == other:
+                    raise WrongInput(
+                        f"contour: profile of a {other}, but this body is the {own}: exchange the profiles"
+                    )
+                if (turn := self.contour.turn) and np.isfinite(self.rolling_radius):
+                    raise WrongInput(
+                        f"contour: turned by {np.degrees(turn):.4g} degrees; the axis of a body of "
+                        "revolution stays along y: leave out rail_inclination and turn_deg, and turn the "
+                        "other body"
+                    )
+            return Body(
+                side,
+                self.contour.contour(),
+                Material(self.E, self.nu),
+                domain,
+                self.rolling_radius,
+                self.hub_radius,
+                self.outline.outline(self.contour) if self.outline else None,
+            )
+        except WrongInput as error:
+            raise BadScene(f"{name}.{error}") from error

@@ -14,11 +14,10 @@ from pydantic import Field, field_validator, model_validator
 from approx.effective import EffectiveProperties, Transition
 from approx.variants import VARIANTS, needs_effective
 from femic.key_types import Length, Place, Several, Signed, Whole, each_once
-from femic.scenes.engine import ratio_misfits
 from femic.scenes.errors import BadScene
-from femic.scenes.lines import half_sides, misfits_of_line, reach_of
+from femic.scenes.lines import line_misfits, patch_ratio_misfits
 from femic.scenes.scene import Calibration, Scene
-from femic.scenes.scene_table import SceneTable, shared
+from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.patches import OffsetLine, Patch, line_along_s
 
@@ -67,24 +66,24 @@ class EffectiveTable(SceneTable):
         """Whether the properties of both bodies leave out the curvature of wheels."""
         return self.combined is not None and self.combined.curvature == "apart"
 
-
-def effective_properties(table: EffectiveTable) -> dict[str, EffectiveProperties]:
-    """Return effective properties by "combined", "lower", "upper", where given; raise BadScene."""
-    return {name: _properties(name, properties) for name, properties in table if properties is not None}
-
-
-def _properties(name: str, table: PropertiesTable) -> EffectiveProperties:
-    """Return the properties of a table by its name; raise BadScene."""
-    values = {key: getattr(table, key) for key in PropertiesTable.model_fields}
-    transitions = {key: Transition(**dict(value)) for key, value in values.items() if value is not None}
-    if not transitions:
-        raise BadScene(
-            f"effective.{name}: names no property; give one of {', '.join(values)}, or leave it out"
-        )
-    try:
-        return EffectiveProperties(**transitions)
-    except WrongInput as error:
-        raise BadScene(f"effective.{name}: {error}") from error
+    @property
+    def properties(self) -> dict[str, EffectiveProperties]:
+        """The properties by "combined", "lower", "upper", where given; raises BadScene."""
+        given, names = dict[str, EffectiveProperties](), tuple(PropertiesTable.model_fields)
+        for body, table in self:
+            if table is None:
+                continue
+            values = {name: getattr(table, name) for name in names}
+            transitions = {name: Transition(**dict(value)) for name, value in values.items() if value}
+            if not transitions:
+                raise BadScene(
+                    f"effective.{body}: names no property; give one of {', '.join(names)}, or leave it out"
+                )
+            try:
+                given[body] = EffectiveProperties(**transitions)
+            except WrongInput as error:
+                raise BadScene(f"effective.{body}: {error}") from error
+        return given
 
 
 def effective_misfits(scene: Scene) -> Iterator[str]:
@@ -142,30 +141,29 @@ class CalibrationTable(SceneTable):
             raise ValueError("s and x: no line at all; give one")
         return self
 
-
-def calibration_of(
-    table: CalibrationTable, patch: Patch, reference_length: float, extent: tuple[float, float]
-) -> Calibration:
-    """Return the calibration beside a patch on contours of an extent; lengths in mm."""
-    nearest, furthest = table.x_min or 2 * patch.a, table.x_max or 2.5 * reference_length
-    x = np.linspace(nearest, furthest, table.points + 1)[1:]
-    along_x = [
-        OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
-        for s in ((patch.s, patch.s + 1.6) if table.s is None else table.s)
-    ]
-    s_range = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
-    along_s = [
-        replace(line_along_s(distance, s_range, table.points), name=f"fit x = {distance:g} mm")
-        for distance in table.x
-    ]
-    resolved = {
-        "x_min": nearest,
-        "x_max": furthest,
-        "lines": (*along_x, *along_s),
-        "curvature_apart": table.curvature == "apart",
-        "logarithmic": table.weights == "logarithmic",
-    }
-    return Calibration(**shared(table, Calibration) | resolved)
+    def calibration(self, patch: Patch, reference_length: float, extent: tuple[float, float]) -> Calibration:
+        """Return the calibration beside a patch on contours of an extent; lengths in mm."""
+        nearest, furthest = self.x_min or 2 * patch.a, self.x_max or 2.5 * reference_length
+        x = np.linspace(nearest, furthest, self.points + 1)[1:]
+        along_x = [
+            OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
+            for s in ((patch.s, patch.s + 1.6) if self.s is None else self.s)
+        ]
+        s_range = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
+        along_s = [
+            replace(line_along_s(distance, s_range, self.points), name=f"fit x = {distance:g} mm")
+            for distance in self.x
+        ]
+        return Calibration(
+            bodies=self.bodies,
+            properties=self.properties,
+            components=self.components,
+            curvature_apart=self.curvature == "apart",
+            x_min=nearest,
+            x_max=furthest,
+            lines=(*along_x, *along_s),
+            logarithmic=self.weights == "logarithmic",
+        )
 
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:
@@ -174,7 +172,7 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
     if not calibration.x_min < calibration.x_max:
         yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
     for line in calibration.lines:
-        yield from misfits_of_line(f"calibration ({line.name})", line, scene.bodies, extent)
+        yield from line_misfits(f"calibration ({line.name})", line, scene.bodies, extent)
         if line.along == "s" and line.x[0] <= calibration.x_min:
             yield f"calibration.x ({line.name}): not beyond x_min = {calibration.x_min:g} mm: move it away"
     if len({line.name for line in calibration.lines}) < len(calibration.lines):
@@ -185,8 +183,7 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
         yield (
             f"calibration.x_max: points {furthest:g} mm away, more than half of {domain_size:g} mm: reduce it"
         )
-    reaches = [(f"calibration ({line.name})", reach_of(line, scene)) for line in calibration.lines]
-    yield from ratio_misfits(half_sides(scene), reaches, scene)
+    yield from patch_ratio_misfits({f"calibration ({line.name})": line for line in calibration.lines}, scene)
     if calibration.curvature_apart and "combined" not in calibration.bodies:
         yield "calibration.curvature = 'apart': only of the combined bodies; leave it out"
     missing = [name for name in calibration.bodies if name not in scene.compared]

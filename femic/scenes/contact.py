@@ -5,14 +5,13 @@ They have loads, motion and ICs of the contact; and the stresses under it, wear 
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, PlainValidator, SerializeAsAny, create_model, model_validator
 
 from femic.contact.motions import MOTIONS
-from femic.contact.specification import ContactSpecification, ExtraGap, FrictionSpecification, extra_gap
+from femic.contact.specification import ContactSpecification, FrictionSpecification, extra_gap
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.damage.specification import DamageSpecification
@@ -20,7 +19,7 @@ from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.input_files import ExistingFile, Holds, columns
 from femic.scenes.scene import Scene, StressSpecification
-from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, keys_of, shared
+from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, declared_keys, shared
 from geometries.errors import WrongInput
 
 # --- [contact] ------------------------------------------------------------------------------------------
@@ -48,17 +47,15 @@ class ContactKeys(SceneTable):
         return self
 
 
-def _declared_keys() -> dict[str, Any]:
-    """Return the keys that the specifications declare, with the keys of friction in place of `friction`."""
-    files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
-    friction_keys = keys_of(FrictionSpecification)
-    friction_keys = {"friction": friction_keys.pop("coefficients"), **friction_keys}
-    keys = keys_of(ContactSpecification, files).items()
-    parts = (friction_keys if key == "friction" else {key: declared} for key, declared in keys)
-    return {key: declared for part in parts for key, declared in part.items()}
-
-
-ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared_keys())
+_FILES = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
+_KEYS, _FRICTION_KEYS = declared_keys(ContactSpecification, _FILES), declared_keys(FrictionSpecification)
+_FRICTION_KEYS = {"friction": _FRICTION_KEYS.pop("coefficients"), **_FRICTION_KEYS}
+_PARTS = (_FRICTION_KEYS if key == "friction" else {key: declared} for key, declared in _KEYS.items())
+ContactTable = create_model(
+    "ContactTable",
+    __base__=ContactKeys,
+    **{key: declared for part in _PARTS for key, declared in part.items()},
+)
 AnyContact = Annotated[
     SerializeAsAny[ContactKeys],
     PlainValidator(ContactTable.model_validate),
@@ -66,35 +63,21 @@ AnyContact = Annotated[
 ]
 
 
-def contact_of(table: ContactKeys) -> ContactSpecification:
+def contact_specification(table: ContactKeys) -> ContactSpecification:
     """Return the specification of a table; raise BadScene for a file that has no extra gap."""
-    keys = dict(table)
+    keys, gap = dict(table), None
+    if (path := keys["extra_gap"]) is not None:
+        try:
+            gap = extra_gap(columns(path, ("s, gap", "x, s, gap")))
+        except WrongInput as error:
+            raise BadScene(f"contact.extra_gap = {path}: {error}") from error
     friction = FrictionSpecification(keys["friction"], **shared(table, FrictionSpecification))
-    resolved = {
-        "extra_gap": _extra_gap(keys["extra_gap"]),
-        "friction": friction if MOTIONS[keys["motion"]].has_friction else None,
-    }
+    resolved = {"extra_gap": gap, "friction": friction if MOTIONS[keys["motion"]].has_friction else None}
     return ContactSpecification(**shared(table, ContactSpecification) | resolved)
 
 
-def _extra_gap(path: Path | None) -> ExtraGap | None:
-    """Return the gap of a file; raise BadScene for other files."""
-    if path is None:
-        return None
-    try:
-        return extra_gap(columns(path, ("s, gap", "x, s, gap")))
-    except WrongInput as error:
-        raise BadScene(f"contact.extra_gap = {path}: {error}") from error
-
-
 def contact_misfits(scene: Scene) -> Iterator[str]:
-    """Yield the errors of the contact of a scene."""
-    yield from _gap_misfits(scene)
-    yield from _friction_misfits(scene)
-
-
-def _gap_misfits(scene: Scene) -> Iterator[str]:
-    """Yield the error of an extra gap that is not small beside the bodies where it raises them."""
+    """Yield the errors of the contact of a scene: of a gap that raises bodies, of loads with friction."""
     gap, limit = scene.contact.extra_gap, scene.reference_length / GAPS_IN_LENGTH
     if gap is not None and (least := float(np.min(gap.gap))) < -limit * (1 + LIMIT_SLACK):
         yield (
@@ -102,10 +85,6 @@ def _gap_misfits(scene: Scene) -> Iterator[str]:
             f"{1 / GAPS_IN_LENGTH:.0%} of reference_length, {limit:g} mm: add a constant to all gaps, or "
             "change the contours"
         )
-
-
-def _friction_misfits(scene: Scene) -> Iterator[str]:
-    """Yield the errors of the bodies and loads of a contact with friction."""
     loads, name = scene.contact.loads, scene.contact.motion
     motion = MOTIONS[name]
     if motion.has_friction and not loads:
@@ -137,49 +116,32 @@ ELSEWHERE = {"archard": {"hardness"}}  # fields of laws that are keys of [damage
 OF_WORN = ("steps", "spread")  # keys of [damage] that have no effect without passages or revolutions
 OF_SPEED = ("severe", "transition")  # keys of [damage.energy] that have no effect without a speed
 
-StressTable = create_model("StressTable", __base__=SceneTable, **keys_of(StressSpecification))
+StressTable = create_model("StressTable", __base__=SceneTable, **declared_keys(StressSpecification))
 AnyStresses = Annotated[SerializeAsAny[SceneTable], PlainValidator(StressTable.model_validate)]
 
 
-def _table_of(name: str) -> type[SceneTable]:
-    """Return the table of a law: its fields, without those that are keys of [damage]."""
-    keys = keys_of(LAWS[name][0])
-    own = {key: declared for key, declared in keys.items() if key not in ELSEWHERE.get(name, ())}
-    return create_model(f"{name.title().replace('_', '')}Table", __base__=SceneTable, **own)
-
-
-def _damage_keys() -> dict[str, Any]:
-    """Return the keys of [damage]: those of the specification, with a table in place of each law."""
-    tables = {name: _table_of(name) for name in LAWS}
-    of_laws = {name: (table, Field(table(), description=LAWS[name][1])) for name, table in tables.items()}
-    return keys_of(DamageSpecification) | of_laws
-
-
-DamageTable = create_model("DamageTable", __base__=SceneTable, **_damage_keys())
+_DAMAGE_KEYS = declared_keys(DamageSpecification)
+for _name, (_law, _meaning) in LAWS.items():  # a table in place of each law
+    _own = {
+        key: declared for key, declared in declared_keys(_law).items() if key not in ELSEWHERE.get(_name, ())
+    }
+    _table = create_model(f"{_name.title().replace('_', '')}Table", __base__=SceneTable, **_own)
+    _DAMAGE_KEYS[_name] = _table, Field(_table(), description=_meaning)
+DamageTable = create_model("DamageTable", __base__=SceneTable, **_DAMAGE_KEYS)
 AnyDamage = Annotated[SerializeAsAny[SceneTable], PlainValidator(DamageTable.model_validate)]
 
 
-def stresses_of(table: SceneTable) -> StressSpecification:
-    """Return the specification of a table."""
-    return StressSpecification(**shared(table, StressSpecification))
-
-
-def damage_of(table: SceneTable) -> DamageSpecification:
+def damage_specification(table: SceneTable) -> DamageSpecification:
     """Return the specification of a table; raise BadScene for keys that do not fit together."""
-    keys = dict(table)
-    laws = {name: _law(name, keys[name]) for name in LAWS}
+    keys, place = dict(table), ""
     try:
-        return DamageSpecification(**shared(table, DamageSpecification) | laws)
+        for name, (law, _) in LAWS.items():
+            place = f"{name}."
+            keys[name] = law(**dict(keys[name]))
+        place = ""
+        return DamageSpecification(**keys)
     except WrongInput as error:
-        raise BadScene(f"damage.{error}") from error
-
-
-def _law(name: str, table: SceneTable) -> Any:
-    """Return the law of a table by its name; raise BadScene."""
-    try:
-        return LAWS[name][0](**dict(table))
-    except WrongInput as error:
-        raise BadScene(f"damage.{name}.{error}") from error
+        raise BadScene(f"damage.{place}{error}") from error
 
 
 def stress_misfits(scene: Scene) -> Iterator[str]:
@@ -209,16 +171,12 @@ def damage_misfits(scene: Scene, table: SceneTable) -> Iterator[str]:
         if name in given and motion not in motions:
             value = "" if name in LAWS else f" = {keys[name]:g}"
             yield f"damage.{name}{value}: {_only_of(motions, motion)}"
-    if motion == ROLLING:
-        yield from _without_effect(scene.damage, table)
-
-
-def _without_effect(damage: DamageSpecification, table: SceneTable) -> Iterator[str]:
-    """Yield keys that need another one which is not given."""
-    tables = dict(table)
+    if motion != ROLLING:
+        return
+    damage = scene.damage
     if damage.speed is None:
         for key in OF_SPEED:
-            if key in tables["energy"].model_fields_set:
+            if key in keys["energy"].model_fields_set:
                 yield (
                     f"damage.energy.{key}: without a speed wear is mild everywhere: give damage.speed in "
                     "m/s, or leave it out"
@@ -229,7 +187,7 @@ def _without_effect(damage: DamageSpecification, table: SceneTable) -> Iterator[
                 f"damage.{key} = {getattr(damage, key):g}: nothing wears: give damage.passages or "
                 "damage.revolutions, or leave it out"
             )
-    if damage.hardness is None and tables["archard"].model_fields_set:
+    if damage.hardness is None and keys["archard"].model_fields_set:
         yield (
             "damage.archard: without a hardness there is no wear by Archard: give damage.hardness in MPa, "
             "and damage.speed in m/s, or leave it out"

@@ -13,7 +13,7 @@ from femic.reference.meshing import Cells
 from femic.reference.solid.pardiso import available as direct_available
 from femic.scenes.scene import Scene
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable
-from geometries.bodies import Body, Domain
+from geometries.bodies import Domain
 from geometries.patches import Patch
 
 LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
@@ -125,7 +125,13 @@ def body_limit_misfits(scene: Scene) -> Iterator[str]:
     """Yield bodies beyond the limits of the engine: they have no C, and no stresses of its models."""
     limits = scene.settings.engine.limits
     for name, body in scene.bodies.items():
-        yield from _steepness_misfits(name, body, limits.inclination)
+        contour = body.contour
+        steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
+        if steepest > limits.inclination * (1 + LIMIT_SLACK):
+            yield (
+                f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limits.inclination:g}: cut "
+                "it there"
+            )
         nu, radius = body.material.nu, body.rolling_radius
         if nu > limits.nu:
             remedy = _use(other for other in ENGINES.values() if other.limits.nu >= nu)
@@ -153,14 +159,6 @@ def aspect_misfits(scene: Scene) -> Iterator[str]:
         )
 
 
-def _steepness_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
-    """Yield a contour that is steeper than a limit [degrees]."""
-    contour = body.contour
-    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
-    if steepest > limit * (1 + LIMIT_SLACK):
-        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit:g}: cut it there"
-
-
 def _use(capable: Iterable[Engine]) -> str:
     """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
@@ -170,18 +168,18 @@ def _use(capable: Iterable[Engine]) -> str:
 
 
 def ratio_misfits(
-    half_sides: Mapping[str, float], reaches: Iterable[tuple[str, float]], scene: Scene
+    half_sides: Mapping[str, float], reaches: Mapping[str, float], scene: Scene
 ) -> Iterator[str]:
     """Yield distances that are too large beside the loaded element.
 
     With them, cells and wavenumbers would span too many decades. `half_sides`: those of the element by
-    name; `reaches`: how far from the load displacements are read, with a label each. All in mm.
+    name; `reaches`: how far from the load displacements are read, by a label each. All in mm.
     """
     name, side = min(half_sides.items(), key=lambda named_side: named_side[1])
     element = f"{name} = {side:g}, the least half-side of the loaded element"
     engine = scene.settings.engine
     limit = engine.limits.distance * side
-    for label, reach in reaches:
+    for label, reach in reaches.items():
         if reach > limit * (1 + LIMIT_SLACK):
             yield (
                 f"{label}: reaches {reach:g} mm, {reach / side:.3g} times {element}; at most "

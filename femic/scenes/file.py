@@ -103,3 +103,8 @@ class SceneFile(SceneTable):
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 
     _distinct = field_validator("bodies", "components", "variants", "want")(each_once)
+
+    @property
+    def with_check_engine(self) -> "SceneFile":
+        """The scene with the engine that checks others."""
+        return self.model_copy(update={"engine": self.engine.check_engine})

@@ -4,7 +4,6 @@ They are the loaded element, the lines of observers, and the elements of IC matr
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -21,7 +20,6 @@ from geometries.patches import Grid, OffsetLine, Patch, line_along_s, line_along
 
 
 CLEAR_OF_PATCH = 6  # least distance of displacements compared beside a moment load, in half-widths patch.b
-PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
 
 Reach = Annotated[Length, Field(description="half-length of the line [mm]")]
 PointCount = Annotated[Whole, Field(ge=2, le=5000, description="number of points")]
@@ -41,13 +39,6 @@ class PatchTable(SceneTable):
         return self
 
 
-def patch_of(table: PatchTable | None, rotation_reach: float) -> Patch:
-    """Return the loaded element; by default small beside `rotation_reach`, which is in mm."""
-    if table is None:
-        return Patch(rotation_reach / PATCHES_IN_REACH, rotation_reach / PATCHES_IN_REACH)
-    return Patch(**table.model_dump())
-
-
 class LineAlongX(SceneTable):
     """A line along x at a fixed arc length."""
 
@@ -55,6 +46,10 @@ class LineAlongX(SceneTable):
     s: Place = Field(description="arc length of the line [mm]")
     reach: Reach = 25.0
     points: PointCount = 401
+
+    def line(self, _extent: tuple[float, float]) -> OffsetLine:
+        """Return the line."""
+        return line_along_x(self.s, self.reach, self.points)
 
 
 class LineAlongS(SceneTable):
@@ -65,16 +60,12 @@ class LineAlongS(SceneTable):
     reach: Reach = 25.0
     points: PointCount = 401
 
+    def line(self, extent: tuple[float, float]) -> OffsetLine:
+        """Return the line, as far as contours of an extent [mm] go."""
+        return line_along_s(self.x, (max(-self.reach, extent[0]), min(self.reach, extent[1])), self.points)
+
 
 Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
-
-
-def line_of(table: LineAlongX | LineAlongS, extent: tuple[float, float]) -> OffsetLine:
-    """Return the line of a table; along s as far as contours of an extent [mm] go."""
-    if isinstance(table, LineAlongX):
-        return line_along_x(table.s, table.reach, table.points)
-    s_range = max(-table.reach, extent[0]), min(table.reach, extent[1])
-    return line_along_s(table.x, s_range, table.points)
 
 
 def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
@@ -86,82 +77,62 @@ def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
     )
 
 
-@dataclass(frozen=True)
-class Room:
-    """The room for loads and lines: half the size of the domain."""
+def single_load_misfits(scene: Scene) -> Iterator[str]:
+    """Yield why ICs under a single load, on the patch, have no C on the lines of a scene.
 
-    size: float  # of the domain [mm]
-    name: str
-
-
-def room_of(scene: Scene) -> Room:
-    """Return the room in the first domain of a scene."""
-    domain = scene.bodies["lower"].domain
-    size = min(domain.far_radius, domain.half_length, scene.half_turn)
+    Loads and lines have room in half of the first domain.
+    """
+    domain, patch, settings, (start, end) = (
+        scene.bodies["lower"].domain,
+        scene.patch,
+        scene.settings,
+        scene.extent,
+    )
+    size = min(domain.far_radius, domain.half_length, scene.half_turn)  # mm
     or_half_length = ", engine.half_length" if np.isfinite(domain.half_length) else ""
     lengths = f"engine.far_radius{or_half_length} and half a turn"
-    return Room(size, f"half of the least of {lengths} ({size / 2:g} mm)")
-
-
-def single_load_misfits(scene: Scene) -> Iterator[str]:
-    """Yield why ICs under a single load, on the patch, have no C on the lines of a scene."""
-    room = room_of(scene)
+    room = f"half of the least of {lengths} ({size / 2:g} mm)"
+    ends = f"the contours go from s = {start:g} to {end:g} mm"
     yield from body_limit_misfits(scene)
     yield from aspect_misfits(scene)
-    yield from patch_misfits(scene, room)
-    yield from line_misfits(scene, room)
-    reaches = [(f"lines.{k} ({line.name})", reach_of(line, scene)) for k, line in enumerate(scene.lines)]
-    reaches.append(("rotation_reach", scene.settings.rotation_reach))
-    yield from ratio_misfits(half_sides(scene), reaches, scene)
-
-
-def patch_misfits(scene: Scene, room: Room) -> Iterator[str]:
-    """Yield the errors of the patch and the points of the discount."""
-    patch, smallest = scene.patch, scene.first_cells.smallest
-    ends = f"the contours go from s = {scene.extent[0]:g} to {scene.extent[1]:g} mm"
-    if not scene.extent[0] <= patch.s - patch.b < patch.s + patch.b <= scene.extent[1]:
+    if not start <= patch.s - patch.b < patch.s + patch.b <= end:
         yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
-    if 10 * max(patch.a, patch.b) > room.size / 2:
-        yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {room.name}"
-    if 2 * abs(patch.s) > room.size:
-        yield f"patch.s = {patch.s:g}: beyond {room.name}"
-    largest_cell = scene.settings.engine.least_side(patch)
+    if 10 * max(patch.a, patch.b) > size / 2:
+        yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {room}"
+    if 2 * abs(patch.s) > size:
+        yield f"patch.s = {patch.s:g}: beyond {room}"
+    smallest, largest_cell = scene.first_cells.smallest, settings.engine.least_side(patch)
     if smallest > largest_cell:
         yield f"engine.smallest_cell = {smallest:g}: at most {largest_cell:g}, half a side of the patch"
     for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
-        reach = getattr(scene.settings, name)
-        if not scene.extent[0] <= -reach < reach <= scene.extent[1]:
+        reach = getattr(settings, name)
+        if not start <= -reach < reach <= end:
             yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
-        if 2 * reach > room.size:
-            yield f"{name} = {reach:g}: at most {room.name}"
+        if 2 * reach > size:
+            yield f"{name} = {reach:g}: at most {room}"
     if patch.s:
-        yield from _moment_misfits(scene, room)
-
-
-def _moment_misfits(scene: Scene, room: Room) -> Iterator[str]:
-    arm, reach, b = scene.settings.moment_arm, scene.settings.rotation_reach, scene.patch.b
-    if 2 * (arm + reach) > room.size:
-        yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {room.name}"
-    clearance = min(reach, scene.extent[1] - arm, -scene.extent[0] - arm)
-    if clearance < CLEAR_OF_PATCH * b:
-        yield (
-            f"moment_arm = {arm:g}: displacements are compared {clearance:.3g} mm beside a load there, as "
-            f"far as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = {CLEAR_OF_PATCH * b:g} mm are "
-            "needed: give a smaller moment_arm, a longer contour or a smaller patch"
-        )
-
-
-def line_misfits(scene: Scene, room: Room) -> Iterator[str]:
-    """Yield the errors of the lines of a scene."""
-    for k, line in enumerate(scene.lines):
-        yield from misfits_of_line(f"lines.{k} ({line.name})", line, scene.bodies, scene.extent)
-        if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > room.size:
-            yield f"lines.{k} ({line.name}): reaches beyond {room.name}: shorten it or enlarge both"
-    if len({line.name for line in scene.lines}) < len(scene.lines):
+        arm, reach = settings.moment_arm, settings.rotation_reach
+        if 2 * (arm + reach) > size:
+            yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {room}"
+        clearance = min(reach, end - arm, -start - arm)
+        if clearance < CLEAR_OF_PATCH * patch.b:
+            yield (
+                f"moment_arm = {arm:g}: displacements are compared {clearance:.3g} mm beside a load there, "
+                f"as far as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = "
+                f"{CLEAR_OF_PATCH * patch.b:g} mm are needed: give a smaller moment_arm, a longer contour or "
+                "a smaller patch"
+            )
+    lines = {f"lines.{k} ({line.name})": line for k, line in enumerate(scene.lines)}
+    for label, line in lines.items():
+        yield from line_misfits(label, line, scene.bodies, scene.extent)
+        if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
+            yield f"{label}: reaches beyond {room}: shorten it or enlarge both"
+    if len({line.name for line in scene.lines}) < len(lines):
         yield "lines: two of them are the same line: remove one"
+    yield from patch_ratio_misfits(lines, scene, {"rotation_reach": settings.rotation_reach})
 
 
-def misfits_of_line(
+def line_misfits(
     label: str, line: OffsetLine, bodies: Mapping[str, Body], extent: tuple[float, float]
 ) -> Iterator[str]:
     """Yield whether a line leaves the contours, or lies too near to a hub."""
@@ -176,14 +147,15 @@ def misfits_of_line(
             )
 
 
-def reach_of(line: OffsetLine, scene: Scene) -> float:
-    """Return the distance of the furthest point of a line from the patch [mm]."""
-    return float(np.max(np.hypot(line.x, line.s - scene.patch.s)))
-
-
-def half_sides(scene: Scene) -> dict[str, float]:
-    """Return the half-sides of the patch [mm] by their keys."""
-    return {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
+def patch_ratio_misfits(
+    lines: Mapping[str, OffsetLine], scene: Scene, others: Mapping[str, float] | None = None
+) -> Iterator[str]:
+    """Yield lines, and other reaches [mm], that are too long beside the patch."""
+    patch = scene.patch
+    reaches = {
+        label: float(np.max(np.hypot(line.x, line.s - patch.s))) for label, line in lines.items()
+    } | dict(others or {})
+    yield from ratio_misfits({"patch.a": patch.a, "patch.b": patch.b}, reaches, scene)
 
 
 # --- [grid] ---------------------------------------------------------------------------------------------
@@ -201,10 +173,9 @@ class GridTable(SceneTable):
         0, description="strips whose columns the solid engine computes as a check (minutes each)"
     )
 
-
-def figure_grid(table: GridTable, patch: Patch) -> Grid:
-    """Return the grid; by default its elements are as large as the patch."""
-    return Grid(table.n_x, table.n_s, table.dx or 2 * patch.a, table.ds or 2 * patch.b, table.s)
+    def grid(self, patch: Patch) -> Grid:
+        """Return the grid; by default its elements are as large as the patch."""
+        return Grid(self.n_x, self.n_s, self.dx or 2 * patch.a, self.ds or 2 * patch.b, self.s)
 
 
 def grid_misfits(scene: Scene) -> Iterator[str]:
@@ -225,4 +196,4 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
             f"({half_turn:g} mm)"
         )
     half_sides = {"grid.dx / 2": grid.dx / 2, "grid.ds / 2": grid.ds / 2}
-    yield from ratio_misfits(half_sides, [("rotation_reach", scene.settings.rotation_reach)], scene)
+    yield from ratio_misfits(half_sides, {"rotation_reach": scene.settings.rotation_reach}, scene)

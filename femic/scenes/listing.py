@@ -24,21 +24,36 @@ def listing(name_or_path: str) -> str:
     path = scene_path(name_or_path)
     _, table = read_scene(path)
     parse(deepcopy(table), path)
-    plain_keys = [key for key in SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
+    fields = SceneFile.model_fields
+    plain_keys = [key for key in fields if key not in (*TABLES, "effective", "lines")]
     lines = list(_entries(SceneFile, table, only=plain_keys))
     for name in TABLES:
-        field = SceneFile.model_fields[name]
-        lines += ["", f"# {field.description}", f"{'' if name in table else '# '}[{name}]"]
-        lines += _entries(table_in(field), table.get(name, {}))
-        lines += _inner_tables(name, table_in(field), table.get(name, {}))
-        lines += _contour_kinds() if name == "lower" else []
-    lines += ["", f"# {SceneFile.model_fields['effective'].description}"]
-    lines += _effective(table.get("effective", {}))
-    lines += ["", f"# {SceneFile.model_fields['lines'].description}"]
+        model, given = table_in(fields[name]), table.get(name, {})
+        lines += ["", f"# {fields[name].description}", f"{'' if name in table else '# '}[{name}]"]
+        lines += _entries(model, given)
+        for key, field in inner_tables(model).items():
+            lines.append(f"{'' if key in given else '# '}[{name}.{key}]  # {field.description}")
+            lines += _entries(table_in(field), given.get(key, {}))
+        if name == "lower":
+            lines.append("#   contours:")
+        for kind, contour in CONTOURS.items() if name == "lower" else ():
+            keys = contour.model_fields
+            lines.append(f'#   kind = "{kind}": {keys["kind"].description}')
+            lines += [f"#     {key}: {field.description}" for key, field in keys.items() if key != "kind"]
+    lines += ["", f"# {fields['effective'].description}"]
+    effective = table.get("effective", {})
+    for name, field in EffectiveTable.model_fields.items():
+        lines.append(f"{'' if name in effective else '# '}[effective.{name}]  # {field.description}")
+        lines += _entries(PropertiesTable, effective[name]) if name in effective else ()
+        if name == "combined":
+            lines += _entries(CombinedTable, effective.get(name, {}), only=["curvature"])
+    transition = TransitionTable.model_fields
+    lines.append(f"#   mismatch_k, G or nu = {{ {', '.join(f'{key} = ...' for key in transition)} }}")
+    lines += [f"#     {key}: {field.description}" for key, field in transition.items()]
+    lines += ["", f"# {fields['lines'].description}"]
     default = default_lines(table.get("patch", {}).get("s", 0.0))
     for entry in table.get("lines", [line.model_dump() for line in default]):
-        kind = LineAlongX if entry["along"] == "x" else LineAlongS
-        lines += ["[[lines]]", *_entries(kind, entry)]
+        lines += ["[[lines]]", *_entries(LineAlongX if entry["along"] == "x" else LineAlongS, entry)]
     return "\n".join(lines) + "\n"
 
 
@@ -54,35 +69,6 @@ def table_in(field: FieldInfo) -> type[BaseModel]:
         return type(field.default)
     annotation: Any = field.annotation
     return next((part for part in get_args(annotation) if part is not types.NoneType), annotation)
-
-
-def _inner_tables(name: str, model: type[BaseModel], table: dict[str, Any]) -> Iterator[str]:
-    """Yield the tables in a table, as comments where they are not given."""
-    for key, field in inner_tables(model).items():
-        yield f"{'' if key in table else '# '}[{name}.{key}]  # {field.description}"
-        yield from _entries(table_in(field), table.get(key, {}))
-
-
-def _effective(table: dict[str, Any]) -> Iterator[str]:
-    """Yield the effective properties that are given, and as comments how to give the others."""
-    for name, field in EffectiveTable.model_fields.items():
-        given = name in table
-        yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
-        yield from _entries(PropertiesTable, table[name]) if given else ()
-        if name == "combined":
-            yield from _entries(CombinedTable, table.get(name, {}), only=["curvature"])
-    keys = TransitionTable.model_fields.items()
-    yield "#   mismatch_k, G or nu = { " + ", ".join(f"{key} = ..." for key, _ in keys) + " }"
-    yield from (f"#     {key}: {field.description}" for key, field in keys)
-
-
-def _contour_kinds() -> Iterator[str]:
-    """Yield all kinds of contours with their keys, as comments."""
-    yield "#   contours:"
-    for name, table in CONTOURS.items():
-        keys = [f"{key}: {field.description}" for key, field in table.model_fields.items() if key != "kind"]
-        yield f'#   kind = "{name}": {table.model_fields["kind"].description}'
-        yield from (f"#     {key}" for key in keys)
 
 
 def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | None = None) -> Iterator[str]:

@@ -16,44 +16,30 @@ import tomlkit
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from femic.contact.specification import APPROACH_SHARE
+from femic.contact.specification import APPROACH_SHARE, ContactSpecification
 from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
-from femic.scenes.bodies import body_of
-from femic.scenes.calibration import (
-    calibration_misfits,
-    calibration_of,
-    effective_misfits,
-    effective_properties,
-)
+from femic.scenes.calibration import calibration_misfits, effective_misfits
 from femic.scenes.contact import (
     ContactTable,
     StressTable,
     contact_misfits,
-    contact_of,
+    contact_specification,
     damage_misfits,
-    damage_of,
+    damage_specification,
     stress_misfits,
-    stresses_of,
 )
 from femic.scenes.engine import EngineTable, engine_misfits
 from femic.scenes.errors import BadScene, bad_scene, require_none
 from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute
-from femic.scenes.lines import (
-    default_lines,
-    figure_grid,
-    grid_misfits,
-    line_of,
-    patch_of,
-    single_load_misfits,
-)
-from femic.scenes.scene import Scene
+from femic.scenes.lines import LineAlongS, LineAlongX, default_lines, grid_misfits, single_load_misfits
+from femic.scenes.scene import Scene, StressSpecification
 from femic.scenes.scene_table import SceneTable, shared, tables
 from femic.scenes.wants import want_misfits
-from geometries.bodies import Body, common_extent
-from geometries.contours import Contour
+from geometries.bodies import common_extent
 from geometries.errors import WrongInput
+from geometries.patches import OffsetLine, Patch
 from geometries.surfaces import LOWER, UPPER
 
 # --- names, files and tables ----------------------------------------------------------------------------
@@ -108,16 +94,16 @@ def load_solid_scene(name_or_path: str) -> Scene:
     """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
-    scene = parse(table, path)
-    build = build_scene if scene.engine.engine.has_fields else check_scene
-    return build(name_of(path), text, scene)
+    file = parse(table, path)
+    return build_scene(name_of(path), text, file if file.engine.engine.has_fields else file.with_check_engine)
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
-    """Return the scene of a table with the keys of a scene file, for use from Python; raise BadScene."""
+    """Return the scene of a table with the keys of a scene file; raise BadScene."""
     table = deepcopy(table)
     make_files_absolute(table, SceneFile)
-    return build_scene(name, tomlkit.dumps(table), parse(table, Path(name)))
+    file = parse(table, Path(name))
+    return build_scene(name, tomlkit.dumps(table), file)
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
@@ -137,29 +123,23 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text and the table of a TOML file; raise BadScene for other files."""
+
+    def depth(value: Any) -> int:
+        """Return how deep tables and lists lie within each other."""
+        if not isinstance(value, dict | list):
+            return 0
+        return 1 + max(map(depth, value.values() if isinstance(value, dict) else value), default=0)
+
     try:
         text = path.read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
-        if _depth(table) > DEEPEST:
+        if depth(table) > DEEPEST:
             raise RecursionError
-    except RecursionError as error:
-        reason = f"tables and lists within each other more than {DEEPEST} deep"
-        raise _not_toml(path, reason) from error
-    except ValueError as error:  # neither UTF-8 nor TOML, or an integer of thousands of digits
-        raise _not_toml(path, str(error)[:SHORTENED]) from error
+    except (RecursionError, ValueError) as error:  # no UTF-8, no TOML, or an integer of thousands of digits
+        too_deep = f"tables and lists within each other more than {DEEPEST} deep"
+        reason = too_deep if isinstance(error, RecursionError) else str(error)[:SHORTENED]
+        raise BadScene(f"{path}: not TOML: {reason}. Compare with `femic scenes --show flat`") from error
     return text, table
-
-
-def _depth(value: Any) -> int:
-    """Return how deep tables and lists lie within each other."""
-    if not isinstance(value, dict | list):
-        return 0
-    entries = value.values() if isinstance(value, dict) else value
-    return 1 + max((_depth(entry) for entry in entries), default=0)
-
-
-def _not_toml(path: Path, reason: str) -> BadScene:
-    return BadScene(f"{path}: not TOML: {reason}. Compare with `femic scenes --show flat`")
 
 
 def scene_path(name_or_path: str) -> Path:
@@ -187,107 +167,101 @@ def name_of(path: Path) -> str:
     return name
 
 
-def parse(table: dict[str, Any], path: Path) -> SceneFile:
-    """Validate the keys and values of a scene table; raise BadScene, which names its file."""
+def parse(table: Mapping[str, Any], path: Path) -> SceneFile:
+    """Validate the keys and values of a scene; raise BadScene, which names its file."""
     try:
         return SceneFile.model_validate(table)
     except ValidationError as error:
         raise bad_scene(path, messages(error.errors())) from error
 
 
-# --- the scene of valid tables --------------------------------------------------------------------------
+# --- the scene of valid keys ----------------------------------------------------------------------------
 
 
-SIDES = {"lower": LOWER, "upper": UPPER}
 FLAT_REFERENCE_LENGTH = 10.0  # mm
+PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
 
 
-def build_scene(name: str, text: str, file: SceneFile) -> Scene:
-    """Return the scene of a valid file; raise BadScene where its parts do not fit together."""
+def build_scene(
+    name: str,
+    text: str,
+    file: SceneFile,
+    lines: Sequence[LineAlongX | LineAlongS | OffsetLine] | None = None,
+    contact: ContactSpecification | None = None,
+) -> Scene:
+    """Return the scene of valid keys; raise BadScene where they do not fit together.
+
+    `lines` and `contact` take the place of those of the file: Python knows points and gaps that no file has.
+    """
+    engine, domain = file.engine, file.engine.domain
     bodies = {
-        body: body_of(getattr(file, body), body, side, file.engine.domain) for body, side in SIDES.items()
+        "lower": file.lower.body("lower", LOWER, domain),
+        "upper": file.upper.body("upper", UPPER, domain),
     }
-    reference_length = file.reference_length or _crown_radius(bodies["lower"].contour)
-    extent, room = common_extent(bodies), _discount_room(bodies)
+    extent = common_extent(bodies)
+    step = 1e-4  # mm
+    crown = float(np.ptp(bodies["lower"].contour.core.inclination(np.array([-step, step])))) / (2 * step)
+    crown_radius = 1 / abs(crown) if abs(crown) > 1e-6 else FLAT_REFERENCE_LENGTH
+    reference_length = file.reference_length or crown_radius
+    turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())
+    room = float(min(domain.far_radius / 8, domain.half_length / 8, turn / 6, -extent[0], extent[1]))
     rotation_reach = file.rotation_reach or min(2 * reference_length, room)
-    patch = patch_of(file.patch, rotation_reach)
+    default_side = rotation_reach / PATCHES_IN_REACH
+    patch = Patch(**file.patch.model_dump()) if file.patch else Patch(default_side, default_side)
     settings = Settings(
-        engine=file.engine.engine,
-        cells=file.engine.cells(patch),
+        engine=engine.engine,
+        cells=engine.cells(patch),
         rotation_reach=rotation_reach,
         moment_arm=file.moment_arm or min(reference_length / 2, room / 2),
         approach_side=reference_length / APPROACH_SHARE,
-        **shared(file.engine, Settings),
+        **shared(engine, Settings),
     )
+    if lines is None:
+        lines = file.lines or default_lines(patch.s)
     resolved = {
         "name": name,
         "title": file.title or name,
         "text": text,
         "bodies": bodies,
         "compared": file.bodies,
-        "effective": effective_properties(file.effective),
+        "effective": file.effective.properties,
         "curvature_apart": file.effective.curvature_apart,
-        "calibration": calibration_of(file.calibration, patch, reference_length, extent),
+        "calibration": file.calibration.calibration(patch, reference_length, extent),
         "patch": patch,
-        "lines": tuple(line_of(line, extent) for line in file.lines or default_lines(patch.s)),
-        "grid": figure_grid(file.grid, patch),
+        "lines": tuple(line if isinstance(line, OffsetLine) else line.line(extent) for line in lines),
+        "grid": file.grid.grid(patch),
         "checked_strips": file.grid.check,
-        "contact": contact_of(file.contact),
-        "stresses": stresses_of(file.stresses),
-        "damage": damage_of(file.damage),
-        "support_radius": file.engine.far_radius or FAR_RADIUS,
+        "contact": contact or contact_specification(file.contact),
+        "stresses": StressSpecification(**dict(file.stresses)),
+        "damage": damage_specification(file.damage),
+        "support_radius": engine.far_radius or FAR_RADIUS,
         "settings": settings,
         "reference_length": reference_length,
-        "check": check_scene(name, text, file) if file.engine.needs_check else None,
+        "check": build_scene(name, text, file.with_check_engine, lines) if engine.needs_check else None,
     }
     scene = Scene(**shared(file, Scene) | resolved)
-    require_none(name, list(_table_misfits(scene, file)))
+    require_none(name, list(_misfits(scene, file)))
     return scene
 
 
-def check_scene(name: str, text: str, file: SceneFile) -> Scene:
-    """Return the scene with the engine that checks others."""
-    return build_scene(name, text, file.model_copy(update={"engine": file.engine.check_engine}))
+def _misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
+    """Yield what does not fit together in a scene; of some tables only where they are given.
 
-
-def misfits(scene: Scene) -> Iterator[str]:
-    """Yield what does not fit between the tables of a scene that each scene has."""
+    A contact without C has no use for the patch and the lines.
+    """
     yield from engine_misfits(scene)
     yield from contact_misfits(scene)
     yield from stress_misfits(scene)
     yield from want_misfits(scene)
     yield from effective_misfits(scene)
-
-
-def _table_misfits(scene: Scene, file: SceneFile) -> Iterator[str]:
-    """Yield what does not fit between the tables of a scene; of some tables only where they are given.
-
-    A contact without C has no use for the patch and the lines.
-    """
-    yield from misfits(scene)
-    contact = scene.contact
-    if {"patch", "lines"} & file.model_fields_set or "C" in contact.ics or not contact.loadings:
+    contact, given = scene.contact, file.model_fields_set
+    if {"patch", "lines"} & given or "C" in contact.ics or not contact.loadings:
         yield from single_load_misfits(scene)
     yield from damage_misfits(scene, file.damage)
-    if "grid" in file.model_fields_set:
+    if "grid" in given:
         yield from grid_misfits(scene)
-    if "calibration" in file.model_fields_set:
+    if "calibration" in given:
         yield from calibration_misfits(scene)
-
-
-def _discount_room(bodies: dict[str, Body]) -> float:
-    """Return the distance from the contact centre within which the discount has room [mm]."""
-    domain, extent = bodies["lower"].domain, common_extent(bodies)
-    turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())
-    return float(min(domain.far_radius / 8, domain.half_length / 8, turn / 6, -extent[0], extent[1]))
-
-
-def _crown_radius(contour: Contour) -> float:
-    """Return the radius of curvature at s = 0 [mm]; `FLAT_REFERENCE_LENGTH` where the contour is flat."""
-    step = 1e-4
-    inclinations = contour.core.inclination(np.array([-step, step]))
-    curvature = float(np.ptp(inclinations)) / (2 * step)
-    return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
 
 
 # --- messages -------------------------------------------------------------------------------------------
@@ -308,61 +282,50 @@ REMEDIES: Mapping[str, str] = {
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
     """Return errors of validation as lines, one per value.
 
-    Where a value may be of several types, only errors of its own type are listed, or of all types.
+    Where a value may be of several types, only errors of its own type are listed, or of all types. An error
+    about a whole value (of another type, or without enough valid entries) gives way to those within it.
     """
-    typed_fields = [f"{_field(detail)}." for detail in details if not _is_about_container(detail)]
+    whole = [detail["type"].endswith("_type") or detail["type"] == "too_short" for detail in details]
+    names = [_field(detail) for detail in details]
+    typed = [f"{name}." for name, is_whole in zip(names, whole, strict=True) if not is_whole]
     by_field: dict[str, list[ErrorDetails]] = {}
-    for detail in details:
-        field = _field(detail)
-        has_inner_error = any(inner.startswith(f"{field}.") for inner in typed_fields)
-        if not (_is_about_container(detail) and has_inner_error):
-            by_field.setdefault(field, []).append(detail)
+    for name, is_whole, detail in zip(names, whole, details, strict=True):
+        if not (is_whole and any(inner.startswith(f"{name}.") for inner in typed)):
+            by_field.setdefault(name, []).append(detail)
     return [
         " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
         for first, *others in by_field.values()
     ]
 
 
-def _is_about_container(detail: ErrorDetails) -> bool:
-    """Whether an error is about a whole value: of another type, or without enough valid entries."""
-    return detail["type"].endswith("_type") or detail["type"] == "too_short"
-
-
-def in_keys(message: object) -> str:
-    """Return a message in which `names` are keys of a scene file or options of commands."""
-    text = re.sub(r"`workers` = (\d+)", r"--workers \1", str(message))
-    return re.sub(r"`(\w+)`", lambda match: _key_of(match[1]), text)
-
-
-def _key_of(name: str) -> str:
-    if name in OPTIONS:
-        return f"--{name}"
-    tables: dict[str, type[SceneTable]] = {
-        "engine": EngineTable,
-        "contact": ContactTable,
-        "stresses": StressTable,
-    }
-    return next((f"{key}.{name}" for key, table in tables.items() if name in table.model_fields), name)
-
-
-def _field(detail: ErrorDetails) -> str:
-    return ".".join(str(part) for part in _without_tags(detail["loc"]))
-
-
 def message(detail: ErrorDetails) -> str:
     """Return one error as a line: field = value: reason; remedy."""
-    field = _field(detail)
-    kind = detail["type"]
+    field, kind = _field(detail), detail["type"]
     if not field:  # about the whole table: its reason names the keys
         return _reason(detail)
     if kind == "extra_forbidden":
         key = str(detail["loc"][-1])
-        similar = get_close_matches(key, sorted(_keys() - {key}), n=1)
+        known = sorted({key for table in tables() for key in table.model_fields} - {key})
+        similar = get_close_matches(key, known, n=1)
         hint = f"did you mean {similar[0]!r}?" if similar else "see `femic scenes --show flat` for all keys"
         return f"{field}: unknown key; {hint}"
-    value = "" if kind == "missing" else f" = {_value_text(detail['input'])}"
+    given = detail["input"]
+    text = str(given) if isinstance(given, Path) else repr(given)[:80]
+    value = "" if kind == "missing" else f" = {text}"
     remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
     return f"{field}{value}: {_reason(detail)}{remedy}"
+
+
+def _field(detail: ErrorDetails) -> str:
+    """Return the dotted name of a value, without the names of union members that pydantic inserts."""
+    location = detail["loc"]
+    parts = []
+    for part, previous in zip(location, (None, *location), strict=False):
+        is_line_kind = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        is_flank_type = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (is_line_kind or is_flank_type):
+            parts.append(str(part))
+    return ".".join(parts)
 
 
 def _reason(detail: ErrorDetails) -> str:
@@ -375,20 +338,18 @@ def _reason(detail: ErrorDetails) -> str:
     return REASONS.get(detail["type"], detail["msg"].removeprefix("Value error, "))
 
 
-def _value_text(value: object) -> str:
-    return str(value) if isinstance(value, Path) else repr(value)[:80]
+def in_keys(message: object) -> str:
+    """Return a message in which `names` are keys of a scene file or options of commands."""
 
+    def key(match: re.Match[str]) -> str:
+        name = match[1]
+        if name in OPTIONS:
+            return f"--{name}"
+        of_tables: dict[str, type[SceneTable]] = {
+            "engine": EngineTable,
+            "contact": ContactTable,
+            "stresses": StressTable,
+        }
+        return next((f"{key}.{name}" for key, table in of_tables.items() if name in table.model_fields), name)
 
-def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
-    """Yield the location without the names of union members that pydantic inserts."""
-    for k, part in enumerate(location):
-        previous = location[k - 1] if k else None
-        is_line_kind = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
-        is_flank_type = previous == "flank_inclination_deg" and isinstance(part, str)
-        if not (is_line_kind or is_flank_type):
-            yield part
-
-
-def _keys() -> set[str]:
-    """Return all keys that any table of a scene file may have."""
-    return {key for table in tables() for key in table.model_fields}
+    return re.sub(r"`(\w+)`", key, re.sub(r"`workers` = (\d+)", r"--workers \1", str(message)))

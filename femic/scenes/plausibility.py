@@ -30,17 +30,6 @@ def warnings(scene: Scene) -> list[str]:
     return [*per_body, *_domain_warnings(scene), *_pair_warnings(scene)]
 
 
-def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
-    yield from _contour_warnings(scene, name, body)
-    yield from _shape_warnings(scene, name, body)
-    yield from modulus_warnings(body.material.E, f"{name}.")
-    if body.material.nu > NEARLY_INCOMPRESSIBLE:
-        yield (
-            f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
-            "smaller cells (solid engine: and two to four times the iterations) for the same accuracy"
-        )
-
-
 def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
     """Yield what a Young's modulus [MPa] that no material has may mean; `of` goes before its key."""
     if E > STIFFEST:
@@ -50,7 +39,7 @@ def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
         )
 
 
-def _contour_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
+def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     patch, contour = scene.patch, body.contour
     patch_size = max(patch.a, patch.b)
     s = patch.s + np.linspace(-patch.b, patch.b, 201)
@@ -73,10 +62,13 @@ def _contour_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
                 f"patch.s = {patch.s:g}: the patch lies on the joint of arc and flank of {name}.contour "
                 f"(s = {joint:.4g} mm), where the curvature jumps"
             )
-
-
-def _shape_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
-    left, right = body.contour.inclination(np.array(body.contour.limits))
+    yield from modulus_warnings(body.material.E, f"{name}.")
+    if body.material.nu > NEARLY_INCOMPRESSIBLE:
+        yield (
+            f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
+            "smaller cells (solid engine: and two to four times the iterations) for the same accuracy"
+        )
+    left, right = contour.inclination(np.array(contour.limits))
     wedge = 180 + body.side * np.degrees(right - left)
     if wedge < THIN_WEDGE and body.outline is None:
         yield (

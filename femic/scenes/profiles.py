@@ -21,7 +21,7 @@ from geometries.profiles.files import read_profile
 from geometries.profiles.pieces import Outline
 from geometries.profiles.placement import arc_length_at, spline_contour
 from geometries.profiles.preparation import Prepared, prepare
-from geometries.profiles.profile import UNITS, Kind, Profile
+from geometries.profiles.profile import UNITS, Kind
 from geometries.profiles.sections import LISTS, SectionChoice, read_section
 from geometries.profiles.standards import NAMED, named
 
@@ -110,54 +110,53 @@ class ProfileTable(SceneTable):
         """Turn of the section [rad], from y to z."""
         return float(np.arctan(self.rail_inclination) + np.radians(self.turn_deg))
 
-    def of_kind(self) -> Kind:
+    def rail_or_wheel(self) -> Kind:
         """Return whether it is a rail or a wheel; raise WrongInput for a file that cannot be read."""
         return named(self.standard).kind if self.standard is not None else self._prepared().kind
 
     def contour(self) -> Contour:
         """Return the contour at the contact centre; raise WrongInput for files and keys that have none."""
-        curve = self._curve()
-        with _in_keys(self._place):
-            return spline_contour(
-                curve, self._centre(curve), turn=self.turn, steepest=float(np.radians(self.steepest_deg))
-            )
+        steepest = float(np.radians(self.steepest_deg))
+        with self._at_centre() as (curve, centre):
+            return spline_contour(curve, centre, turn=self.turn, steepest=steepest)
 
     def placed(self, points: Array) -> Array:
         """Return points (2, n) [mm], given in the axes of the profile, in those of the contour."""
-        curve, (cos, sin) = self._curve(), (np.cos(self.turn), np.sin(self.turn))
-        with _in_keys(self._place):
-            origin = curve.position(np.array(self._centre(curve)))
+        cos, sin = np.cos(self.turn), np.sin(self.turn)
+        with self._at_centre() as (curve, centre):
+            origin = curve.position(np.array(centre))
         return np.array([[cos, -sin], [sin, cos]]) @ (points - origin[:, None])
 
-    def _curve(self) -> "Prepared | Outline":
-        """Return the curve of the profile, in its axes; raise WrongInput for files that have none."""
-        return named(self.standard).outline if self.standard is not None else self._prepared()
+    @contextmanager
+    def _at_centre(self) -> "Iterator[tuple[Prepared | Outline, float]]":
+        """A context with the curve, in its axes, and the arc length of the contact centre on it [mm].
 
-    def _centre(self, curve: "Prepared | Outline") -> float:
-        """Return the arc length of the contact centre on the curve [mm]."""
-        centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
-        assert centre is not None
-        return centre
-
-    @property
-    def _place(self) -> str:
-        """The key of the contact centre, with its value."""
-        by_y = f"y_centre = {self.y_centre}"
-        return by_y if self.y_centre is not None else f"s_centre = {self.s_centre}"
+        Messages in it have the keys of a contour in place of the arguments of functions.
+        """
+        curve = named(self.standard).outline if self.standard is not None else self._prepared()
+        by_y = self.y_centre is not None
+        key = f"y_centre = {self.y_centre}" if by_y else f"s_centre = {self.s_centre}"
+        try:
+            centre = self.s_centre if self.y_centre is None else arc_length_at(curve, self.y_centre)
+            assert centre is not None
+            yield curve, centre
+        except WrongInput as error:
+            _, _, reason = str(error).partition(": ")
+            for argument, own in ARGUMENTS.items():
+                reason = reason.replace(argument, own)
+            raise WrongInput(f"contour.{key}: {reason}") from error
 
     def _prepared(self) -> Prepared:
         """Return the smooth curve of the file; raise WrongInput with the keys to add."""
         assert self.file is not None
-        how = Reading(
-            self.profile_kind,
-            self.axes,
-            self.unit,
-            self.surface,
-            self.tolerance,
-            SectionChoice(self.section, self.section_at),
-        )
-        with _in_keys(""):
-            return prepared_file(self.file, how)
+        choice = SectionChoice(self.section, self.section_at)
+        reading = Reading(self.profile_kind, self.axes, self.unit, self.surface, self.tolerance, choice)
+        try:
+            return prepared_file(self.file, reading)
+        except WrongInput as error:
+            path, separator, reason = str(error).partition(": ")
+            text = f"contour.file = {path}{separator}{KIND.sub('profile_kind', reason)}"
+            raise WrongInput(text) from error
 
 
 @dataclass(frozen=True)
@@ -172,61 +171,39 @@ class Reading:
     section: SectionChoice = NO_SECTION
 
 
-def prepared_file(path: Path, how: Reading) -> Prepared:
-    """Return the smooth curve of a file; raise WrongInput, with the path, where there is none."""
-    if _is_list(path):
-        return _prepared_by(path, how)  # its profiles may have changed, not the list
+def prepared_file(path: Path, reading: Reading) -> Prepared:
+    """Return the smooth curve of a file; raise WrongInput, with the path, where there is none.
+
+    A file is read again where it has changed. Of a list of sections the profiles may have, and not the list.
+    """
     try:
-        seen = path.stat()
+        stat = None if path.suffix.lower() in LISTS else path.stat()
     except OSError:
-        return _prepared(path, how, ())  # raises, and says why
-    return _prepared(path, how, (path.resolve(), seen.st_mtime_ns, seen.st_size))
+        stat = None  # reading it says why
+    if stat is None:
+        return _prepare(path, reading)
+    return _prepared_as_seen(path, reading, (path.resolve(), stat.st_mtime_ns, stat.st_size))
 
 
 @lru_cache(maxsize=READ)
-def _prepared(path: Path, how: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
+def _prepared_as_seen(path: Path, reading: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
     """Return the smooth curve of a file as it was seen: which it is, its time and size."""
-    return _prepared_by(path, how)
+    return _prepare(path, reading)
 
 
-def _is_list(path: Path) -> bool:
-    return path.suffix.lower() in LISTS
-
-
-def _prepared_by(path: Path, how: Reading) -> Prepared:
+def _prepare(path: Path, reading: Reading) -> Prepared:
     """Return the smooth curve of a file, or of a section of a list."""
-    profile = _profile(path, how)
+    kind, section, lists = reading.kind, reading.section, ", ".join(LISTS)
+    options = {"axes": reading.axes, "unit": reading.unit}
+    if path.suffix.lower() in LISTS:
+        profile = read_section(path, section, **options, surface=reading.surface)
+        if kind not in {None, profile.kind}:
+            raise WrongInput(f"{path}: kind = '{kind}': it is a list of {profile.kind}s; leave it out")
+    elif section != NO_SECTION:
+        raise WrongInput(f"{path}: section and section_at are of lists of sections ({lists})")
+    else:
+        profile = read_profile(path, kind, **options, surface=reading.surface)
     try:
-        return prepare(profile, how.tolerance)
+        return prepare(profile, reading.tolerance)
     except (WrongInput, Failure) as error:
         raise WrongInput(f"{path}: {error}") from error
-
-
-def _profile(path: Path, how: Reading) -> Profile:
-    """Return the profile of a file, or of a section of a list."""
-    options = {"axes": how.axes, "unit": how.unit}
-    if not _is_list(path):
-        if how.section != NO_SECTION:
-            raise WrongInput(f"{path}: section and section_at are of lists of sections ({', '.join(LISTS)})")
-        return read_profile(path, how.kind, **options, surface=how.surface)
-    profile = read_section(path, how.section, **options, surface=how.surface)
-    if how.kind not in {None, profile.kind}:
-        raise WrongInput(f"{path}: kind = '{how.kind}': it is a list of {profile.kind}s; leave it out")
-    return profile
-
-
-@contextmanager
-def _in_keys(place: str) -> Iterator[None]:
-    """Turn the arguments of functions in messages into the keys of a contour."""
-    try:
-        yield
-    except WrongInput as error:
-        text = str(error)
-        if not place:
-            path, separator, reason = text.partition(": ")
-            text = f"contour.file = {path}{separator}{KIND.sub('profile_kind', reason)}"
-            raise WrongInput(text) from error
-        _, _, reason = text.partition(": ")
-        for argument, key in ARGUMENTS.items():
-            reason = reason.replace(argument, key)
-        raise WrongInput(f"contour.{place}: {reason}") from error

@@ -10,11 +10,13 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.store import Store
 from femic.scenes.scene import Scene
+
+NAME = "{}.receipt.json"  # of the file, by the command
 
 
 class Receipt(BaseModel):
@@ -38,10 +40,11 @@ def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Itera
 
     An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
     """
-    _path(folders.make(folder), command).unlink(missing_ok=True)
+    path = folders.make(folder) / NAME.format(command)
+    path.unlink(missing_ok=True)
     yield folder
     digests = {name: _digest(folder / name) for name in files}
-    write_text(Receipt(key=key, sha256=digests).model_dump_json(indent=1), _path(folder, command))
+    write_text(Receipt(key=key, sha256=digests).model_dump_json(indent=1), path)
 
 
 def holds(folder: Path, command: str, key: str) -> bool:
@@ -57,14 +60,10 @@ def changed(folder: Path, command: str) -> list[str]:
     return [name for name, digest in digests.items() if _digest(folder / name) != digest]
 
 
-def _path(folder: Path, command: str) -> Path:
-    return folder / f"{command}.receipt.json"
-
-
 def _read(folder: Path, command: str) -> Receipt | None:
     """Return the receipt of a command, None without a readable one."""
     try:
-        return Receipt.model_validate_json(_path(folder, command).read_bytes())
+        return Receipt.model_validate_json((folder / NAME.format(command)).read_bytes())
     except (OSError, ValueError):
         return None
 

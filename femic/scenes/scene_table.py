@@ -2,12 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 from pydantic import BaseModel, ConfigDict
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 LIMIT_SLACK = 1e-9  # share by which rounding may exceed a limit
 
@@ -18,13 +15,13 @@ class SceneTable(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-def shared(table: SceneTable, noun: "type[DataclassInstance]") -> dict[str, Any]:
+def shared(table: SceneTable, noun: type[Any]) -> dict[str, Any]:
     """Return the values of keys that are fields of a dataclass, too, by name."""
     names = {field.name for field in fields(noun)}
     return {key: getattr(table, key) for key in type(table).model_fields if key in names}
 
 
-def keys_of(noun: "type[DataclassInstance]", types: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def declared_keys(noun: type[Any], types: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the keys that a dataclass declares, by name: type and default, as pydantic makes models of them.
 
     Descriptions and limits are `Annotated` there; `types` are other types of the values of some keys.

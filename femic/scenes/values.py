@@ -32,35 +32,26 @@ def value_of(text: str) -> Value:
     if text in NAMED:
         return text
     if DECIMAL.fullmatch(text):
-        return _number(text)
-    if _is_number(text):
-        raise _no_decimal(text)
-    item = None
-    with suppress(TOMLKitError, RecursionError):  # the latter of lists that lie thousands deep
-        item = tomlkit.value(text)
-    for number in _numbers(item):
+        value = as_float(text)
+        if not np.isfinite(value):
+            raise BadScene(f"{text[:SHOWN]}: is too large for a number")
+        return int(text) if WHOLE.fullmatch(text) and abs(value) <= LARGEST_WHOLE else value
+    numbers, item = [], None
+    with suppress(ValueError):
+        float(text)  # Python takes it for a number
+        numbers.append(text)
+    if not numbers:
+        with suppress(TOMLKitError, RecursionError):  # the latter of lists that lie thousands deep
+            item = tomlkit.value(text)
+        numbers += _numbers(item)
+    for number in numbers:
         if not DECIMAL.fullmatch(number):
-            raise _no_decimal(number)
-        _number(number)
-    value = None if item is None else item.unwrap()
-    return value if isinstance(value, bool | str | list) else text
-
-
-def _number(text: str) -> int | float:
-    """Return a plain decimal number; raise BadScene where it is too large."""
-    value = as_float(text)
-    if not np.isfinite(value):
-        raise BadScene(f"{text[:SHOWN]}: is too large for a number")
-    return int(text) if WHOLE.fullmatch(text) and abs(value) <= LARGEST_WHOLE else value
-
-
-def _is_number(text: str) -> bool:
-    """Whether Python takes a text for a number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+            raise BadScene(
+                f"{number[:SHOWN]}: is no finite plain decimal number: write one, such as 16 or 1.5e3"
+            )
+        value_of(number)  # raises for one that is too large
+    plain = None if item is None else item.unwrap()
+    return plain if isinstance(plain, bool | str | list) else text
 
 
 def _numbers(item: object) -> Iterator[str]:
@@ -70,7 +61,3 @@ def _numbers(item: object) -> Iterator[str]:
     elif isinstance(item, Array | AbstractTable):
         for part in item.values() if isinstance(item, AbstractTable) else item:
             yield from _numbers(part)
-
-
-def _no_decimal(number: str) -> BadScene:
-    return BadScene(f"{number[:SHOWN]}: is no finite plain decimal number: write one, such as 16 or 1.5e3")

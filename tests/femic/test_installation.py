@@ -11,7 +11,7 @@ import pytest
 import femic
 from femic.cli import doctor as installation
 from femic.cli.doctor import Finding, SelfTest
-from femic.cli.main import exit_code
+from femic.cli.main import OWN_NAMES, exit_code
 
 GOOD = Finding("numpy", True, "2.4")
 
@@ -25,7 +25,7 @@ def _distributions_once():
 
 
 def test_import_names_lead_here():
-    for name in installation.NAMES:
+    for name in OWN_NAMES:
         finding = installation.import_name(name)
         assert finding.holds
         assert Path(finding.text).name == name

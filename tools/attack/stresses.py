@@ -3,7 +3,7 @@
 import random
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from fuzz import by_code, changed, outcome
 from outcomes import Outcome
 
 from femic.cli.main import exit_code
-from femic.cli.stresses import Constants, OneContact
+from femic.cli.stresses import option_changes
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.reference.run_options import RunOptions
@@ -72,9 +72,7 @@ def stresses(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
 
 def _read(path: Path, options: Mapping[str, Any], *, solve: bool) -> str:
     """Read a scene as the command does; solve its contact, with wear and fatigue numbers, if asked."""
-    keys = [kind(**_of(kind, options)).keys for kind in (OneContact, Constants)]
-    changes = {table: values for tables in keys for table, values in tables.items() if values}
-    scene = load_scene(str(path), changes)
+    scene = load_scene(str(path), option_changes(**options))
     contacts.require_stresses(scene)
     if not solve:
         return "taken"
@@ -87,10 +85,6 @@ def _read(path: Path, options: Mapping[str, Any], *, solve: bool) -> str:
     for name, rolling in solved.rolling.items():
         _require_damage(name, compute_damage(rolling, scene.damage), solved.friction)
     return "solved"
-
-
-def _of(kind: type, options: Mapping[str, Any]) -> dict[str, Any]:
-    return {field.name: options[field.name] for field in fields(kind) if field.name in options}
 
 
 def _require_damage(name: str, damage: xr.Dataset, friction: float) -> None:

@@ -59,7 +59,7 @@ from compare.campaigns.report.summary import (
 from compare.report.looks import symbol_of
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import Cell, Column, Row, Table, texts
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.cache.files import replacing
 from geometries.arrays import Array
 

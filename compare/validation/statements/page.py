@@ -26,7 +26,7 @@ from compare.validation.statements.contact_series import estimate_of
 from compare.validation.statements.criteria import Criterion, Statement
 from compare.validation.statements.registry import STATEMENTS
 from compare.validation.statements.runs import Runs
-from femic.cache import files as folders
+from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
 from femic.results.ics import measure_of, reference_of, seconds_of
 from femic.results.ics_dataset import finite

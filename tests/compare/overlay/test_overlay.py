@@ -25,7 +25,7 @@ from compare.pages.overlay_sources import MOST_SCENES, differences, load, source
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import OWN, symbol_of
 from femic.cache.digests import code_digest
-from femic.cache.files import LOCK
+from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
 from tests.compare.conftest import on_line, scene_text

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from femic.cache import files
 from femic.cache.files import UNFINISHED, remove_unfinished, replacing, write_dataset, write_text
 from geometries.errors import Failure
 
@@ -56,7 +55,7 @@ def test_dataset_that_cannot_be_read_back_is_not_written(tmp_path, monkeypatch):
         result["p"][2] = np.nan  # what a disk has lost
         return result
 
-    monkeypatch.setattr(files, "open_dataset", other)
+    monkeypatch.setattr(xr, "open_dataset", other)
     with pytest.raises(Failure, match=r"a\.nc: p of it cannot be read back"):
         write_dataset(DATASET.assign_attrs(title="new"), path)
     monkeypatch.undo()

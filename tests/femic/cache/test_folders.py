@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from femic.cache import files as folders
-from femic.cache.files import LOCK, UNFINISHED, locked, replacing, require_usable
+from femic.cache import folders
+from femic.cache.files import UNFINISHED, replacing
+from femic.cache.folders import LOCK, locked, require_usable
 from geometries.errors import Failure, WrongInput
 
 HOLDING = (
-    "import sys, time; from pathlib import Path; from femic.cache.files import locked\n"
+    "import sys, time; from pathlib import Path; from femic.cache.folders import locked\n"
     "with locked(Path(sys.argv[1])):\n"
     "    print('held', flush=True); time.sleep(60)\n"
 )

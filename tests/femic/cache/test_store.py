@@ -155,7 +155,7 @@ def test_unparsable_entries_are_logged_and_computed_again(tmp_path, read, caplog
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
-    monkeypatch.setattr("femic.cache.store._npz", lambda _: b"no archive")
+    monkeypatch.setattr(np, "savez", lambda buffer, **_: buffer.write(b"no archive"))
     store.put("key", ENTRY)
     store.put_part("key", "part", {"u": np.eye(2)})
     assert (store.get("key") if read == "get" else store.part("key", "part")) is None

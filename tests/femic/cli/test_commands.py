@@ -13,7 +13,6 @@ import xarray as xr
 from compare.pages.friction_pages import PAGES
 from compare.studies.frontier import Advice, Choice, Question
 from compare.validation.statements.registry import STATEMENTS
-from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.contact.pairs.grids import grids_of
 from femic.reference.engine import ExpectedCost
@@ -60,7 +59,7 @@ def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeyp
     def failing(_):
         raise error
 
-    monkeypatch.setattr("femic.cli.scenes.load_scene", failing)
+    monkeypatch.setattr("femic.cli.plan.load_scene", failing)
     assert exit_code(["plan", "flat"]) == code
     assert capsys.readouterr().err.startswith(says)
 
@@ -74,7 +73,7 @@ def test_internal_errors_are_not_hidden(monkeypatch):
     def failing(_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr("femic.cli.scenes.load_scene", failing)
+    monkeypatch.setattr("femic.cli.plan.load_scene", failing)
     with pytest.raises(ZeroDivisionError):
         exit_code(["plan", "flat"])
 
@@ -230,10 +229,10 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
             "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
         ),
     ]
-    monkeypatch.setattr(planning, "run_plans", lambda *_: steps)
-    monkeypatch.setattr(planning, "matrix_plans", lambda *_: steps[:1])
-    monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
-    monkeypatch.setattr(planning, "expected_seconds", lambda _: 2.1)
+    monkeypatch.setattr("femic.results.ics.run_plans", lambda *_: steps)
+    monkeypatch.setattr("femic.results.matrices.matrix_plans", lambda *_: steps[:1])
+    monkeypatch.setattr("femic.results.matrices.file_size", lambda _: 12.4e6)
+    monkeypatch.setattr("femic.results.matrices.expected_seconds", lambda _: 2.1)
     assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
     output = " ".join(capsys.readouterr().out.split())
     assert "tolerance 0.01, 4 workers" in output
@@ -248,15 +247,15 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
 def planned_jobs(monkeypatch):
     """The jobs of contact that plans count, where each takes one model."""
     step, recorded_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
-    for name in ("run_plans", "matrix_plans"):
-        monkeypatch.setattr(planning, name, lambda *_: [step])
-    monkeypatch.setattr(planning, "plans", lambda jobs, _: recorded_jobs.append(jobs) or [step])
+    for name in ("ics.run_plans", "matrices.matrix_plans"):
+        monkeypatch.setattr(f"femic.results.{name}", lambda *_: [step])
+    monkeypatch.setattr("femic.reference.plan.plans", lambda jobs, _: recorded_jobs.append(jobs) or [step])
     return recorded_jobs
 
 
 def test_plan_of_contact_counts_nn_on_the_grids_of_contact(planned_jobs, monkeypatch, capsys):
     scene = load_scene("tall", {"contact": {"elements": 8}})
-    monkeypatch.setattr("femic.cli.scenes.load_scene", lambda _: scene)
+    monkeypatch.setattr("femic.cli.plan.load_scene", lambda _: scene)
     assert exit_code(["plan", "tall"]) == DONE
     ((grid, _),) = grids_of(scene.contact_problem)
     (jobs,) = planned_jobs
@@ -275,16 +274,16 @@ def test_plan_of_contact_with_friction_counts_all_components(planned_jobs, capsy
 
 def test_plan_with_the_solid_engine_refuses_matrix_and_contact(monkeypatch, capsys):
     step = ModelPlan("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
-    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
+    monkeypatch.setattr("femic.results.ics.run_plans", lambda *_: [step])
     small = {"contact": {"loads": [7.4e3], "elements": 8}}
-    monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, small))
+    monkeypatch.setattr("femic.cli.plan.load_scene", lambda name: load_scene(name, small))
     with monkeypatch.context() as patch:  # what the models take is not asked
-        for name in ("matrix_plans", "plans"):
-            patch.setattr(planning, name, lambda *_: [step])
+        for name in ("results.matrices.matrix_plans", "reference.plan.plans"):
+            patch.setattr(f"femic.{name}", lambda *_: [step])
         assert exit_code(["plan", "tall"]) == DONE
     assert "engine.kind" not in capsys.readouterr().out
     solid = small | {"engine": {"kind": "solid"}}
-    monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, solid))
+    monkeypatch.setattr("femic.cli.plan.load_scene", lambda name: load_scene(name, solid))
     assert exit_code(["plan", "tall"]) == DONE
     output = " ".join(capsys.readouterr().out.split())
     for name in ("matrix", "contact"):

@@ -7,7 +7,7 @@ from time import perf_counter, sleep
 
 import pytest
 
-from femic.cli.interruptions import delivered
+from femic.cli.main import delivered_interruptions
 
 
 class Interrupted:
@@ -31,7 +31,7 @@ def work():
 
 def test_interruption_in_a_destructor_ends_the_work():
     start = perf_counter()
-    with pytest.raises(KeyboardInterrupt), delivered():
+    with pytest.raises(KeyboardInterrupt), delivered_interruptions():
         work()
     assert perf_counter() - start < 30.0  # it does not wait for the end of a blocking call
 
@@ -44,6 +44,6 @@ def test_other_errors_in_destructors_reach_the_previous_hook(monkeypatch):
         def __del__(self):
             raise ValueError
 
-    with delivered():
+    with delivered_interruptions():
         Failing()
     assert [error.exc_type for error in forwarded] == [ValueError]

@@ -67,17 +67,18 @@ def test_a_wrong_tolerance_of_statements_is_refused_before_heavy_libraries_load(
 
 
 def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
-    (tmp_path / "lazily").mkdir()
-    (tmp_path / "lazily/inner.py").write_text("import lazily.trace\nanswer = 42\n")
-    (tmp_path / "lazily/trace.py").write_text("")
+    (tmp_path / "lazily.py").write_text("from colorsys import hls_to_rgb\nanswer = 42\n")
     monkeypatch.syspath_prepend(tmp_path)
     finders = list(sys.meta_path)
     with lazy_imports():
-        from lazily import inner  # noqa: PLC0415
+        import lazily  # noqa: PLC0415
     assert sys.meta_path == finders
-    assert "lazily.trace" not in sys.modules
-    assert inner.answer == 42
-    assert "lazily.trace" in sys.modules
+    assert "lazily" not in sys.modules
+    assert lazily.answer == 42
+    with lazy_imports():
+        import lazily as again  # noqa: PLC0415
+    assert again is sys.modules["lazily"]
+    assert lazily.hls_to_rgb is sys.modules["colorsys"].hls_to_rgb
 
 
 def test_a_lazy_import_of_no_module_is_an_error():

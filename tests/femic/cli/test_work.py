@@ -9,7 +9,7 @@ from rich.console import Console
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.parts import Page, Section, write_page
 from femic.cache.digests import code_digest
-from femic.cache.files import LOCK, locked
+from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
 from femic.cli.work import Work, announce, store_at
 from femic.reference.run_options import cores

@@ -171,6 +171,7 @@ def test_a_figure_of_contacts_has_the_pressures_of_its_cases(loads, pressed):
     exchanged = contacts_by_label("contact", loads.isel(case=[1, 0]))
     largest = [np.nanmax(pressure.values) for (pressure,) in surfaces(exchanged).steps.values()]
     np.testing.assert_array_equal(largest, loads.p_max.sel(ics="Bhat", case=[4e3, 1e3]))
+    assert femic.plot_contact(pressed).axes[0].get_legend_handles_labels()[1]
     assert len(femic.plot_contact(loads.isel(case=[1])).axes) < len(femic.plot_contact(loads).axes)
 
 

@@ -92,10 +92,10 @@ MISTAKES = {  # the field and the value, or what is allowed, as regular expressi
     "nothing to compare": (lambda: femic.compare_ics(xr.Dataset()), "ics: .*without the variable ic"),
     # options
     "workers are halves": (lambda: femic.Options(workers=1.5), r"workers = 1\.5: give a whole number"),
-    "workers are negative": (lambda: femic.Options(workers=-1), "workers = -1: at least 1"),
+    "workers are none": (lambda: femic.Options(workers=0), "workers = 0: at least 1"),
     "tolerance is in percent": (lambda: femic.Options(tolerance=5), "tolerance = 5.*at most 1"),
     "tolerance is text": (lambda: femic.Options(tolerance="1%"), "tolerance = '1%'"),
-    "engine is unknown": (lambda: femic.Options(engine="fem"), "engine = 'fem': .*'harmonic'"),
+    "engine is unknown": (lambda: femic.Options(engine="fem"), "engine = 'fem': .*'harmonic' or 'solid'"),
     "store is unknown": (lambda: femic.Options(store="foo://x"), "store = 'foo://x': .*foo.*give a folder"),
     "store is a file": (lambda: femic.Options(store=__file__), "store = .*is a file: give a folder"),
     "report is text": (lambda: femic.Options(report="print"), "report = 'print': give a function"),

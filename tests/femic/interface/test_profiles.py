@@ -5,7 +5,7 @@ import pytest
 
 import femic
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.interface.options import scene_of
+from femic.interface.options import make_scene
 from geometries.profiles.standards import standard_profile
 from tests.samples import ERROR, write_head
 
@@ -107,7 +107,7 @@ def test_pairs_of_profiles_are_those_of_a_scene_file():
         femic.Body(lower, file.lower.material),
         reference_length=file.reference_length,
     )
-    first, second = (scene_of(pair, femic.Options(), {}).bodies for pair in (ours, file))
+    first, second = (make_scene(pair, femic.Options()).bodies for pair in (ours, file))
     s = np.linspace(-15, 15, 61)
     for body in ("upper", "lower"):
         positions = [bodies[body].contour.position(s) for bodies in (first, second)]
@@ -193,12 +193,11 @@ WRONG = {
     "beside": (lambda: RAIL.at(99.0), r"y_centre = 99\.0"),
     "steepest": (lambda: RAIL.at(0.0, steepest_deg=90.0), r"steepest_deg = 90\.0"),
     "turned wheel": (
-        lambda: scene_of(
+        lambda: make_scene(
             femic.Pair(
                 femic.Body(CONE.at(0.0, turn_deg=1.0), STEEL, 460.0), femic.Body(femic.plane(), STEEL)
             ),
             femic.Options(),
-            {},
         ),
         "turn",
     ),

@@ -10,7 +10,7 @@ import tomlkit
 from compare.campaigns.keys import CampaignFile
 from compare.campaigns.load import load_campaign
 from femic.cli.main import exit_code
-from femic.scenes.bodies import CONTOURS, OutlineTable
+from femic.scenes.bodies import CONTOURS, OutlineTable, PlaneTable
 from femic.scenes.contact import ContactTable
 from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute, replace_files
@@ -19,6 +19,7 @@ from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene_table import tables
 from geometries.outlines import RAIL_SECTIONS
 from tests.compare.conftest import scene_text
+from tests.femic.reference.stand_ins import b_hat_as_c
 
 KEYS = {  # that name files, and what is in these
     "lower.contour": {"kind": "points", "file": "rail.txt"},
@@ -146,7 +147,8 @@ def test_outlines_are_found_from_another_folder(tmp_path, monkeypatch):
     make_files_absolute(table["outline"], OutlineTable, tmp_path)
     monkeypatch.chdir("/")
     outline = OutlineTable.model_validate(table["outline"], strict=False)
-    np.testing.assert_allclose(outline._points(), section.corners)
+    corners = outline.outline(PlaneTable(kind="plane")).corners
+    np.testing.assert_allclose(corners, section.corners)
 
 
 def test_maps_are_found_from_another_folder(tmp_path):
@@ -159,6 +161,9 @@ def test_maps_are_found_from_another_folder(tmp_path):
 def test_what_run_writes_can_be_run_again_and_compared(tmp_path, monkeypatch):
     """`femic run`, its scene from another folder, and `femic compare` of both folders."""
     options = ["--store", str(tmp_path / "store")]
+    b_hat_as_c(monkeypatch)
+    few = {"bodies": ["lower"], "components": ["nn"], "variants": ["A"]}
+    (tmp_path / "home/mine.toml").write_text(tomlkit.dumps(few | with_files()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert exit_code(["run", "home/mine.toml", "--out", "first", *options]) == 0
     away = tmp_path / "away"

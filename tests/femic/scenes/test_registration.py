@@ -89,7 +89,6 @@ def test_commands_take_a_registered_contour(parabola, tmp_path, capsys):
     out = ["--out", str(tmp_path / "out"), "--workers", "1"]
     parabola.write_text('bodies = ["lower"]\n' + parabola.read_text().replace(', "sn"]', "]"))
     assert exit_code(["scenes", "--show", str(parabola)]) == DONE
-    assert exit_code(["plan", str(parabola)]) == DONE
     assert exit_code(["run", str(parabola), *out]) == DONE, capsys.readouterr()
     results = xr.load_dataset(tmp_path / "out" / "ics.nc")
     nn = results.ic.sel(i="n", j="n", body="lower")

@@ -10,7 +10,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.scene_table import SceneTable, keys_of, shared, tables
+from femic.scenes.scene_table import SceneTable, declared_keys, shared, tables
 from geometries.errors import WrongInput
 
 
@@ -21,7 +21,9 @@ class Wheel:
     name: str = ""
 
 
-WheelTable = create_model("WheelTable", __base__=SceneTable, **keys_of(Wheel, {"radius": Length | None}))
+WheelTable = create_model(
+    "WheelTable", __base__=SceneTable, **declared_keys(Wheel, {"radius": Length | None})
+)
 
 
 def test_a_table_has_the_defaults_descriptions_and_limits_of_the_dataclass():

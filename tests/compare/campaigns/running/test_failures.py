@@ -20,7 +20,7 @@ from compare.campaigns.crew import SCENES_PER_WORKER, Crew, report_of
 from compare.campaigns.integrity import open_sweep
 from compare.campaigns.run import Options, Progress
 from compare.campaigns.tasks import Origin, Unusable, registrations
-from femic.cache.files import locked
+from femic.cache.folders import locked
 from femic.cache.store import Store
 from geometries.errors import Failure
 from tests.compare.campaigns.campaigns import LIGHT, campaign_in, register, swept, threads
