@@ -13,8 +13,7 @@ import xarray as xr
 from matplotlib.colors import to_hex
 from rich.table import Table as Printed
 
-from compare.pages.ics import body_name
-from compare.pages.ics_figures import combined_first, main_body
+from compare.pages.ics import body_name, combined_first, main_body
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import COMPONENTS, MEASURE, VANISHING, cell_of, percent
 from compare.report.looks import INK, Look, looks_of

@@ -11,7 +11,6 @@ from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():
-    from compare.pages import stress_answers as answers
     from compare.pages import stresses as page
     from femic.results import stressed_contact as contacts
     from femic.results import stresses as compute
@@ -101,7 +100,7 @@ def stresses(
         results = compute.compute_stresses(loaded, options)
         options.watch.on_stage("charts of the report")
         dataset, report = page.write_stresses(results, folder)
-    console.print(answers.summary(dataset), soft_wrap=True)
+    console.print(page.summary(dataset), soft_wrap=True)
     announce(report, console)
 
 
