@@ -86,7 +86,8 @@ MEASURES = {  # of `Deviation`: the errors, the weights below them, and which co
 CHART = (
     "Displacements of the {} ICs per total load of 1 kN on an element of strip {} (cross, s = {:.3g} mm); "
     "at x < 0, xs, sx, xn and nx change sign. The first map is the matrix of the file. Approximations are "
-    "ICs of half-spaces: they are compared with C after the discount of [BVSV], with the band of its estimate. "
+    "ICs of half-spaces: they are compared with C after the discount of [BVSV], with the band of its "
+    "estimate. "
 )
 
 

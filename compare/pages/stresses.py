@@ -69,10 +69,10 @@ def summary(dataset: xr.Dataset) -> str:
         true = dataset.sel(body=body, source=TRUE)
         number = with_estimate(true.von_mises, true.estimate_von_mises)
         found.append(f"{body} body {number} MPa {place_text(true, 'von_mises')}")
-    attributes = dataset.attrs
+    load, friction, p_max = (dataset.attrs[key] for key in ("load", "friction", "p_max_of_reference"))
     return (
-        f"Largest von Mises stress at {attributes['load']}, friction {attributes['friction']:g} (tractions "
-        f"of {reference_symbol(dataset)}, p_max {attributes['p_max_of_reference']:.0f} MPa): {'; '.join(found)}."
+        f"Largest von Mises stress at {load}, friction {friction:g} (tractions of "
+        f"{reference_symbol(dataset)}, p_max {p_max:.0f} MPa): {'; '.join(found)}."
     )
 
 
