@@ -96,7 +96,7 @@ def profiles(
         return
     ones = [_understood(name, options) for name in names]
     _check([one.file for one in ones], [one.kind for one in ones], write)
-    targets = page.folders_of(ones, out or OUT / "profiles")
+    targets = page.page_folders(ones, out or OUT / "profiles")
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)
