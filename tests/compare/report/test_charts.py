@@ -288,7 +288,7 @@ def test_markers_are_drawn_on_curves_of_few_points_only():
 
 
 def test_open_markers_are_drawn_open_on_paper():
-    filled, hollow = (static.style_of(Look("#123456", "", marker)) for marker in ("square", "square-open"))
+    filled, hollow = (static.line_style(Look("#123456", "", marker)) for marker in ("square", "square-open"))
     assert filled["marker"] == hollow["marker"] == "s"
     assert "markerfacecolor" not in filled
     assert hollow["markerfacecolor"] == "white"
