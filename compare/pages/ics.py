@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from compare.report import static
 from compare.report.charts import Chart, Curve, Panel, chart_of, mark_points
-from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, cell_of, error_row
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
 from compare.report.looks import Look, drawing_order, looks_of, symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.tables import Cell, Row, Table, numbers, texts
@@ -67,7 +67,9 @@ def summary(scenes: Scenes) -> str:
     texts_of_scenes = []
     for name, scene in scenes.items():
         worst = worst_errors(scene.errors, body).sel(i=component[0], j=component[1])
-        cells = {v: cell_of(worst.sel(variant=v), is_estimate=v == "C") for v in drawn_variants(scenes)}
+        cells = {
+            v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in drawn_variants(scenes)
+        }
         errors = ", ".join(f"{row_name(v)} {cell.text}" for v, cell in cells.items() if cell.text != "–")
         texts_of_scenes.append(f"{name}: {errors}" if len(scenes) > 1 else errors)
     return f"{body.capitalize()} C_{component}, largest differences from C: {'; '.join(texts_of_scenes)}."
