@@ -23,7 +23,6 @@ from femic.results.ics import (
     refinement_shares_of,
     scene_points,
 )
-from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -124,21 +123,14 @@ def _attributes(results: Results) -> dict[str, str | float]:
     scene = results.scene
     models = {
         name: {
-            "cells": cost.cells,
             "unknowns": cost.unknowns,
             "solver": cost.solver,
-            "iterations": cost.iterations,
-            "residual": cost.residual,
             "seconds": cost.seconds,
             "peak_memory": cost.peak_memory,
         }
         for name, cost in results.models.items()
     }
-    joints = {round(s, 9) for body in scene.bodies.values() for s in body.contour.joints}
     return _load(scene) | {
-        "components": json.dumps(scene.components),
-        "notes": json.dumps(warnings(scene)),
-        "joints": json.dumps(sorted(joints)),
         "rotation_reach": scene.settings.rotation_reach,
         "moment_arm": scene.settings.moment_arm,
         "domain": json.dumps(domains(results)),
@@ -151,20 +143,17 @@ def _attributes(results: Results) -> dict[str, str | float]:
 
 
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
-    """Return the material [MPa] and the sizes of the final model of each solved body [mm].
+    """Return sizes of the final model of each solved body [mm].
 
     `half_length` is None where the model is infinite along x, `rolling_radius` where the body is prismatic,
     `hub_radius` where the model does not reach the hub. `truncated`: whether far arc or ends stand for a body
-    without end, and are not given; `outline`: whether the scene gives the whole section.
+    without end, and are not given.
     """
     return {
         name: {
-            "E": reference.body.material.E,
-            "nu": reference.body.material.nu,
             "far_radius": reference.body.domain.far_radius,
             "half_length": finite(reference.body.xi_end),
             "truncated": reference.body.truncated,
-            "outline": reference.body.outline is not None,
             "rolling_radius": finite(reference.body.rolling_radius),
             "hub_radius": reference.body.rolling_radius - reference.body.depth
             if reference.body.reaches_hub
