@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.discount import AXES
+from femic.reference.run_options import factors
 from femic.reference.solid.engine import RESIDUAL
 from femic.results.ics import (
     Results,
@@ -23,6 +25,7 @@ from femic.results.ics import (
     refinement_shares_of,
     scene_points,
 )
+from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -120,47 +123,55 @@ def _estimates(results: Results) -> dict[str, xr.Variable]:
 
 
 def _attributes(results: Results) -> dict[str, str | float]:
+    """Return what a page says besides the variables: the scene, its bodies, the models of C, settings.
+
+    JSON: `components`; `bodies` by name, `domain` by solved body, `models` by "BODY, MODEL" (`Cost`),
+    `seconds` by "VARIANT BODY", NaN where a variant was not computed; `settings`, `warnings`, `versions`.
+    Lengths in mm. In `domain`, `half_length` is None where the model is infinite along x, `rolling_radius`
+    where the body is prismatic, `hub_radius` where the model does not reach the hub; `truncated`: far arc or
+    ends stand for a body without end, and are not given; the factors are over first cells and first domain.
+    """
     scene = results.scene
-    models = {
+    bodies = {
         name: {
-            "unknowns": cost.unknowns,
-            "solver": cost.solver,
-            "seconds": cost.seconds,
-            "peak_memory": cost.peak_memory,
+            "E": body.material.E,
+            "nu": body.material.nu,
+            "rolling_radius": finite(body.rolling_radius),
+            "hub_radius": body.rolling_radius - body.depth if body.reaches_hub else None,
+            "has_outline": body.outline is not None,
+            "far_radius_given": body.domain.radius_given,
+            "joints": [float(s) for s in body.contour.joints],
+            "symmetric": bool(body.contour.symmetric),
         }
-        for name, cost in results.models.items()
+        for name, body in scene.bodies.items()
     }
+    domain = {}
+    for name, reference in results.references.items():
+        body, (cells, size) = reference.body, factors(reference.level)
+        domain[name] = {
+            "far_radius": body.domain.far_radius,
+            "half_length": finite(body.xi_end),
+            "closed": body.closed,
+            "truncated": body.truncated,
+            "rolling_radius": finite(body.rolling_radius),
+            "hub_radius": body.rolling_radius - body.depth if body.reaches_hub else None,
+            "smallest_cell": reference.cells.smallest,
+            "cells_factor": cells,
+            "domain_factor": size,
+        }
     return _load(scene) | {
+        "components": json.dumps(scene.components),
+        "bodies": json.dumps(bodies),
+        "infinite_length": int(scene.settings.engine.infinite_length),
         "rotation_reach": scene.settings.rotation_reach,
         "moment_arm": scene.settings.moment_arm,
-        "domain": json.dumps(domains(results)),
-        "models": json.dumps(models),
+        "domain": json.dumps(domain),
+        "models": json.dumps({name: asdict(cost) for name, cost in results.models.items()}),
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
+        "warnings": json.dumps(list(warnings(scene))),
         "versions": json.dumps(versions()),
         "code": results_digest(),
-    }
-
-
-def domains(results: Results) -> dict[str, dict[str, float | None]]:
-    """Return sizes of the final model of each solved body [mm].
-
-    `half_length` is None where the model is infinite along x, `rolling_radius` where the body is prismatic,
-    `hub_radius` where the model does not reach the hub. `truncated`: whether far arc or ends stand for a body
-    without end, and are not given.
-    """
-    return {
-        name: {
-            "far_radius": reference.body.domain.far_radius,
-            "half_length": finite(reference.body.xi_end),
-            "truncated": reference.body.truncated,
-            "rolling_radius": finite(reference.body.rolling_radius),
-            "hub_radius": reference.body.rolling_radius - reference.body.depth
-            if reference.body.reaches_hub
-            else None,
-            "smallest_cell": reference.cells.smallest,
-        }
-        for name, reference in results.references.items()
     }
 
 
@@ -192,35 +203,75 @@ def settings(scene: Scene) -> dict[str, float | str]:
     }
 
 
-ERRORS = {  # variables of `errors.nc`: their dims and meanings
+BY_LINE = ("line", "i", "j")
+ERRORS = {  # variables of `errors.nc`: their dims besides the body, and meanings
     "error": (
-        ("variant", "line", "i", "j"),
+        ("variant", *BY_LINE),
         "max |v - C| over the line, share of max |C_ij| (`femic.ic_errors`); of 0.05 max |C_nn| where that "
         "vanishes; C: its estimate",
     ),
-    "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),
-    "weight": (("variant", "line", "i", "j"), "max |v - C| over the line, share of max |C_nn| there"),
+    "rms": (("variant", *BY_LINE), "root of the mean square over the line, share of the same"),
+    "weight": (("variant", *BY_LINE), "max |v - C| over the line, share of max |C_nn| there"),
     "vanishes": (("i", "j"), "C_ij vanishes: by symmetry, or below ten times its estimate"),
     "estimate_refinement": (
-        ("line", "i", "j"),
+        BY_LINE,
         "estimate of C, share of the larger of max |C_ij| and 0.05 max |C_nn| on the line: what refinement "
         "holds against the tolerance",
     ),
 }
+ACCURACY_OF_C = {  # further ones, of C with its check and of each solved body: all dims, and meanings
+    "estimate_both": (("body", *BY_LINE), "estimates of C and C_solid together, share as of error"),
+    "solved_error": (("solved", *BY_LINE), "estimate of C of a solved body, share as of error"),
+    "solved_vanishes": (("solved", "i", "j"), ERRORS["vanishes"][1]),
+    "solved_refinement": (
+        ("solved", "part", *BY_LINE),
+        f"{ERRORS['estimate_refinement'][1]}; and its parts",
+    ),
+}
+PARTS_OF_ACCURACY = {
+    "all": "estimate",
+    "mesh": "mesh_error",
+    "domain": "truncation_error",
+    "wavenumbers": "waves_error",
+}
 
 
 def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
-    """Return errors of each variant against C per body, line and component.
+    """Return errors of each variant against C per body, line and component, and the accuracy of C.
 
-    `ERRORS` has their dims and meanings, `femic.ic_errors.error_measure` their definitions. The errors of the
-    variant "C" are its estimates.
+    `ERRORS` and `ACCURACY_OF_C` have dims and meanings, `femic.ic_errors.error_measure` the definitions.
+    The errors of the variant "C" are its estimates, those of "C_solid" differences between both engines.
     """
     bodies = results.scene.compared
+    measures = {body: measure_of(results, body) for body in bodies}
     refinement = [
         _stack(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values)) for body in bodies
     ]
-    measured = _measured(dataset, {body: measure_of(results, body) for body in bodies})
-    return _describe(measured.assign(estimate_refinement=(("body", "line", "i", "j"), np.stack(refinement))))
+    measured = _measured(dataset, measures).assign(
+        estimate_refinement=(("body", *BY_LINE), np.stack(refinement))
+    )
+    if "estimate_solid" in dataset:
+        both = (dataset.estimate + dataset.estimate_solid).transpose("body", *LOCAL).values
+        shares = [_stack(measures[body].shares(of_body)) for body, of_body in zip(bodies, both, strict=True)]
+        measured["estimate_both"] = ACCURACY_OF_C["estimate_both"][0], np.stack(shares)
+    solved = {
+        name: (measure_of(results, name), reference.c) for name, reference in results.references.items()
+    }
+    values = {
+        "solved_error": [_stack(measure.shares(c.estimate)) for measure, c in solved.values()],
+        "solved_vanishes": [measure.vanishing for measure, _ in solved.values()],
+        "solved_refinement": [
+            [
+                _stack(refinement_shares_of(results, name, getattr(c, part)))
+                for part in PARTS_OF_ACCURACY.values()
+            ]
+            for name, (_, c) in solved.items()
+        ],
+    }
+    measured = measured.assign_coords(solved=list(solved), part=list(PARTS_OF_ACCURACY)).assign(
+        {name: (ACCURACY_OF_C[name][0], np.array(value)) for name, value in values.items()}
+    )
+    return _describe(measured)
 
 
 def errors_in(dataset: xr.Dataset) -> xr.Dataset:
@@ -263,9 +314,10 @@ def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Datase
 
 def _describe(measured: xr.Dataset) -> xr.Dataset:
     """Return errors with their meanings."""
-    for name in measured:
-        meaning = ERRORS[str(name)][1]
-        measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
+    for name, (_, meaning) in (ERRORS | ACCURACY_OF_C).items():
+        if name in measured:
+            is_share = measured[name].dtype != bool
+            measured[name].attrs = {"meaning": meaning} | ({"units": "1"} if is_share else {})
     return measured.assign_attrs(code=results_digest())
 
 

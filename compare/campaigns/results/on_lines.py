@@ -46,7 +46,8 @@ def _errors(results: Results) -> xr.Dataset:
     is_compared = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
     for component in results.scene.components:
         is_compared.loc[{"i": component[0], "j": component[1]}] = True
-    measured = ics_dataset.errors(results, at_points).astype(float, keep_attrs=True).where(is_compared)
+    compared = ics_dataset.errors(results, at_points)[list(ics_dataset.ERRORS)]
+    measured = compared.astype(float, keep_attrs=True).where(is_compared)
     costs = results.models
     seconds = [[results.seconds[v, body] for body in results.scene.compared] for v in results.variants]
     unknowns = float(max(cost.unknowns for cost in costs.values()))
