@@ -22,7 +22,6 @@ from compare.report.looks import Look, drawing_order, looks_of, symbol_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.ic_errors.error_measure import ROUNDING
-from femic.results.ics_dataset import PARTS
 
 # --- the page -------------------------------------------------------------------------------------------
 
@@ -80,7 +79,7 @@ def _sections(scenes: Scenes, details: Iterable[Section | Folded]) -> Iterator[S
     notes = [
         f"{name}: {note}" if several else note
         for name, scene in scenes.items()
-        for note in json.loads(scene.ics.notes)
+        for note in json.loads(scene.ics.attrs["warnings"])
     ]
     if notes:
         yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
@@ -210,14 +209,18 @@ DISCOUNT = (
     "contact centre); discounted so that C_jj = A_jj three elements away along x, and the rotation at |s| = "
     "{:g} mm:"
 )
-BODY_KEYS = {
+BODY_ROWS = {
     "E": "E [MPa]",
     "nu": "ν",
     "rolling_radius": "rolling radius [mm]",
     "hub_radius": "clamped at a hub of radius [mm]",
     "far_radius": "far radius [mm]",
+    "domain_factor": "the same over the first",
     "half_length": "half-length along x [mm]",
     "smallest_cell": "smallest cell, at the patch [mm]",
+    "cells_factor": "the same over the first",
+    "has_outline": "outline given",
+    "far_radius_given": "far radius given",
 }
 STAGES = "mesh", "assembly", "solution"
 LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
@@ -226,14 +229,16 @@ LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
 def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
     """Yield the bodies with their pictures, the accuracy of C, cost and settings."""
     attributes = scene.ics.attrs
-    domain, models = (json.loads(attributes[name]) for name in ("domain", "models"))
+    bodies, domain, models = (json.loads(attributes[name]) for name in ("bodies", "domain", "models"))
+    solved = {name: bodies[name] | sizes for name, sizes in domain.items()}
+    shown = {True: "yes", False: "no", None: "–"}
     rows = [
-        Row(head, [f"{value:.4g}" if (value := body[key]) is not None else "–" for body in domain.values()])
-        for key, head in BODY_KEYS.items()
+        Row(head, [shown[v] if v is None or isinstance(v, bool) else f"{v:.4g}" for v in values])
+        for key, head in BODY_ROWS.items()
+        for values in [[body[key] for body in solved.values()]]
     ]
-    shapes = Row("shape", ["outline" if body["outline"] else "contour" for body in domain.values()])
     setup = SETUP.format(f"{2 * attributes['a']:g}", f"{2 * attributes['b']:g}", attributes["load_s"])
-    yield Folded("The scene", [setup, Table("body", list(domain), [*rows, shapes], is_text=True), *pictures])
+    yield Folded("The scene", [setup, Table("body", list(solved), rows, is_text=True), *pictures])
     checked: list[Block] = [AGREEMENT, agreement_table(scene)] if "estimate_solid" in scene.ics else []
     yield Folded("Accuracy of C", [ACCURACY, accuracy_table(scene), *checked])
 
@@ -273,48 +278,33 @@ def _seconds(ics: xr.Dataset) -> dict[tuple[str, str], float]:
 
 
 def accuracy_table(scene: SceneICs) -> Table:
-    """Return the estimated error of C of each body on both scales, and its parts on that of refinement."""
+    """Return the estimated error of C of each solved body on both scales, and its parts."""
     components, lines, rows = components_in(scene.ics), lines_in(scene.ics), []
-    for body in map(str, scene.ics.body.values):
-        known = scene.errors.sel(body=body, variant="C")
-        shares = {"component": known.error.where(~known.vanishes), "refinement": known.estimate_refinement}
-        scale = _on_lines(scene.ics.estimate.sel(body=body)) / known.estimate_refinement
-        for name, _ in PARTS.values():
-            if name != "estimate":
-                shares[name] = _on_lines(scene.ics[name].sel(body=body)) / scale
+    for body in map(str, scene.errors.solved.values):
+        known = scene.errors.sel(solved=body)
+        shares = [known.solved_error.where(~known.solved_vanishes), *known.solved_refinement]
         cells = []
-        for values in shares.values():
+        for values in shares:
             places = [
                 (values.sel(i=component[0], j=component[1], line=line).item(), component, line)
                 for component, line in product(components, lines)
             ]
             known_places = [place for place in places if not np.isnan(place[0])]
             cells.append("{:.2%} ({} on {})".format(*max(known_places)) if known_places else "–")
-        vanishing = [c for c in components if bool(known.vanishes.sel(i=c[0], j=c[1]))]
+        vanishing = [c for c in components if bool(known.solved_vanishes.sel(i=c[0], j=c[1]))]
         rows.append(Row(body, [*cells, ", ".join(vanishing) or "–"]))
-    heads = [
-        "share of the component itself",
-        "on the scale of refinement",
-        *(f"from the {part}" for part in ("mesh", "domain", "wavenumbers")),
-        "vanishing",
-    ]
-    return Table("body", heads, rows, is_text=True)
+    scales = "share of the component itself", "on the scale of refinement"
+    parts = [f"from the {part}" for part in map(str, scene.errors.part.values[1:])]
+    return Table("body", [*scales, *parts, "vanishing"], rows, is_text=True)
 
 
 def agreement_table(scene: SceneICs) -> Table:
     """Return the differences between C of both engines, and whether all are within their estimates."""
     components, rows = components_in(scene.ics), []
     for body, line in product(map(str, scene.ics.body.values), lines_in(scene.ics)):
-        ics, errors = scene.ics.sel(body=body), scene.errors.sel(body=body, line=line)
-        known = errors.error.sel(variant="C") / _on_lines(ics.estimate).sel(line=line)
-        allowed = known * _on_lines(ics.estimate + ics.estimate_solid).sel(line=line)
-        both = {
-            c: (
-                errors.error.sel(variant="C_solid", i=c[0], j=c[1]).item(),
-                allowed.sel(i=c[0], j=c[1]).item(),
-            )
-            for c in components
-        }
+        errors = scene.errors.sel(body=body, line=line)
+        difference, allowed = errors.error.sel(variant="C_solid"), errors.estimate_both
+        both = {c: tuple(v.sel(i=c[0], j=c[1]).item() for v in (difference, allowed)) for c in components}
         marks = {c: VANISHING if bool(errors.vanishes.sel(i=c[0], j=c[1])) else "" for c in components}
         closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
         largest = max(both, key=lambda c: (not marks[c], both[c][0]))
@@ -327,11 +317,6 @@ def agreement_table(scene: SceneICs) -> Table:
         rows.append(Row(f"{body}, {line}", cells))
     heads = ["largest difference", "closest to the sum of the estimates", "within"]
     return Table("body, line", heads, rows, is_text=True)
-
-
-def _on_lines(values: xr.DataArray) -> xr.DataArray:
-    """Return the largest size of values on each line."""
-    return abs(values).groupby("line").max()
 
 
 def error_against_seconds(scene: SceneICs) -> Chart:
@@ -457,12 +442,12 @@ def along_line(ics: xr.Dataset, line: str, body: str, component: str, dimensionl
     names = [name for name in ("ic", *ESTIMATES.values()) if name in ics]
     part = on_line[names].sel(body=body, i=component[0], j=component[1]) * unit
     at = on_line[along].values / length
-    joints = json.loads(ics.attrs.get("joints", "[]")) if along == "s" and not dimensionless else []
+    bodies = json.loads(ics.attrs.get("bodies", "{}")).values() if along == "s" and not dimensionless else ()
     return part.assign_coords(at=("point", at)).assign_attrs(
         across=f"{along} / L  [-]" if dimensionless else f"{along} [mm]",
         up=f"{component} · E · L  [-]" if dimensionless else f"{component} [µm/kN]",
         least=INVISIBLE * unit / scale,
-        marks=joints,
+        marks=sorted({round(s, 9) for body in bodies for s in body["joints"]}),
     )
 
 

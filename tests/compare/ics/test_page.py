@@ -33,17 +33,17 @@ def test_summary_has_the_errors_of_the_answer(shown):
     assert shown.summary == f"Combined C_nn, largest differences from C: {', '.join(errors)}."
 
 
-def test_accuracy_has_the_largest_estimate_on_both_scales(scene):
+def test_accuracy_has_the_largest_estimate_on_both_scales_and_parts_that_add_up(scene):
     for row in accuracy_table(scene).rows:
-        known = scene.errors.sel(body=row.name, variant="C")
-        entries = []
-        for values in (known.error.where(~known.vanishes), known.estimate_refinement):
-            by_component = {c: values.sel(i=c[0], j=c[1]).max().item() for c in components_in(scene.ics)}
-            entries.append(max(by_component.values()))
-        for text, expected in zip(row.filled[:2], entries, strict=True):
-            assert float(text.text.split(" %")[0].split("%")[0]) == pytest.approx(100 * expected, abs=0.006)
-        parts = [float(cell.text.split("%")[0]) for cell in row.filled[2:5] if cell.text != "–"]
-        assert max(parts) <= 100 * entries[1] + 0.006 <= sum(parts) + 0.03
+        known = scene.errors.sel(solved=row.name)
+        shares = known.solved_error.where(~known.solved_vanishes), known.solved_refinement.sel(part="all")
+        component, refinement, *parts = (
+            float(cell.text.split("%")[0]) for cell in row.filled[:-1] if cell.text != "–"
+        )
+        for shown, values in zip((component, refinement), shares, strict=True):
+            largest = max(values.sel(i=c[0], j=c[1]).max().item() for c in components_in(scene.ics))
+            assert shown == pytest.approx(100 * largest, abs=0.006)
+        assert max(parts) <= refinement + 0.006 <= sum(parts) + 0.03
 
 
 def test_answer_has_the_worst_errors_of_both_bodies_and_their_weights(scene, shown, small):
