@@ -13,7 +13,6 @@ from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirr
 from compare.pages.ics_results import MOST_SCENES, differences, key_of, load, sources, up_to_date
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import OWN, symbol_of
-from femic.cache.digests import code_digest
 from femic.cache.files import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
@@ -226,23 +225,24 @@ def test_results_of_changed_scene_are_computed_again(copied):
     assert "# changed" in (copied / "results/gentle_steep/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("code", [None, "0123456789ab"])
-def test_results_of_other_code_are_computed_again(code, copied, computed):
-    path = copied / "results" / "steep" / "ics.nc"
-    ics = read(copied, "steep/ics.nc")
-    ics.attrs = {key: value for key, value in ics.attrs.items() if key != "code"}
-    ics.assign_attrs({"code": code} if code else {}).to_netcdf(path, engine="h5netcdf")
-    assert compare(copied, *SCENES) == INTERRUPTED
-    assert computed == ["steep"]
+def other_code(path):
+    """Results of the same models whose formulas have changed."""
+    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code="0123456789ab").to_netcdf(
+        path, engine="h5netcdf"
+    )
+
+
+DAMAGE = {
+    "missing": lambda path: path.unlink(),
+    "broken": lambda path: path.write_text("not NetCDF", encoding="utf-8"),
+    "of other code": other_code,
+}
 
 
 @pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
-@pytest.mark.parametrize("content", [None, "not NetCDF"])
-def test_missing_and_broken_results_are_computed_again(name, content, copied, computed):
-    path = copied / "results" / "steep" / name
-    path.unlink()
-    if content:
-        path.write_text(content, encoding="utf-8")
+@pytest.mark.parametrize("case", DAMAGE)
+def test_results_that_are_not_those_of_this_program_are_computed_again(name, case, copied, computed):
+    DAMAGE[case](copied / "results" / "steep" / name)
     assert compare(copied, *SCENES) == INTERRUPTED
     assert computed == ["steep"]
 
@@ -281,17 +281,6 @@ def test_folder_with_changed_files_is_refused(copied, capsys):
     (errors * 2).to_netcdf(path, engine="h5netcdf")
     assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
     assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
-
-
-@pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
-def test_results_written_by_older_code_are_computed_again(copied, computed, name):
-    """The models' code is the same, the formula of what is written has changed."""
-    path = copied / "results" / "gentle" / name
-    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code=code_digest()).to_netcdf(
-        path, engine="h5netcdf"
-    )
-    assert compare(copied, *SCENES) == INTERRUPTED
-    assert computed == ["gentle"]
 
 
 def test_folder_of_results_is_not_computed_again(copied, computed):
