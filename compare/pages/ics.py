@@ -215,10 +215,10 @@ BODY_ROWS = {
     "rolling_radius": "rolling radius [mm]",
     "hub_radius": "clamped at a hub of radius [mm]",
     "far_radius": "far radius [mm]",
-    "domain_factor": "the same over the first",
+    "domain_factor": "far radius over the first",
     "half_length": "half-length along x [mm]",
     "smallest_cell": "smallest cell, at the patch [mm]",
-    "cells_factor": "the same over the first",
+    "cells_factor": "smallest cell over the first",
     "has_outline": "outline given",
     "far_radius_given": "far radius given",
 }
@@ -233,7 +233,7 @@ def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
     solved = {name: bodies[name] | sizes for name, sizes in domain.items()}
     shown = {True: "yes", False: "no", None: "–"}
     rows = [
-        Row(head, [shown[v] if v is None or isinstance(v, bool) else f"{v:.4g}" for v in values])
+        Row(head, [shown[v] if v is None or isinstance(v, bool) else f"{v:.6g}" for v in values])
         for key, head in BODY_ROWS.items()
         for values in [[body[key] for body in solved.values()]]
     ]
