@@ -405,7 +405,7 @@ def chart(scenes: Mapping[str, xr.Dataset]) -> Chart:
     return Chart("curves", steps, columns, "component", heights=0.75, start=_first_component(components))
 
 
-def chart_of_component(ics: xr.Dataset, component: str) -> Chart:
+def component_chart(ics: xr.Dataset, component: str) -> Chart:
     """Return one component of labelled ICs, dimensionless: a row per body, a column per line."""
     lines, length = lines_in(ics), f",  L = {ics.reference_length:g} mm"
     looks = _looks({"": ics})

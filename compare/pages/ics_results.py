@@ -43,7 +43,7 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
 
     Solved models are stored, so that an interrupted run continues after the last of them.
     """
-    with receipts.renewed(out, COMMAND, key_of(scene), FILES):
+    with receipts.renewed(out, COMMAND, results_key(scene), FILES):
         results = compute(scene, options)
         ics = data.to_dataset(results)
         errors = data.errors(results, ics)
@@ -60,7 +60,7 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
     return path
 
 
-def key_of(scene: Scene) -> str:
+def results_key(scene: Scene) -> str:
     """Return the key of all inputs of the ICs and errors of a scene."""
     return receipts.key_of(scene, results_digest(*PAGE_FOLDERS))
 
@@ -140,7 +140,7 @@ def read(folder: Path) -> SceneICs:
 
 def up_to_date(source: Source) -> bool:
     """Whether the folder has unchanged results of the present scene, its present files and this code."""
-    return source.scene is not None and receipts.holds(source.folder, COMMAND, key_of(source.scene))
+    return source.scene is not None and receipts.holds(source.folder, COMMAND, results_key(source.scene))
 
 
 def common(overlaid: Sequence[Source]) -> Content:

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
-from compare.pages.ics_results import MOST_SCENES, differences, key_of, load, sources, up_to_date
+from compare.pages.ics_results import MOST_SCENES, differences, load, results_key, sources, up_to_date
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import OWN, symbol_of
 from femic.cache.files import LOCK
@@ -265,7 +265,7 @@ def test_results_of_changed_contour_file_are_out_of_date(tmp_path):
 
     source = mine()
     assert not up_to_date(source)
-    with receipts.renewed(source.folder, "run", key_of(source.scene), []):
+    with receipts.renewed(source.folder, "run", results_key(source.scene), []):
         pass
     assert up_to_date(source)
     (tmp_path / "rail.txt").touch()  # the same points
