@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from compare.pages.ics import SceneICs, accuracy_table, chart, components_in, details, page
+from compare.pages.ics import SceneICs, accuracy_table, agreement_table, chart, components_in, details, page
 from compare.report.charts import Chart
 from compare.report.interactive import as_json
 from compare.report.parts import Folded, Section
@@ -112,3 +113,18 @@ def test_page_of_all_components_is_not_wider_than_800_pixels(write_scene, tmp_pa
     page, table = widest(browser, out / "report.html", 800)
     assert page <= 800
     assert table <= 770
+
+
+@pytest.mark.parametrize(("allowed", "verdict"), [(0.04, "yes"), (0.02, "no")])
+def test_engines_agree_within_the_sum_of_their_estimates(allowed, verdict):
+    """C_sn of the solid engine is 3 % off, all else 1 %."""
+    places = {"body": ["lower"], "line": ["a"], "i": list("xsn"), "j": list("xsn")}
+    error = xr.DataArray(np.full((2, 1, 1, 3, 3), 0.01), {"variant": ["C", "C_solid"], **places})
+    error.loc[{"variant": "C_solid", "i": "s", "j": "n"}] = 0.03
+    both = xr.full_like(error.sel(variant="C", drop=True), allowed)
+    vanishes = xr.full_like(both.isel(line=0, drop=True), False, dtype=bool)
+    errors = xr.Dataset({"error": error, "vanishes": vanishes, "estimate_both": both})
+    attributes = {"components": json.dumps(["nn", "sn"])}
+    ics = xr.Dataset(coords={"body": ["lower"], "line": ("point", ["a", "a"])}, attrs=attributes)
+    (row,) = agreement_table(SceneICs(ics, errors)).rows
+    assert row.cells == ["3.00% (sn)", f"sn: 3.00% of {allowed:.2%}", verdict]
