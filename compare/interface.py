@@ -9,10 +9,10 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.pages import ics as run
+from compare.pages import ics_results as run
 from compare.pages.contact_figures import surfaces
 from compare.pages.friction_pages import main_chart
-from compare.pages.ics_figures import chart_in
+from compare.pages.ics import component_chart
 from compare.pages.profiles import all_panels
 from compare.pages.shift_figures import pressures
 from compare.report import static
@@ -38,7 +38,7 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
     """
     if component not in COMPONENTS:
         raise WrongInput(f"component = {component!r}: one of {', '.join(COMPONENTS)}")
-    return _for_notebooks(chart_in(ics_by_label("ics", ics, component), component))
+    return _for_notebooks(component_chart(ics_by_label("ics", ics, component), component))
 
 
 @with_checked_arguments

@@ -18,7 +18,7 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.pages.ics_figures import draw_curve
+from compare.pages.ics import draw_curve
 
 STEEL = femic.Material(E=210e3, nu=0.28)
 PATCH = femic.Patch(a=0.5, b=0.5, s=3.0)

@@ -15,7 +15,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Late:
-    """A function or class by its place, such as "compare.pages.ics:run_scene", for registries."""
+    """A function or class by its place, such as "compare.pages.ics_results:run_scene", for registries."""
 
     place: str
 

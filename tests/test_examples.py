@@ -15,7 +15,7 @@ import femic
 from approx.forms import FORMS
 from approx.variants import VARIANTS
 from compare.report.looks import OWN
-from compare.report.static import style_of
+from compare.report.static import line_style
 from geometries.materials import both_bodies
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -69,7 +69,7 @@ def test_the_picture_shows_the_curves(name, outcome):
     out, _ = outcome(name)
     pixels = imread(out / f"{name}.png")[..., :3]
     for variant in DRAWS.get(name, ("A", "B", "Bhat", "C")):
-        drawn = np.all(np.abs(pixels - to_rgb(style_of(OWN[variant])["color"])) < 1 / 255, axis=-1)
+        drawn = np.all(np.abs(pixels - to_rgb(line_style(OWN[variant])["color"])) < 1 / 255, axis=-1)
         assert np.count_nonzero(drawn) > DRAWN, variant
 
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.looks import OWN, Look, symbol_of
-from compare.report.static import RC, draw_panel, style_of
+from compare.report.static import RC, draw_panel, line_style
 from compare.studies.friction_crossings import HALF
 
 SHOWN = 0.05  # the tolerance whose crossings the figure marks
@@ -73,7 +73,7 @@ def draw(values: Mapping[str, Any]) -> Figure:
             for axes, cell in zip(part.subplots(1, 2), cells, strict=True):
                 axes.set(title=cell.title, xlabel=cell.across, ylabel=cell.up)
                 draw_panel(axes, cell)
-            handles = [Line2D([], [], label=label, **style_of(look)) for label, look in legend.items()]
+            handles = [Line2D([], [], label=label, **line_style(look)) for label, look in legend.items()]
             part.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
     return figure
 

@@ -10,33 +10,31 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.contact import FurtherSolution
-from compare.pages.contact_answers import answer_sentences, answer_table, case_labels, numbers_table
+from compare.pages.contact_answers import answer_table, case_labels, largest_case, numbers_table
 from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
 from compare.report.charts import Chart, Panel, chart_of
 from compare.report.looks import symbol_of
 from compare.report.parts import (
     Block,
     Folded,
-    Items,
     Page,
     Section,
     Verbatim,
     extreme,
-    join_words,
     onset,
     range_text,
     write_results,
 )
-from compare.report.tables import Table, number_text
+from compare.report.tables import Row, Table, number_text, numbers, texts, with_estimate
 from femic.cache.store import Store
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import ContactResults, case_names, ics_of, pressures, to_dataset
+from femic.results.contact import ContactResults, ics_of, pressures, to_dataset
 from femic.results.finite_elements import FE, NUMBERS, OF_PATCH, OF_PLACE, stored_fe_contact
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
-SHARES = (0.01, 0.02, 0.05)  # deviations: sentences give the angles from which they are exceeded
+SHARES = (0.01, 0.02, 0.05)  # deviations: a table has the angles from which they are exceeded
 FURTHER = ("a", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as unsymmetric
 WITHOUT_RIGID = (
@@ -52,6 +50,10 @@ BELOW = (
     "With estimated errors. Small, below each number: its difference to the number by finite elements (FE), "
     "in its unit where it may vanish by symmetry. "
 )
+DETAILS = (
+    "Largest differences to finite elements, and the angles from which on a number of the patch differs by "
+    "more than a share and the estimate of finite elements; that is {:.1%} at most."
+)
 PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements beside it."
 
 
@@ -61,8 +63,23 @@ def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
     answer = answer_table(dataset, FE, _compared_ics(dataset))
-    return write_results(
-        Page(title, summary(dataset), _sections(dataset), answer), out, "fe_contact", dataset
+    page = Page(title, summary(dataset), _sections(dataset), answer)
+    return write_results(page, out, "fe_contact", dataset)
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Return p_max by finite elements at the largest load, differences of ICs, and unsolved loads."""
+    number, pressures_off = largest_case(dataset, FE), deviations(dataset, "p_max").dropna("case", how="all")
+    case = dataset.isel(case=number).sel(ics=FE)
+    off = ", ".join(
+        f"{symbol_of(name)} {number_text(extreme(pressures_off.sel(ics=name)), '+.1%')}"
+        for name in _compared_ics(dataset)
+    )
+    p_max = with_estimate(case.p_max, case.estimate_p_max)
+    left_out = dataset.attrs["left_out"]
+    return (
+        f"p_max by finite elements (FE) at {case_labels(dataset)[number]}: {p_max} MPa; largest differences "
+        f"of p_max to it: {off}." + (f" Finite elements did not solve {left_out}" if left_out else "")
     )
 
 
@@ -72,7 +89,13 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if dataset.sizes["case"] > 1:
         chart = numbers_chart(dataset, FURTHER, "numbers")
         yield Folded("Further numbers over the angle of the patch", [chart])
-    tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
+    tables, quantities = [], {name: OF_FRICTIONLESS[name] for name in NUMBERS}
+    for number, label in enumerate(case_labels(dataset)):
+        case = dataset.isel(case=number)
+        solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared_ics(dataset))}
+        symmetric = bool((abs(case.F_y) < SIDEWAYS * case["load"]).all())
+        zeros = OF_PLACE if symmetric else ()
+        tables.append(numbers_table(label, quantities, solutions, solutions[FE], zeros))
     yield Folded("All numbers, by load and ICs", [BELOW + approach_note(dataset), *tables])
     yield Folded("Cost of finite elements", [cost(dataset)])
     yield Folded("The scene", [Verbatim(str(dataset.attrs["scene"]))])
@@ -81,6 +104,19 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
 def approach_note(dataset: xr.Dataset) -> str:
     """Return the note on the content of approaches."""
     return WITHOUT_RIGID if float(dataset.rigid_compliance) else RAW
+
+
+def details(dataset: xr.Dataset) -> Iterator[Block]:
+    """Yield how far each of the ICs is off at worst, and from which angle on it is too far."""
+    dataset = dataset.isel(case=dataset.angle.sel(ics=FE).notnull().values)
+    yield DETAILS.format(max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH))
+    angles, rows = dataset.angle.sel(ics=FE).values, []
+    for name in _compared_ics(dataset):
+        worst = [extreme(deviations(dataset, key).sel(ics=name)) for key in (*MAIN, *FURTHER)]
+        onsets = [onset(angles, exceeds(dataset, name, share).values) or "nowhere" for share in SHARES]
+        rows.append(Row(symbol_of(name), [*(number_text(value, "+.1%") for value in worst), *onsets]))
+    heads = [*numbers(*MAIN, *FURTHER), *texts(*(f"more than {share:.0%}" for share in SHARES))]
+    yield Table("ICs", heads, rows)
 
 
 def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
@@ -92,69 +128,9 @@ def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
     return xr.concat(exceeding, "quantity").any("quantity")
 
 
-def summary(dataset: xr.Dataset) -> str:
-    """Return the answer: pressure and patch by finite elements, deviations of ICs, and loads without one."""
-    sentences = [*answer_sentences(dataset, FE, _compared_ics(dataset))]
-    if dataset.attrs["left_out"]:
-        sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
-    return " ".join(sentences)
-
-
-def details(dataset: xr.Dataset) -> Iterator[Block]:
-    """Yield what else is off, from where on, and the lateral force, in sentences."""
-    dataset = dataset.isel(case=dataset.angle.sel(ics=FE).notnull().values)
-    estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
-    sentences = [f"Estimated error of the patch by finite elements: {estimate:.1%}."]
-    for name in _compared_ics(dataset):
-        worst = join_words(
-            f"{number_text(extreme(deviations(dataset, key).sel(ics=name)), '+.1%')} in {key}"
-            for key in (*MAIN, *FURTHER)
-        )
-        sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
-    yield Items([*sentences, *_lateral_force_sentence(dataset)])
-
-
 def _compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with finite elements."""
     return [name for name in ics_of(dataset) if name != FE]
-
-
-def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield lateral force and centre of pressure in the case where the force is largest."""
-    share = abs(dataset.F_y / dataset["load"]).sel(ics=FE)
-    worst = int(np.nanargmax(share.values))
-    if float(share[worst]) < SIDEWAYS:
-        return
-    case = dataset.isel(case=worst)
-    with_fe, load = case.sel(ics=FE), float(case["load"])
-    to = float(with_fe.estimate_F_y) / load
-    force, centre = (
-        {
-            name: number_text(per_unit * case[key].sel(ics=name), form)
-            for name in (FE, *_compared_ics(dataset))
-        }
-        for key, per_unit, form in (("F_y", 1 / load, "+.3f"), ("s_centre", 1.0, "+.2f"))
-    )
-    by_ics = join_words(
-        f"{force[name]}, {centre[name]} mm with {symbol_of(name)}" for name in _compared_ics(dataset)
-    )
-    yield (
-        f"Beside the crown, at {case_names(dataset)[worst]}: by finite elements the lateral force on the "
-        f"upper body is {force[FE]} ± {to:.1g} of the load, the centre of pressure "
-        f"{centre[FE]} ± {float(with_fe.estimate_s_centre):.1g} mm; {by_ics}."
-    )
-
-
-def _from_where(dataset: xr.Dataset, ics: str) -> str:
-    """Return the angles from which ICs deviate by more than some shares and the estimate."""
-    angles = dataset.angle.sel(ics=FE).values
-    onsets = {share: onset(angles, exceeds(dataset, ics, share).values) for share in SHARES}
-    exceeded = [f"more than {share:.0%} {where}" for share, where in onsets.items() if where]
-    return (
-        f"beyond the estimate, off by {join_words(exceeded)}"
-        if exceeded
-        else f"within {SHARES[0]:.0%} and the estimate"
-    )
 
 
 def numbers_chart(dataset: xr.Dataset, keys: tuple[str, ...], name: str) -> Chart:
@@ -188,21 +164,6 @@ def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
     return profile_panels(title, lines | {FE: (s_fe, with_fe)}, differences, FE)
 
 
-def _table(dataset: xr.Dataset, number: int) -> Table:
-    """Return the table of all numbers of a case."""
-    case = dataset.isel(case=number)
-    solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared_ics(dataset))}
-    zeros = OF_PLACE if _symmetric(dataset, number) else ()
-    quantities = {name: OF_FRICTIONLESS[name] for name in NUMBERS}
-    return numbers_table(case_labels(dataset)[number], quantities, solutions, solutions[FE], zeros)
-
-
-def _symmetric(dataset: xr.Dataset, number: int) -> bool:
-    """Return whether a case has no lateral force except rounding."""
-    case = dataset.isel(case=number)
-    return bool((abs(case.F_y) < SIDEWAYS * case["load"]).all())
-
-
 def cost(dataset: xr.Dataset) -> str:
     """Return the cost of finite elements, and how well they satisfy the conditions of contact."""
     load = dataset["load"].values
@@ -210,21 +171,20 @@ def cost(dataset: xr.Dataset) -> str:
         *abs(dataset.fe_load_of_pressures.values / load - 1),
         *abs(np.abs(dataset.fe_reaction.values) / load[:, None] - 1).ravel(),
     ]
+    unknowns, seconds = (  # NaN where nothing was solved
+        dataset[name].sum(dim, min_count=1).values
+        for name, dim in (("fe_unknowns", "body"), ("fe_seconds", "stage"))
+    )
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {range_text(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
-        f"parts, {range_text(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
+        f"Finite elements: {range_text(unknowns, ',.0f')} unknowns of the modelled "
+        f"parts, {range_text(seconds, '.0f')} s a load, up to "
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
         f"{most['penetration']:.1g} of the approach. Rigid part of the compliance, subtracted from "
         f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts with ICs took "
         f"{range_text(dataset.seconds.values, '.2g')} s."
     )
-
-
-def _all(values: xr.DataArray, dim: str) -> np.ndarray:
-    """Return sums along a dimension by case, NaN where nothing was solved."""
-    return np.asarray(values.sum(dim, min_count=1).values)
 
 
 # --- on the page of a contact ---------------------------------------------------------------------------
@@ -255,12 +215,8 @@ def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | 
 
 def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Return ratios of a number with ICs to the same by finite elements, minus 1, by case and ICs."""
-    return _with_ics(dataset, name) / _with_fe(dataset, name) - 1
-
-
-def relative_estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the estimated error of a number by finite elements as a share of it, by case."""
-    return abs(estimates(dataset, name) / _with_fe(dataset, name))
+    values = dataset[name].drop_attrs()
+    return values.drop_sel(ics=FE) / values.sel(ics=FE, drop=True) - 1
 
 
 def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
@@ -268,17 +224,15 @@ def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
 
     They serve for numbers that vanish by symmetry.
     """
-    return _with_ics(dataset, name) - _with_fe(dataset, name)
+    values = dataset[name].drop_attrs()
+    return values.drop_sel(ics=FE) - values.sel(ics=FE, drop=True)
 
 
 def estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Return the estimated error of a number by finite elements, in its unit, by case."""
-    return _with_fe(dataset, f"estimate_{name}")
+    return dataset[f"estimate_{name}"].drop_attrs().sel(ics=FE, drop=True)
 
 
-def _with_ics(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    return dataset[name].drop_attrs().drop_sel(ics=FE)
-
-
-def _with_fe(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    return dataset[name].drop_attrs().sel(ics=FE, drop=True)
+def relative_estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the estimated error of a number by finite elements as a share of it, by case."""
+    return abs(estimates(dataset, name) / dataset[name].drop_attrs().sel(ics=FE, drop=True))

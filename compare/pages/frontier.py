@@ -13,10 +13,9 @@ import xarray as xr
 from matplotlib.colors import to_hex
 from rich.table import Table as Printed
 
-from compare.pages.ics import body_name
-from compare.pages.ics_figures import combined_first, main_body
+from compare.pages.ics import body_name, combined_first, main_body
 from compare.report.charts import Chart, Curve, Panel
-from compare.report.errors import COMPONENTS, MEASURE, VANISHING, cell_of, percent
+from compare.report.errors import COMPONENTS, MEASURE, VANISHING, component_cell, percent
 from compare.report.looks import INK, Look, looks_of
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
 from compare.report.static import MARKERS
@@ -127,7 +126,9 @@ def _errors_table(dataset: xr.Dataset, body: str) -> Table:
     for k, way in enumerate(dataset.way.values):
         is_best, result = way == dataset.attrs["best"], of_body.isel(way=k)
         marks = {c: " *" if fronts[c][k] else "" for c in components}
-        cells = [cell_of(result.sel(component=c), is_estimate=is_best, mark=marks[c]) for c in components]
+        cells = [
+            component_cell(result.sel(component=c), is_estimate=is_best, mark=marks[c]) for c in components
+        ]
         rows.append(Row(str(result.label.item()), cells))
     return Table("ICs by", numbers(*components), rows)
 

@@ -1,112 +1,145 @@
-"""`femic run` computes a scene and writes its results, figures and page into a folder.
+"""The page of ICs of one scene or of several: errors against C, curves, accuracy, cost and settings.
 
-The page has its ICs against C: the result in three sentences; errors, accuracy of C, cost and settings on
-request.
+All is drawn from the datasets of `femic.results.ics_dataset`. One scene is shown in µm/kN over mm, several
+ones dimensionless: per unit total load, times E of the lower body and the reference length L.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
-from compare.pages.fields import write_fields
-from compare.pages.ics_figures import COST, CURVES, SCENE, RunOutput, figures, main_body
-from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, error_row, percent
-from compare.report.looks import symbol_of
-from compare.report.parts import Block, Folded, Items, Note, Page, Section, Verbatim, join_words, write_page
+from compare.report import static
+from compare.report.charts import Chart, Curve, Panel, chart_of, mark_points
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
+from compare.report.looks import Look, drawing_order, looks_of, symbol_of
+from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.tables import Cell, Row, Table, numbers, texts
-from femic.cache import folders
-from femic.cache.digests import PAGE_FOLDERS, results_digest, versions
-from femic.cache.files import write_dataset, write_text
 from femic.ic_errors.error_measure import ROUNDING
-from femic.reference.discount import AXES
-from femic.reference.engine import Cost
-from femic.reference.job import component_of
-from femic.reference.result import worst
-from femic.reference.run_options import DEFAULT, RunOptions, factors
-from femic.results import ics_dataset as data
-from femic.results.ics import (
-    Results,
-    compute,
-    engine_differences,
-    measure_of,
-    reference_of,
-    refinement_scales_of,
-)
-from femic.results.ics_dataset import settings
-from femic.scenes import receipts
-from femic.scenes.plausibility import warnings
-from femic.scenes.scene import Scene
-from geometries.bodies import Body
-
-# --- the run --------------------------------------------------------------------------------------------
-
-
-COMMAND = "run"
-FILES = ("ics.nc", "errors.nc", "report.html")
-
-
-def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
-    """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
-
-    Solved models are stored, so that an interrupted run continues after the last of them.
-    """
-    with receipts.renewed(out, COMMAND, key_of(scene), FILES):
-        results = compute(scene, options)
-        dataset = data.to_dataset(results)
-        errors = data.errors(results, dataset)
-        write_dataset(dataset, out / "ics.nc")
-        write_dataset(errors, out / "errors.nc")
-        data.write_curves(dataset, scene.components, out)
-        write_text(scene.text, out / "scene.toml")
-        output = RunOutput(results, dataset, errors, folders.make(out / "figures"))
-        path = write_page(page_of(output), out / "report.html")
-        if scene.fields:
-            write_fields(results, out / "fields", options.watch)
-    return path
-
-
-def key_of(scene: Scene) -> str:
-    """Return the key of all inputs of the ICs and errors of a scene."""
-    return receipts.key_of(scene, results_digest(*PAGE_FOLDERS))
-
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
-ACCURACY = (
-    "Estimated error of C, worst over components and lines, on two scales: as a share of the component "
-    "itself, as in the tables above; and on the scale of refinement, the larger of max |C_ij| and 0.05 max "
-    "|C_nn| on the line, to which the tolerance applies, so that small components do not require arbitrarily "
-    "many cells. Its parts on the latter: from the mesh, from the size of the domain and (harmonic engine) "
-    "from the interpolation between wavenumbers, each at its worst place. Then cells and domain of the model."
+class SceneICs(NamedTuple):
+    """The ICs of a scene, as in `ics.nc`, and their errors, as in `errors.nc`."""
+
+    ics: xr.Dataset
+    errors: xr.Dataset
+
+
+Scenes = Mapping[str, SceneICs]  # by name, with the same bodies, components, variants and lines
+
+ANSWER = (
+    "Largest difference from C of the {} ICs over {}: as a share of the component; small: of C_nn of the "
+    "same scene. C ±: the estimated error of C. †: vanishes in C."
 )
-AGREEMENT = (
-    "The same computed with the solid engine, which shares only the contours with the harmonic one: the "
-    "difference of its C from C, and whether it is within the sum of both estimates (the component closest "
-    "to the sum). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
+ONE_SCENE = (
+    "Components: displacement, then traction, such as sn: the displacement along s under a normal load. "
+    "Displacements per total load of 1 kN without rigid-body motion; band: C ± its estimated error, often "
+    "thinner than the line; circles: C of the solid engine. Dotted: where arc and flank join."
 )
-HOLLOW = "A mark per component; hollow: C vanishes, share of 0.05 max |C_nn|. Marks of C: its estimate."
-STAGES = "mesh", "assembly", "solution"
+SEVERAL_SCENES = (
+    "Colours distinguish variants, dashes scenes. Per unit total load, times E of the lower body and L of "
+    "the scene ({}). Band: C ± its estimated error, often thinner than the line. Where a scene's curve seems "
+    "missing, it coincides with the curve of another scene."
+)
 
 
-def page_of(output: RunOutput) -> Page:
-    """Return the page of a scene."""
-    results, errors = output.results, output.errors
-    answer = _error_table("error", results, worst_errors(results, errors))
-    return Page(results.scene.title, summary(results, errors), _sections(output), answer)
+def page(title: str, scenes: Scenes, details: Iterable[Section | Folded]) -> Page:
+    """Return the page of scenes: the largest errors, curves, and on request errors by line and details."""
+    ics = next(iter(scenes.values())).ics
+    worst = {name: worst_errors(scene.errors, main_body(ics.body.values)) for name, scene in scenes.items()}
+    answer = error_table("error", worst, components_in(ics), drawn_variants(scenes))
+    return Page(title, summary(scenes), _sections(scenes, details), answer)
 
 
-def _error_table(caption: str, results: Results, errors: xr.Dataset) -> Table:
-    """Return errors of one body, a row per variant."""
-    components = results.scene.components
-    rows = [
-        error_row(row_name(name), errors.sel(variant=name), components, is_estimate=name == "C")
-        for name in results.variants
+def summary(scenes: Scenes) -> str:
+    """Return the largest errors of nn, or else of the first component, and the estimate of C, by scene."""
+    ics = next(iter(scenes.values())).ics
+    body, component = main_body(ics.body.values), _first_component(components_in(ics))
+    texts_of_scenes = []
+    for name, scene in scenes.items():
+        worst = worst_errors(scene.errors, body).sel(i=component[0], j=component[1])
+        cells = {
+            v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in drawn_variants(scenes)
+        }
+        errors = ", ".join(f"{row_name(v)} {cell.text}" for v, cell in cells.items() if cell.text != "–")
+        texts_of_scenes.append(f"{name}: {errors}" if len(scenes) > 1 else errors)
+    return f"{body.capitalize()} C_{component}, largest differences from C: {'; '.join(texts_of_scenes)}."
+
+
+def _sections(scenes: Scenes, details: Iterable[Section | Folded]) -> Iterator[Section | Folded]:
+    ics, several = next(iter(scenes.values())).ics, len(scenes) > 1
+    notes = [
+        f"{name}: {note}" if several else note
+        for name, scene in scenes.items()
+        for note in json.loads(scene.ics.attrs["warnings"])
     ]
-    return Table(caption, numbers(*components), rows)
+    if notes:
+        yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
+    lengths = ", ".join(f"{name}: {scene.ics.reference_length:g} mm" for name, scene in scenes.items())
+    curves = chart({name: scene.ics for name, scene in scenes.items()})
+    answer = ANSWER.format(main_body(ics.body.values), ", ".join(lines_in(ics)))
+    yield Section("", [Note(answer), curves, Note(SEVERAL_SCENES.format(lengths) if several else ONE_SCENE)])
+    yield Folded("Errors of each body on each line", list(_error_tables(scenes)))
+    yield from details
+
+
+def _error_tables(scenes: Scenes) -> Iterator[Block]:
+    """Yield the measure, and tables of the largest errors and of root mean squares by body and line."""
+    yield Note(
+        f"{MEASURE} Rows “C ±”: the estimated error of C itself; rows “C (solid)”: the difference of the "
+        f"solid engine's C from it. {COMPONENTS}"
+    )
+    ics = next(iter(scenes.values())).ics
+    largest = {name: scene.errors for name, scene in scenes.items()}
+    rms = {name: errors.assign(error=errors.rms, weight=np.nan) for name, errors in largest.items()}
+
+    def tables(errors: Mapping[str, xr.Dataset], heading: str) -> Iterator[Section]:
+        for body in map(str, ics.body.values):
+            by_line = {
+                line: {name: part.sel(body=body, line=line) for name, part in errors.items()}
+                for line in lines_in(ics)
+            }
+            components, variants = components_in(ics), [*map(str, ics.variant.values)]
+            yield Section(
+                heading.format(body),
+                [error_table(line, part, components, variants) for line, part in by_line.items()],
+            )
+
+    yield from tables(largest, ERRORS_HEADING)
+    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
+    yield Folded("RMS errors along the lines", [note, *tables(rms, "{}")])
+
+
+def error_table(
+    caption: str, errors: Mapping[str, xr.Dataset], components: Sequence[str], variants: Sequence[str]
+) -> Table:
+    """Return errors of one body by scene, with the dims variant, i and j; a row per variant and scene."""
+    several = len(errors) > 1
+    rows = [
+        error_row(
+            "" if k else row_name(variant),
+            part.sel(variant=variant),
+            components,
+            is_estimate=variant == "C",
+            place=name if several else "",
+        )
+        for variant in variants
+        for k, (name, part) in enumerate(errors.items())
+    ]
+    return Table(caption, [*(texts("scene") if several else ()), *numbers(*components)], rows)
+
+
+def worst_errors(errors: xr.Dataset, body: str) -> xr.Dataset:
+    """Return the errors of a body, the worst over the lines."""
+    return errors.sel(body=body).max("line", skipna=False)
 
 
 def row_name(variant: str) -> str:
@@ -114,358 +147,357 @@ def row_name(variant: str) -> str:
     return "C ±" if variant == "C" else symbol_of(variant)
 
 
-def _sections(output: RunOutput) -> Iterator[Section | Folded]:
-    results = output.results
-    if notes := warnings(results.scene):
-        yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
-    yield Section("", [Note(_answer_text(results)), *figures(output, CURVES), Note(_curves_text(results))])
-    yield Folded("Errors of each body on each line", list(_errors(results, output.errors)))
-    yield Folded(SCENE, [_setup(results), *figures(output, SCENE)])
-    yield Folded("Accuracy of C", list(_accuracy(results)))
-    yield Folded(COST, [*figures(output, COST), HOLLOW, *_cost_tables(results), Note(_cost_text(results))])
-    yield Folded("Settings", list(_settings(results)))
-
-
-def _answer_text(results: Results) -> str:
-    return (
-        f"Largest difference from C {_main_body_name(results)} over all lines: as a share of the component; "
-        "small: of C_nn. C ±: the estimated error of C. †: vanishes in C."
-    )
-
-
-def _main_body_name(results: Results) -> str:
-    return body_name(main_body(results.scene.compared))
-
-
-def _errors(results: Results, errors: xr.Dataset) -> Iterator[Block]:
-    """Yield the measure, and tables of the largest errors and of root mean squares by body and line."""
-    solid = "; rows “C (solid)”: the difference of the solid engine's C from it" if results.checks else ""
-    yield Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself{solid}. {COMPONENTS}")
-    if best := "; ".join(closest(results, errors)):
-        yield f"Closest to C {_main_body_name(results)}: {best}."
-    for body in results.scene.compared:
-        yield Section(ERRORS_HEADING.format(body), list(_line_tables(results, errors.sel(body=body))))
-    rms = errors.assign(error=errors.rms, weight=np.nan)
-    tables = [
-        Section(body, list(_line_tables(results, rms.sel(body=body)))) for body in results.scene.compared
-    ]
-    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
-    yield Folded("RMS errors along the lines", [note, *tables])
-
-
-def _line_tables(results: Results, body_errors: xr.Dataset) -> Iterator[Table]:
-    for line in results.lines:
-        yield _error_table(line, results, body_errors.sel(line=line))
-
-
-def _setup(results: Results) -> str:
-    scene = results.scene
-    bodies = "; ".join(
-        f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}, {_shape(body)}"
-        for name, body in scene.bodies.items()
-    )
-    ends = (
-        " (the bodies are infinite along x)" if scene.settings.engine.infinite_length else " as both ends are"
-    )
-    place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
-    return (
-        f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
-        f"{_closure_text(scene, ends)} The resulting rigid-body motion is discounted."
-    )
-
-
-def _closure_text(scene: Scene, ends: str) -> str:
-    """Return sentences on the shape and the supports of the bodies, by how they are closed."""
-    outlines = [name for name, body in scene.bodies.items() if body.outline is not None]
-    given = f"The {' and the '.join(outlines)} body has the shape and the supports of its outline."
-    arcs = (
-        f"{'The other' if outlines else 'Each'} body is its contour, continued by straight flanks and closed "
-        f"by a far arc about the contact centre, which is clamped{ends}; contour and flanks are free. The "
-        "shape of the body far away is a convention of this program."
-    )
-    if scene.bodies["lower"].domain.radius_given:
-        arcs += (
-            " The far arc is where the scene puts it, a support of the body: the estimate has no part of its "
-            "distance."
-        )
-    return " ".join([*([given] if outlines else []), *([arcs] if len(outlines) < len(scene.bodies) else [])])
-
-
-def _far(body: Body) -> str:
-    """Return what the far radius of a body is."""
-    arc = "given far arc" if body.domain.radius_given else "far arc"
-    return arc if body.outline is None else "outline up to"
-
-
-def _shape(body: Body) -> str:
-    if np.isinf(body.rolling_radius):
-        return "extruded"
-    if body.outline is not None:
-        return f"revolved, rolling radius {body.rolling_radius:g} mm"
-    hub = f", clamped at a hub of radius {body.rolling_radius - body.depth:g} mm" if body.reaches_hub else ""
-    return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
-
-
-def _curves_text(results: Results) -> str:
-    circles = " Circles: C of the solid engine, with its band." if results.checks else ""
-    return (
-        "Components: displacement, then traction, such as sn: the displacement along s under a normal load. "
-        "Displacements per total load of 1 kN without rigid-body motion; band: C ± its estimated error, "
-        f"often thinner than the line.{circles} Dotted: where arc and flank join."
-    )
-
-
-def _accuracy(results: Results) -> Iterator[Block]:
-    """Yield the accuracy of C of each solved body, and differences between both engines."""
-    yield ACCURACY
-    columns = [_accuracy_texts(results, name) for name in results.jobs]
-    rows = [Row(name, [column[name] for column in columns]) for name in columns[0]]
-    yield Table("body", list(results.jobs), rows, is_text=True)
-    if results.checks:
-        yield AGREEMENT
-        yield agreement_table(results)
-
-
-def _accuracy_texts(results: Results, name: str) -> dict[str, str]:
-    """Return the accuracy of C of a solved body, on both scales, with its cells and domain."""
-    job, reference, scale = results.jobs[name], results.references[name], refinement_scales_of(results, name)
-    error, component, line = worst(job, reference.c.estimate, scale)
-    c, (cells, domain) = reference.c, factors(reference.level)
-    parts = {"mesh": c.mesh_error, "domain": c.truncation_error, "wavenumbers": c.waves_error}
-    return {
-        "share of the component itself": _largest_estimate(results, name),
-        "on the scale of refinement": f"{error:.2%} ({component} on {line})",
-        **{f"from the {part}": f"{worst(job, values, scale)[0]:.2%}" for part, values in parts.items()},
-        "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-        "size": f"{_far(reference.body)} {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
-        f"(first × {domain:.3g})",
-    }
-
-
-def _largest_estimate(results: Results, body: str) -> str:
-    """Return the largest estimate of C as a share of the component itself, and the components that vanish."""
-    measure, components = measure_of(results, body), results.scene.components
-    vanishing = [component for component in components if component_of(measure.vanishing, component)]
-    errors = [
-        (component_of(line_shares, component), component, line)
-        for line, line_shares in measure.shares(reference_of(results, body).estimate).items()
-        for component in components
-        if component not in vanishing
-    ]
-    largest = "{:.2%} ({} on {})".format(*max(errors)) if errors else "–"
-    return largest + (f"; vanishing: {', '.join(vanishing)}" if vanishing else "")
-
-
-def agreement_table(results: Results) -> Table:
-    """Return the differences between C of both engines, and whether all are within their estimates."""
-    heads, rows = ["largest difference", "closest to the sum of the estimates", "within"], []
-    for body in results.scene.compared:
-        differences, allowed = engine_differences(results, body)
-        vanishing = measure_of(results, body).vanishing
-        marks = {c: VANISHING if component_of(vanishing, c) else "" for c in results.scene.components}
-        for line in results.lines:
-            both = {c: tuple(component_of(of[line], c) for of in (differences, allowed)) for c in marks}
-            closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
-            largest = max(both, key=lambda c: (not marks[c], both[c][0]))
-            within = all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values())
-            cells = [
-                f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
-                f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
-                "yes" if within else "no",
-            ]
-            rows.append(Row(f"{body}, {line}", cells))
-    return Table("body, line", heads, rows, is_text=True)
-
-
-def _length(body: Body) -> str:
-    """Return a text on the extent of a model along x."""
-    if body.closed:
-        return "all the way round"
-    return "infinite along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
-
-
-def _cost_tables(results: Results) -> list[Table]:
-    """Return the size and the seconds of every model, and what its solver did."""
-    heads = ["cells", "unknowns", *(f"{stage} [s]" for stage in STAGES), "memory [MB]"]
-    models = results.models.items()
-    solvers = [
-        Row(name, [cost.solver, ", ".join(map(str, cost.iterations)), Cell(cost.residual, ".0e")])
-        for name, cost in models
-    ]
-    return [
-        Table("model", heads, [Row(name, _size_cells(cost)) for name, cost in models]),
-        Table("model", [*texts("solver", "iterations"), *numbers("residual")], solvers),
-    ]
-
-
-def _size_cells(cost: Cost) -> list[Cell]:
-    return [
-        *(Cell(number, ",d") for number in (cost.cells, cost.unknowns)),
-        *(Cell(cost.seconds.get(stage, 0.0), ".1f") for stage in STAGES),
-        Cell(cost.peak_memory, ".0f"),
-    ]
-
-
-def _cost_text(results: Results) -> str:
-    first = results.scene.compared[0]
-    each = ", ".join(
-        f"{symbol_of(name)}: {results.seconds[name, first]:.2g} s" for name in results.computed(first)
-    )
-    return (
-        "Memory: the peak of the worker process up to the end of the model. Seconds: of the run that solved "
-        "the model; stored models are not solved again. Seconds of each variant on "
-        f"all points ({first} ICs; C: the sum over its models): {each}."
-    )
-
-
-def _settings(results: Results) -> Iterator[Block]:
-    scene = results.scene
-    yield (
-        "Rigid-body discount M [mm/N; 1/N; 1/(N mm)] per body, axes x, y, z, φ (rotation about x through "
-        "the contact centre); discounted so that C_jj = A_jj three elements away along x, and the rotation "
-        f"at |s| = {scene.settings.rotation_reach:g} mm:"
-    )
-    for name, reference in results.references.items():
-        yield Note(f"{name}: {'; '.join(_entries(reference.discount))}")
-    rows = [
-        Row(name, [value if isinstance(value, str) else f"{value:.4g}"])
-        for name, value in settings(scene).items()
-    ]
-    yield Table("setting", ["value"], rows, is_text=True)
-    yield Folded("Scene file", [Verbatim(scene.text)])
-    yield Note(", ".join(f"{name} {version}" for name, version in versions().items()))
-
-
-def _entries(discount: np.ndarray) -> list[str]:
-    return [
-        f"M_{AXES[a]}{AXES[b]} = {discount[a, b]:.4g}"
-        for a in range(4)
-        for b in range(a, 4)
-        if discount[a, b] != 0
-    ]
-
-
-# --- the result in three sentences ----------------------------------------------------------------------
-
-
-COUNTS = 0.01  # share of max |C_nn|; smaller errors do not count
-
-
-def worst_errors(results: Results, errors: xr.Dataset) -> xr.Dataset:
-    """Return the errors of the first body, the worst over the lines."""
-    return errors.sel(body=main_body(results.scene.compared)).max("line", skipna=False)
-
-
 def body_name(body: str) -> str:
     """Return a body as texts name it."""
     return "of both bodies together" if body == "combined" else f"of the {body} body"
 
 
-def computed_variants(results: Results) -> list[str]:
-    """Return the approximations that could be computed for the first body."""
-    names = results.computed(main_body(results.scene.compared))
-    return [name for name in names if name in results.scene.variants]
+def combined_first(bodies: Iterable[str]) -> list[str]:
+    """Return bodies in their order, but both together first."""
+    return sorted(map(str, bodies), key=lambda body: body != "combined")
 
 
-def summary(results: Results, errors: xr.Dataset) -> str:
-    """Return how far the approximations are from C in nn and elsewhere, by weight, and how good C is."""
-    worst, components = worst_errors(results, errors), results.scene.components
-    variants, others = (
-        computed_variants(results),
-        [component for component in components if component != "nn"],
+def main_body(bodies: Iterable[str]) -> str:
+    """Return the body that pages speak of: both together, or else the first."""
+    return combined_first(bodies)[0]
+
+
+def components_in(ics: xr.Dataset) -> list[str]:
+    """Return the components that a scene compares."""
+    return list(json.loads(ics.attrs["components"]))
+
+
+def lines_in(ics: xr.Dataset) -> list[str]:
+    """Return the names of the lines in their order."""
+    return list(dict.fromkeys(map(str, ics.line.values)))
+
+
+def _first_component(components: Sequence[str]) -> str:
+    return "nn" if "nn" in components else components[0]
+
+
+# --- one scene in detail --------------------------------------------------------------------------------
+
+
+SETUP = (
+    "Unit loads on a patch of {} × {} mm at s = {:g} mm. A body without an outline is its contour, continued "
+    "by straight flanks and closed by a far arc about the contact centre, which is clamped, as are both ends "
+    "(harmonic engine: the bodies are infinite along x); contour and flanks are free. This shape far away is "
+    "a convention of this program. An outline has its own shape and supports; the far radius is its size. "
+    "The resulting rigid-body motion is discounted."
+)
+ACCURACY = (
+    "Estimated error of C, worst over components and lines, on two scales: as a share of the component "
+    "itself, as in the tables above; and on the scale of refinement, the larger of max |C_ij| and 0.05 max "
+    "|C_nn| on the line, to which the tolerance applies, so that small components do not require arbitrarily "
+    "many cells. Its parts on the latter: from the mesh, from the size of the domain (given far arcs have "
+    "none) and (harmonic engine) from the interpolation between wavenumbers, each at its worst place."
+)
+AGREEMENT = (
+    "The same computed with the solid engine, which shares only the contours with the harmonic one: the "
+    "difference of its C from C, and whether it is within the sum of both estimates (the component closest "
+    "to the sum). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
+)
+HOLLOW = "A mark per component; hollow: C vanishes, share of 0.05 max |C_nn|. Marks of C: its estimate."
+COSTS = (
+    "Memory: the peak of the worker process up to the end of the model. Seconds: of the run that solved the "
+    "model; stored models are not solved again. Seconds of each variant on all points ({} ICs; C: the sum "
+    "over its models): {}."
+)
+DISCOUNT = (
+    "Rigid-body discount M [mm/N; 1/N; 1/(N mm)] per body, axes x, y, z, φ (rotation about x through the "
+    "contact centre); discounted so that C_jj = A_jj three elements away along x, and the rotation at |s| = "
+    "{:g} mm:"
+)
+BODY_ROWS = {
+    "E": "E [MPa]",
+    "nu": "ν",
+    "rolling_radius": "rolling radius [mm]",
+    "hub_radius": "clamped at a hub of radius [mm]",
+    "far_radius": "far radius [mm]",
+    "domain_factor": "far radius over the first",
+    "half_length": "half-length along x [mm]",
+    "smallest_cell": "smallest cell, at the patch [mm]",
+    "cells_factor": "smallest cell over the first",
+    "has_outline": "outline given",
+    "far_radius_given": "far radius given",
+}
+STAGES = "mesh", "assembly", "solution"
+LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
+
+
+def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
+    """Yield the bodies with their pictures, the accuracy of C, cost and settings."""
+    attributes = scene.ics.attrs
+    bodies, domain, models = (json.loads(attributes[name]) for name in ("bodies", "domain", "models"))
+    solved = {name: bodies[name] | sizes for name, sizes in domain.items()}
+    shown = {True: "yes", False: "no", None: "–"}
+    rows = [
+        Row(head, [shown[v] if v is None or isinstance(v, bool) else f"{v:.6g}" for v in values])
+        for key, head in BODY_ROWS.items()
+        for values in [[body[key] for body in solved.values()]]
+    ]
+    setup = SETUP.format(f"{2 * attributes['a']:g}", f"{2 * attributes['b']:g}", attributes["load_s"])
+    yield Folded("The scene", [setup, Table("body", list(solved), rows, is_text=True), *pictures])
+    checked: list[Block] = [AGREEMENT, agreement_table(scene)] if "estimate_solid" in scene.ics else []
+    yield Folded("Accuracy of C", [ACCURACY, accuracy_table(scene), *checked])
+
+    sizes = [
+        Row(
+            name,
+            [
+                *(Cell(cost[key], ",d") for key in ("cells", "unknowns")),
+                *(Cell(cost["seconds"].get(stage, 0.0), ".1f") for stage in STAGES),
+                Cell(cost["peak_memory"], ".0f"),
+            ],
+        )
+        for name, cost in models.items()
+    ]
+    solvers = [
+        Row(name, [cost["solver"], ", ".join(map(str, cost["iterations"])), Cell(cost["residual"], ".0e")])
+        for name, cost in models.items()
+    ]
+    first = str(scene.ics.body.values[0])
+    seconds = {name: value for (name, body), value in _seconds(scene.ics).items() if body == first}
+    each = ", ".join(f"{symbol_of(name)}: {value:.2g} s" for name, value in seconds.items())
+    heads = ["cells", "unknowns", *(f"{stage} [s]" for stage in STAGES), "memory [MB]"]
+    solver_heads = [*texts("solver", "iterations"), *numbers("residual")]
+    tables = [Table("model", heads, sizes), Table("model", solver_heads, solvers)]
+    costs = Note(COSTS.format(first, each))
+    yield Folded("Cost", [error_against_seconds(scene), HOLLOW, *tables, costs])
+    yield Folded("Settings", list(_settings(scene.ics)))
+
+
+def _seconds(ics: xr.Dataset) -> dict[tuple[str, str], float]:
+    """Return the seconds of the ICs that could be computed, by variant and body."""
+    seconds = json.loads(ics.attrs["seconds"])
+    computed = {
+        (str(v), str(b)): seconds[f"{v} {b}"] for b, v in product(ics.body.values, ics.variant.values)
+    }
+    return {key: value for key, value in computed.items() if not np.isnan(value)}
+
+
+def accuracy_table(scene: SceneICs) -> Table:
+    """Return the estimated error of C of each solved body on both scales, and its parts."""
+    components, lines, rows = components_in(scene.ics), lines_in(scene.ics), []
+    for body in map(str, scene.errors.solved.values):
+        known = scene.errors.sel(solved=body)
+        shares = [known.solved_error.where(~known.solved_vanishes), *known.solved_refinement]
+        cells = []
+        for values in shares:
+            places = [
+                (values.sel(i=component[0], j=component[1], line=line).item(), component, line)
+                for component, line in product(components, lines)
+            ]
+            known_places = [place for place in places if not np.isnan(place[0])]
+            cells.append("{:.2%} ({} on {})".format(*max(known_places)) if known_places else "–")
+        vanishing = [c for c in components if bool(known.solved_vanishes.sel(i=c[0], j=c[1]))]
+        rows.append(Row(body, [*cells, ", ".join(vanishing) or "–"]))
+    scales = "share of the component itself", "on the scale of refinement"
+    parts = [f"from the {part}" for part in map(str, scene.errors.part.values[1:])]
+    return Table("body", [*scales, *parts, "vanishing"], rows, is_text=True)
+
+
+def agreement_table(scene: SceneICs) -> Table:
+    """Return the differences between C of both engines, and whether all are within their estimates."""
+    components, rows = components_in(scene.ics), []
+    for body, line in product(map(str, scene.ics.body.values), lines_in(scene.ics)):
+        errors = scene.errors.sel(body=body, line=line)
+        difference, allowed = errors.error.sel(variant="C_solid"), errors.estimate_both
+        both = {c: tuple(v.sel(i=c[0], j=c[1]).item() for v in (difference, allowed)) for c in components}
+        marks = {c: VANISHING if bool(errors.vanishes.sel(i=c[0], j=c[1])) else "" for c in components}
+        closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
+        largest = max(both, key=lambda c: (not marks[c], both[c][0]))
+        within = all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values())
+        cells = [
+            f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
+            f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
+            "yes" if within else "no",
+        ]
+        rows.append(Row(f"{body}, {line}", cells))
+    heads = ["largest difference", "closest to the sum of the estimates", "within"]
+    return Table("body, line", heads, rows, is_text=True)
+
+
+def error_against_seconds(scene: SceneICs) -> Chart:
+    """Return the worst error of each variant over all lines against its seconds, a panel per body.
+
+    A mark per component, hollow where it vanishes in C: the error is a share of 0.05 max |C_nn|.
+    """
+    seconds, components = _seconds(scene.ics), components_in(scene.ics)
+    looks = looks_of(map(str, scene.ics.variant.values))
+    panels = []
+    for body in map(str, scene.ics.body.values):
+        marks = []
+        for name in (variant for variant, other in seconds if other == body):
+            worst = scene.errors.sel(body=body, variant=name).max("line")
+            look = replace(looks[name], dash="")
+            hollow_look = replace(look, marker=f"{look.marker.removesuffix('-open')}-open")
+            for hollow, mark in ((True, hollow_look), (False, look)):
+                parts = [worst.sel(i=c[0], j=c[1]) for c in components]
+                values = [max(at.error.item(), LEAST_DRAWN) for at in parts if bool(at.vanishes) == hollow]
+                if values:
+                    at = [seconds[name, body]] * len(values)
+                    marks.append(Curve(symbol_of(name), at, values, mark))
+        across = f"seconds for {scene.ics.sizes['point']} points [s]"
+        panels.append(Panel(body, across, "worst error [-]", marks, log_x=True, log_y=True))
+    return chart_of("error_against_seconds", panels, max(2, len(panels)))
+
+
+def _settings(ics: xr.Dataset) -> Iterator[Block]:
+    yield DISCOUNT.format(ics.rotation_reach)
+    for body in map(str, ics.solved.values):
+        entries = [
+            f"M_{a}{b} = {value:.4g}"
+            for (p, a), (q, b) in product(enumerate(ics.axis.values), enumerate(ics.axis_.values))
+            if p <= q and (value := ics.discount.sel(solved=body, axis=a, axis_=b).item()) != 0
+        ]
+        yield Note(f"{body}: {'; '.join(entries)}")
+    rows = [
+        Row(name, [value if isinstance(value, str) else f"{value:.4g}"])
+        for name, value in json.loads(ics.attrs["settings"]).items()
+    ]
+    yield Table("setting", ["value"], rows, is_text=True)
+    yield Folded("Scene file", [Verbatim(ics.attrs["scene"])])
+    yield Note(", ".join(f"{name} {version}" for name, version in json.loads(ics.attrs["versions"]).items()))
+
+
+# --- curves along lines ---------------------------------------------------------------------------------
+
+
+INVISIBLE = 1e-9  # dimensionless IC below which a curve is rounding
+ESTIMATES = {"C": "estimate", "C_solid": "estimate_solid"}  # variables with the errors of both engines
+MOST_COLUMNS = 4
+MIRRORED = 1e-6  # largest asymmetry of mirrored curves, as a share of the largest value on their line
+OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn of several scenes; tables also have the others
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash")  # of the scenes
+WIDE_LINE, NARROW_LINE = 3.2, 1.2  # line widths, rear to front: curves that coincide stay visible
+
+
+def chart(scenes: Mapping[str, xr.Dataset]) -> Chart:
+    """Return ICs of scenes, a step per component: curves and differences from C, then other bodies.
+
+    Halves of lines that repeat the other half in all scenes are left out.
+    """
+    ics = next(iter(scenes.values()))
+    (first, *others), lines = combined_first(ics.body.values), lines_in(ics)
+    components, several = components_in(ics), len(scenes) > 1
+    minus_c = {n: one.assign(ic=one.ic - one.ic.sel(variant="C", drop=True)) for n, one in scenes.items()}
+    halves = {line: all(is_mirrored(one, line) for one in scenes.values()) for line in lines}
+    looks = _looks(scenes)
+
+    def panels(shown: Mapping[str, xr.Dataset], bodies: Sequence[str], component: str) -> Iterator[Panel]:
+        for body, line in product(bodies, lines):
+            parts = {n: along_line(one, line, body, component, several) for n, one in shown.items()}
+            if halves[line]:
+                parts = {n: part.isel(point=part["at"].values >= 0) for n, part in parts.items()}
+            yield _panel(f"{body}, {line}", parts, looks)
+
+    steps = {}
+    for component in components:
+        differences = [
+            replace(panel, title=f"{panel.title}: minus C", up=f"Δ{panel.up}")
+            for panel in panels(minus_c, [first], component)
+        ]
+        curves = panels(scenes, [first], component)
+        steps[component] = [*curves, *differences, *panels(scenes, others, component)]
+    columns = min(max(2, len(lines)), MOST_COLUMNS)
+    return Chart("curves", steps, columns, "component", heights=0.75, start=_first_component(components))
+
+
+def component_chart(ics: xr.Dataset, component: str) -> Chart:
+    """Return one component of labelled ICs, dimensionless: a row per body, a column per line."""
+    lines, length = lines_in(ics), f",  L = {ics.reference_length:g} mm"
+    looks = _looks({"": ics})
+    panels = [
+        _panel(f"{component}, {body}, {line}", {"": along_line(ics, line, body, component, True)}, looks)
+        for body, line in product(map(str, ics.body.values), lines)
+    ]
+    return chart_of("curves", [replace(panel, across=panel.across + length) for panel in panels], len(lines))
+
+
+def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:
+    """Draw one component on one line, dimensionless: C with its error band, and every approximation.
+
+    `curve` is a part of the dataset of `femic.results.ics_dataset` with the dims variant and point, drawn
+    against the abscissas `at`.
+    """
+    names = [name for name in ("ic", *ESTIMATES.values()) if name in curve]
+    part = (curve[names] * curve.reference_E * curve.reference_length).assign_coords(
+        at=("point", np.asarray(at))
     )
-    sentences = []
-    if variants and "nn" in components:
-        sentences.append(_nn_sentence(worst, variants, body_name(main_body(results.scene.compared))))
-    if variants and others:
-        other = "other " if sentences else ""
-        sentences.append(_others_sentence(worst, variants, others, other))
-    return " ".join([*sentences, _accuracy_sentence(results, worst)])
+    part = part.assign_attrs(across="", up="", least=INVISIBLE)
+    static.draw_panel(axes, _panel("", {"": part}, _looks({"": curve})))
 
 
-def _nn_sentence(worst: xr.Dataset, variants: Sequence[str], body: str) -> str:
-    """Return which variants are closest to C in nn, and how far the others are off."""
-    nn = worst.error.sel(i="n", j="n")
-    errors = {variant: nn.sel(variant=variant).item() for variant in variants}
-    closest = _least(errors, known=nn.sel(variant="C").item())
-    others = [f"{symbol_of(v)} {percent(errors[v])}" for v in variants if v not in closest]
-    largest = max(errors[variant] for variant in closest)
-    if not others:
-        return f"In nn {body}, every approximation is within {within(largest)} of C."
-    names, verb = join_words(map(symbol_of, closest)), "are" if len(closest) > 1 else "is"
-    return f"In nn {body}, {names} {verb} closest to C: {percent(largest)} off at most ({', '.join(others)})."
+def along_line(ics: xr.Dataset, line: str, body: str, component: str, dimensionless: bool) -> xr.Dataset:
+    """Return a component of a body along a line, and its estimates, over the coordinate `at`.
 
-
-def _least(values: Mapping[str, float], known: float) -> list[str]:
-    """Return the names of the least value, and of those that are no larger as far as is known."""
-    least = min(values.values())
-    shown = percent(least)
-    return [name for name, value in values.items() if value - least <= known or percent(value) == shown]
-
-
-@dataclass(frozen=True, order=True)
-class WeightedError:
-    """The error of a component: its weight and the error [-]."""
-
-    weight: float
-    error: float
-    component: str
-    vanishes: bool
-
-    @property
-    def text(self) -> str:
-        """The error as a share of its component and of C_nn."""
-        if self.vanishes:
-            return f"{percent(self.weight)} of C_nn in {self.component}, which vanishes in C"
-        return f"{percent(self.error)} of {self.component} ({percent(self.weight)} of C_nn)"
-
-
-def _others_sentence(
-    worst: xr.Dataset, variants: Sequence[str], components: Sequence[str], other: str
-) -> str:
-    """Return the errors with the largest weight in other components: of the best variants, and the worst."""
-    weighted = {variant: heaviest(worst, variant, components) for variant in variants}
-    best, last = min(weighted.values()), max(weighted.values())
-    if last.weight < COUNTS:
-        return f"No {other}component is off by more than {within(last.weight)} of C_nn."
-    weights = {variant: error.weight for variant, error in weighted.items()}
-    closest = _least(weights, known=heaviest(worst, "C", components).weight)
-    names = join_words(map(symbol_of, closest))
-    sentence = f"Among the {other}components, the heaviest error is {best.text} with {names}"
-    if len(closest) == len(variants):
-        return f"{sentence}."
-    furthest = [symbol_of(variant) for variant in variants if weighted[variant] == last]
-    return f"{sentence}; with {join_words(furthest)} it is {last.text}."
-
-
-def heaviest(worst: xr.Dataset, variant: str, components: Sequence[str]) -> WeightedError:
-    """Return the error of a variant with the largest weight, of errors of a body, the worst over lines."""
-    by_component = {c: worst.sel(variant=variant, i=c[0], j=c[1]) for c in components}
-    return max(
-        WeightedError(at.weight.item(), at.error.item(), component, bool(at.vanishes))
-        for component, at in by_component.items()
+    Attributes name the axes and have the value that is rounding. Units: mm and µm/kN, or dimensionless.
+    """
+    scale = ics.reference_E * ics.reference_length
+    unit, length = (scale, ics.reference_length) if dimensionless else (1e6, 1.0)
+    on_line = ics.isel(point=np.flatnonzero(ics.line.values == line))
+    along = "x" if np.ptp(on_line.s.values) == 0 else "s"
+    names = [name for name in ("ic", *ESTIMATES.values()) if name in ics]
+    part = on_line[names].sel(body=body, i=component[0], j=component[1]) * unit
+    at = on_line[along].values / length
+    bodies = json.loads(ics.attrs.get("bodies", "{}")).values() if along == "s" and not dimensionless else ()
+    return part.assign_coords(at=("point", at)).assign_attrs(
+        across=f"{along} / L  [-]" if dimensionless else f"{along} [mm]",
+        up=f"{component} · E · L  [-]" if dimensionless else f"{component} [µm/kN]",
+        least=INVISIBLE * unit / scale,
+        marks=sorted({round(s, 9) for body in bodies for s in body["joints"]}),
     )
 
 
-def _accuracy_sentence(results: Results, worst: xr.Dataset) -> str:
-    """Return how well C is known, and how far C of the solid engine is from it, as shares of C_nn."""
-    names = ["C", *(["C_solid"] if results.checks else [])]
-    known, *solid = (within(heaviest(worst, name, results.scene.components).weight) for name in names)
-    check = f"; C of the solid engine is within {solid[0]}" if solid else ""
-    return f"C is known to {known} of C_nn in every component{check}."
+def is_mirrored(ics: xr.Dataset, line: str) -> bool:
+    """Whether the two halves of a line have the same values, up to the sign, in all curves of a scene."""
+    on_line = ics.isel(point=np.flatnonzero(ics.line.values == line))
+    if np.ptp(on_line.s.values) == 0:
+        return True  # every body and every load is symmetric in x
+    s = on_line.s.values
+    sizes = np.stack([abs(on_line.ic.sel(i=c[0], j=c[1]).values) for c in components_in(ics)])
+    asymmetry = np.nanmax(np.abs(sizes - sizes[..., ::-1]))
+    return np.allclose(s, -s[::-1]) and bool(asymmetry <= MIRRORED * np.nanmax(sizes))
 
 
-def within(share: float) -> str:
-    """Return a limit that a share does not exceed, in percent."""
-    return percent(share).removeprefix("< ")
+def drawn_variants(scenes: Mapping[str, SceneICs | xr.Dataset]) -> list[str]:
+    """Return the variants of a scene; of several those of `OVERLAID_VARIANTS`, if there are any, and C."""
+    one = next(iter(scenes.values()))
+    names = [str(name) for name in (one.ics if isinstance(one, SceneICs) else one).variant.values]
+    overlaid = [name for name in names if name in OVERLAID_VARIANTS]
+    return [*overlaid, "C"] if overlaid and len(scenes) > 1 else names
 
 
-def closest(results: Results, errors: xr.Dataset) -> Iterator[str]:
-    """Yield the variants closest to C in each component that does not vanish, with their error."""
-    worst, variants = worst_errors(results, errors), computed_variants(results)
-    for component in results.scene.components if variants else ():
-        at = worst.sel(i=component[0], j=component[1])
-        if not at.vanishes:
-            values = {variant: at.error.sel(variant=variant).item() for variant in variants}
-            names = " = ".join(map(symbol_of, _least(values, known=at.error.sel(variant="C").item())))
-            yield f"{component}: {names} ({percent(min(values.values()))})"
+def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
+    """Return looks by variant and scene, from the curves at the bottom to those on top.
+
+    Variants have colours; of several scenes, these have dashes, and wide lines lie behind narrow ones.
+    """
+    variants = drawn_variants(scenes)
+    looks = looks_of(variants)
+    if len(scenes) == 1:
+        return {(variant, name): looks[variant] for name in scenes for variant in drawing_order(variants)}
+    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
+    return {
+        (variant, name): Look(looks[variant].colour, dash, width=round(width, 2))
+        for variant, width in zip(["C", *(v for v in variants if v != "C")], widths, strict=True)
+        for name, dash in zip(scenes, DASHES, strict=False)
+    }
+
+
+def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str, str], Look]) -> Panel:
+    """Return the panel of ICs of `along_line` by scene; those that were not computed are left out."""
+    curves = []
+    for (variant, name), look in looks.items():
+        part, estimate = parts[name], ESTIMATES.get(variant, "")
+        values, label = part.ic.sel(variant=variant).values, symbol_of(variant)
+        if not np.all(np.isnan(values)):
+            band = part[estimate].values if estimate in part else None
+            label = f"{label}, {name}" if len(parts) > 1 else label
+            curves.append(mark_points(Curve(label, part["at"].values, values, look, band)))
+    part = next(iter(parts.values()))
+    at = part["at"].values
+    marks = [mark for mark in part.attrs.get("marks", ()) if at[0] <= mark <= at[-1]]
+    return Panel(title, part.across, part.up, curves, marks=marks, least=part.least)

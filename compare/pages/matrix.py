@@ -1,31 +1,47 @@
-"""`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report."""
+"""`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report.
+
+Its chart shows the response to one loaded strip by component, and differences from C.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from compare.pages.ics import body_name, row_name
-from compare.pages.ics_figures import combined_first, main_body
-from compare.pages.matrix_figures import chart, response
+from approx.pair import columns as approximations
+from compare.pages.ics import combined_first, main_body, row_name
+from compare.report.charts import Cell as ChartCell
+from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
-from compare.report.looks import symbol_of
+from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import PAGE_FOLDERS, results_digest
 from femic.contact.operators.dense import Reciprocity
 from femic.reference.engine import Cost
 from femic.reference.refinement import ModelPlan, total_seconds
+from femic.reference.result import total
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import models_of, seconds_of
-from femic.results.matrices import MatrixResults, compute_matrix, discounted, expected_seconds, matrix_plans
+from femic.results.ics import models_of, parts_of, seconds_of, solids
+from femic.results.matrices import (
+    SOURCE,
+    MatrixResults,
+    combined_columns,
+    compute_matrix,
+    discounted,
+    expected_seconds,
+    matrix_plans,
+)
 from femic.results.matrix_check import ColumnCheck, check_columns
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
-from geometries.patches import COMPONENTS, Grid, N
+from geometries.patches import COMPONENTS, DIRECTIONS, Grid
+
+# --- the page -------------------------------------------------------------------------------------------
+
 
 COMMAND = "matrix"
 ACCURACY = (
@@ -43,7 +59,8 @@ REQUIREMENTS = (
 )
 TOO_LARGE = "Not computed: the matrices of this grid are too large to be kept in memory."
 CHECKS = (
-    "Single loads in 3D, on three observing strips: the largest difference from the matrix, as a share of "
+    "Single loads in 3D, on three observing strips (all {} strips of a body would take {:.0f} minutes, "
+    "extrapolated): the largest difference from the matrix, as a share of "
     "the component itself (without vanishing ones), the sum of both estimates there, and the largest ratio "
     "of a difference to this sum."
 )
@@ -66,17 +83,12 @@ MEASURES = {  # of `Deviation`: the errors, the weights below them, and which co
     "displacements": ("own_displacement_error", "displacement_error", "negligible"),
     "worst": ("worst", "near", "vanishing"),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class MatrixOutput:
-    """The matrices of a scene as they are reported: their file, the plans of their models, and checks."""
-
-    results: MatrixResults
-    file: Path
-    plans: Sequence[ModelPlan]
-    checks: Sequence[ColumnCheck]
-    strip: int  # loaded in charts
+CHART = (
+    "Displacements of the {} ICs per total load of 1 kN on an element of strip {} (cross, s = {:.3g} mm); "
+    "at x < 0, xs, sx, xn and nx change sign. The first map is the matrix of the file. Approximations are "
+    "ICs of half-spaces: they are compared with C after the discount of [BVSV], with the band of its "
+    "estimate. "
+)
 
 
 def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: RunOptions = DEFAULT) -> Path:
@@ -85,148 +97,98 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     By default the loaded strip is the one nearest to the patch. Nothing is computed if the folder has the
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
-    watch, workers = options.watch, options.workers
-    loaded_strip = _loaded_strip(scene, strip)
-    path, key = out / "matrix.html", receipts.key_of(scene, results_digest(*PAGE_FOLDERS), loaded_strip)
+    watch, workers, n_s = options.watch, options.workers, scene.grid.n_s
+    if strip is None:
+        strip = int(np.argmin(np.abs(scene.grid.strips - scene.patch.s)))
+    if not 0 <= strip < n_s:
+        raise WrongInput(f"--strip {strip}: the grid has strips 0 ... {n_s - 1}")
+    path, key = out / "matrix.html", receipts.key_of(scene, results_digest(*PAGE_FOLDERS), strip)
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path
-    model_plans = matrix_plans(scene, workers)
+    plans = matrix_plans(scene, workers)
     watch.on_stage(
-        f"  about {total_seconds(model_plans, workers):.0f} s, "
-        f"{max(plan.expected.memory for plan in model_plans):.0f} MB for models that are not stored yet, "
+        f"  about {total_seconds(plans, workers):.0f} s, "
+        f"{max(plan.expected.memory for plan in plans):.0f} MB for models that are not stored yet, "
         f"then {expected_seconds(scene):.0f} s"
     )
-    with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
-        results = compute_matrix(scene, out / "matrix.nc", options)
+    file = out / "matrix.nc"
+    with receipts.renewed(out, COMMAND, key, [file.name, path.name]):
+        results = compute_matrix(scene, file, options)
         checks = check_columns(results, options)
-        output = MatrixOutput(results, out / "matrix.nc", model_plans, checks, loaded_strip)
-        write_page(page_of(output), path, COMMAND)
+        title, size = f"IC matrix: {scene.title}", f"{file.name} ({file.stat().st_size / 1e6:.1f} MB)"
+        sections = _sections(results, plans, checks, strip)
+        write_page(
+            Page(title, summary(results, size), sections, answer_table(results, checks)), path, COMMAND
+        )
     return path
 
 
-def _loaded_strip(scene: Scene, strip: int | None) -> int:
-    n_s = scene.grid.n_s
-    if strip is None:
-        return int(np.argmin(np.abs(scene.grid.strips - scene.patch.s)))
-    if not 0 <= strip < n_s:
-        raise WrongInput(f"--strip {strip}: the grid has strips 0 ... {n_s - 1}")
-    return strip
+def summary(results: MatrixResults, file: str) -> str:
+    """Return what the file has, how well C is known, and what its models took."""
+    grid, costs = results.scene.grid, models_of(results.matrices)
+    body, worst = max(results.errors.items(), key=lambda item: item[1].total)
+    return (
+        f"{file}: C between {grid.n_s} strips at {grid.n_x} lags, known to {percent(worst.total)} (worst: "
+        f"{worst.component}, {body}); its models took {seconds_of(costs):.0f} s and "
+        f"{max(cost.peak_memory for cost in costs.values()):.0f} MB."
+    )
 
 
-def page_of(output: MatrixOutput) -> Page:
-    """Return the page of the matrices of a scene."""
-    title = f"IC matrix: {output.results.scene.title}"
-    return Page(title, summary(output), _sections(output), answer_table(output.results, output.checks))
-
-
-def _sections(output: MatrixOutput) -> Iterator[Section | Folded]:
-    results, checks = output.results, output.checks
+def _sections(
+    results: MatrixResults, plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck], strip: int
+) -> Iterator[Section | Folded]:
     scene, costs = results.scene, models_of(results.matrices)
-    yield Section("", [chart(response(results, output.strip)), Note(_chart_text(scene, output.strip))])
-    yield Folded("Estimated errors of C", [f"{discounted(scene)} {ACCURACY}", _accuracy_table(results)])
-    missing = "" if results.eigenvalues else TOO_LARGE
-    yield Folded("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
-    if checks:
-        heading = "Columns computed with the solid engine"
-        yield Folded(heading, [_checks_text(scene, checks), _checks_table(checks)])
-    for body in combined_first(scene.compared):
-        displacements, worst = (_errors_table(results, body, measure) for measure in MEASURES)
-        heading, entries = (
-            f"Errors of approximations of the {body} matrix",
-            Folded("Worst entries", [WORST, worst]),
-        )
-        yield Folded(heading, [APPROXIMATIONS, displacements, entries])
-    yield Folded("Cost: expected / actual", [_cost_table(output.plans, costs), _cost_text(results, costs)])
-    yield Folded("The scene", [Verbatim(scene.text)])
+    grid = scene.grid
+    reading = CHART.format(main_body(scene.compared), strip, grid.strips[strip]) + COMPONENT_NAMES
+    yield Section("", [chart(response(results, strip)), Note(reading)])
 
-
-def _accuracy_table(results: MatrixResults) -> Table:
     columns = [*numbers("estimate"), *texts("worst at"), *numbers("mesh", "domain", "wavenumbers")]
-    rows = [
-        Row(
-            name,
-            [
-                Cell(shares.total, ".3%"),
-                f"{shares.component} {shares.line}",
-                *(Cell(part, ".3%") for part in (shares.mesh, shares.truncation, shares.waves)),
-            ],
-        )
-        for name, shares in results.errors.items()
-    ]
-    return Table("body", columns, rows)
+    rows = []
+    for name, shares in results.errors.items():
+        parts = (Cell(part, ".3%") for part in (shares.mesh, shares.truncation, shares.waves))
+        rows.append(Row(name, [Cell(shares.total, ".3%"), f"{shares.component} {shares.line}", *parts]))
+    yield Folded("Estimated errors of C", [f"{discounted(scene)} {ACCURACY}", Table("body", columns, rows)])
 
-
-def _requirements_table(results: MatrixResults) -> Table:
-    """Return the table of the reciprocity defect and the smallest eigenvalue of each matrix."""
     rows = []
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
-        defect = (
-            reciprocity_text(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
-        )
+        defect = reciprocity_text(results.reciprocity[body], grid) if kind == "raw" else "as raw"
         rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
-    return Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
+    table = Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
+    missing = "" if results.eigenvalues else TOO_LARGE
+    yield Folded("Reciprocity and positive work", [REQUIREMENTS, missing, table])
 
-
-def reciprocity_text(defect: Reciprocity, grid: Grid) -> str:
-    """Return text for the report: the largest defect, its place, and the largest away from joints."""
-    first, second = sorted(defect.strips)
-    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
-    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
-    if not defect.at_joints:
-        return where
-    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
-    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"
-
-
-def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
-    minutes = scene.grid.n_s * np.mean([check.seconds for check in checks]) / 60
-    return (
-        f"{CHECKS} All {scene.grid.n_s} strips of a body would take {minutes:.0f} minutes (extrapolated from "
-        "these)."
-    )
-
-
-def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
-    columns = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
-    rows = [
-        Row(
-            check.body,
-            [
-                str(check.strip),
-                f"{check.difference:.2%} ({check.component})",
-                Cell(check.allowed, ".2%"),
-                Cell(check.closest, ".2f"),
-                Cell(check.seconds, ".0f"),
-            ],
-        )
-        for check in checks
-    ]
-    return Table("body", columns, rows)
-
-
-def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
-    """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
-    rows = []
-    for variant, deviation in results.deviations[body].items():
-        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
-        cells = [
-            error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
-            for error, weight, vanishes in zip(*values, strict=True)
+    if checks:
+        minutes = grid.n_s * float(np.mean([check.seconds for check in checks])) / 60
+        rows = [
+            Row(
+                check.body,
+                [
+                    str(check.strip),
+                    f"{check.difference:.2%} ({check.component})",
+                    Cell(check.allowed, ".2%"),
+                    Cell(check.closest, ".2f"),
+                    Cell(check.seconds, ".0f"),
+                ],
+            )
+            for check in checks
         ]
-        rows.append(Row(row_name(variant), cells))
-    return Table("variant", COMPONENTS, rows)
+        heads = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
+        text = CHECKS.format(grid.n_s, minutes)
+        yield Folded("Columns computed with the solid engine", [text, Table("body", heads, rows)])
 
-
-def _chart_text(scene: Scene, strip: int) -> str:
-    grid, body = scene.grid, body_name(main_body(scene.compared))
-    return (
-        f"Displacements {body} per total load of 1 kN on an element of strip {strip} (cross, s = "
-        f"{grid.strips[strip]:.3g} mm); at x < 0, xs, sx, xn and nx change sign. The first map is the matrix "
-        "of the file. Approximations are ICs of half-spaces: they are compared with C after the discount of "
-        f"[BVSV], with the band of its estimate. {COMPONENT_NAMES}"
+    for body in combined_first(scene.compared):
+        displacements, worst = (_errors_table(results, body, measure) for measure in MEASURES)
+        entries = Folded("Worst entries", [WORST, worst])
+        heading = f"Errors of approximations of the {body} matrix"
+        yield Folded(heading, [APPROXIMATIONS, displacements, entries])
+    text = (
+        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with models from the store: "
+        f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )
+    yield Folded("Cost: expected / actual", [cost_table(plans, costs), text])
+    yield Folded("The scene", [Verbatim(scene.text)])
 
 
 def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table:
@@ -251,50 +213,34 @@ def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table
     return Table("body", heads, rows)
 
 
-def summary(output: MatrixOutput) -> str:
-    """Return how good the matrices are, what they cost, and the closest approximation, in three sentences."""
-    results, grid = output.results, output.results.scene.grid
-    worst_body, worst = max(results.errors.items(), key=lambda item: item[1].total)
-    costs = models_of(results.matrices)
-    size = f"{output.file.name} ({output.file.stat().st_size / 1e6:.1f} MB)"
-    return (
-        f"{size} has C between {grid.n_s} strips at {grid.n_x} lags, known to {percent(worst.total)} (worst: "
-        f"{worst.component} {body_name(worst_body)}){_check_text(output.checks)}. Its models took "
-        f"{seconds_of(costs):.0f} s and {max(cost.peak_memory for cost in costs.values()):.0f} MB. "
-        f"{_approximations_text(results)}"
-    )
+def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
+    """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
+    rows = []
+    for variant, deviation in results.deviations[body].items():
+        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
+        cells = [
+            error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
+            for error, weight, vanishes in zip(*values, strict=True)
+        ]
+        rows.append(Row(row_name(variant), cells))
+    return Table("variant", COMPONENTS, rows)
 
 
-def _check_text(checks: Sequence[ColumnCheck]) -> str:
-    """Return how far columns of the solid engine are off, as a part of a sentence."""
-    if not checks:
-        return ""
-    closest = max(check.closest for check in checks)
-    within = "within" if closest <= 1 else "beyond"
-    return f"; columns solved again in 3D differ {within} both estimates ({closest:.2f} of their sum at most)"
+def reciprocity_text(defect: Reciprocity, grid: Grid) -> str:
+    """Return text for the report: the largest defect, its place, and the largest away from joints."""
+    first, second = sorted(defect.strips)
+    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
+    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
+    if not defect.at_joints:
+        return where
+    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
+    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"
 
 
-def _approximations_text(results: MatrixResults) -> str:
-    """Return the closest approximation, and the one furthest off, in displacements by pressures."""
-    body = main_body(results.scene.compared)
-    nn = {
-        symbol_of(variant): deviation.displacement_error[N, N]
-        for variant, deviation in results.deviations[body].items()
-        if variant != "C"
-    }
-    if not nn:
-        return ""
-    best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
-    return (
-        f"Of the approximations {body_name(body)}, {best} is closest in displacements by pressures: at most "
-        f"{percent(nn[best])} of the largest off ({worst}: {percent(nn[worst])})."
-    )
-
-
-def _cost_table(model_plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
+def cost_table(plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
     """Return the table of expected / actual costs of each model."""
     rows = []
-    for plan in model_plans:
+    for plan in plans:
         if cost := costs.get(plan.name):
             waves = cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
             cells = [
@@ -307,8 +253,87 @@ def _cost_table(model_plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> 
     return Table("model", ["unknowns", "wavenumbers", "s", "MB"], rows)
 
 
-def _cost_text(results: MatrixResults, costs: Mapping[str, Cost]) -> str:
-    return (
-        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with models from the store: "
-        f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
-    )
+# --- the chart ------------------------------------------------------------------------------------------
+
+
+MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn as a map
+SMALLEST = 1e-9  # of the largest IC of all components: smaller ones are rounding
+MOST_DRAWN = 100  # about as many lags, and strips, a map has at most
+UNIT, PER_KILONEWTON = "µm/kN", 1e6  # of mm/N
+LOADED = Look(INK, "", "cross")
+ABSCISSAS = {"s": "s", "lag": "x"}
+
+
+def response(results: MatrixResults, strip: int) -> xr.Dataset:
+    """Return the response to unit loads on a strip, (..., i, j, lag, s) [µm/kN], of both bodies or the first.
+
+    `matrix` is C of the file. Of `ic` (variant, ...), C after the discount of [BVSV] has the `estimate`.
+    Rounding is 0.
+    """
+    scene, grid, body = results.scene, results.scene.grid, main_body(results.scene.compared)
+    names = dict.fromkeys([*results.deviations[body], *MAPPED_VARIANTS])
+    c = total([results.matrices[part].column(strip, SOURCE) for part in parts_of(body)])
+    approximated = approximations([name for name in names if name != "C"], solids(scene)[body], grid, strip)
+    ics = {name: ics / grid.area for name, ics in approximated.items()} | {"C": c.ic}
+    dims = ("i", "j", "lag", "s")
+    arrays = {
+        "matrix": (dims, combined_columns(scene, results.matrices, strip)[body].ic),
+        "ic": (("variant", *dims), np.stack(list(ics.values()))),
+        "estimate": (dims, c.estimate),
+    }
+    coordinates = {"variant": list(ics), "i": list(DIRECTIONS), "j": list(DIRECTIONS)}
+    places = {"lag": grid.lags, "s": grid.strips, "loaded": grid.strips[strip]}
+    scaled = xr.Dataset(arrays, coordinates | places) * PER_KILONEWTON
+    return scaled.where(abs(scaled) > SMALLEST * float(abs(scaled.matrix).max()), 0.0)
+
+
+def chart(response: xr.Dataset) -> Chart:
+    """Return curves, maps and differences from C of a response, a step per component."""
+    rounding = SMALLEST * float(abs(response.matrix).max())
+    steps = {
+        component: list(_cells(response.sel(i=component[0], j=component[1]), component, rounding))
+        for component in COMPONENTS
+    }
+    return Chart("response", steps, 4, "component", 0.8, "nn")
+
+
+def _cells(part: xr.Dataset, component: str, rounding: float) -> Iterator[ChartCell]:
+    """Yield curves along s and along x with their differences from C, then maps."""
+    minus_c = part.assign(ic=part.ic - part.ic.sel(variant="C"))
+    places = {
+        "s": ({"lag": 0.0}, "along s, x = 0"),
+        "lag": ({"s": part.loaded}, f"along x, s = {float(part.loaded):.3g} mm"),
+    }
+    for across, (at, place) in places.items():
+        yield _panel(part.sel(at), across, place, f"{component} [{UNIT}]", rounding)
+        yield _panel(minus_c.sel(at), across, "the same minus C", f"Δ{component} [{UNIT}]", rounding)
+    yield _map(part.matrix, "C", part.matrix)
+    differences = minus_c.ic.sel(variant=[*MAPPED_VARIANTS])
+    for name in MAPPED_VARIANTS:
+        yield _map(differences.sel(variant=name), f"{symbol_of(name)} minus C", differences)
+    yield _map(part.estimate, "estimated error of C", part.estimate)
+
+
+def _panel(part: xr.Dataset, across: str, title: str, up: str, rounding: float) -> Panel:
+    looks = looks_of(map(str, part.variant.values))
+    curves = [
+        Curve(
+            symbol_of(name),
+            part[across].values,
+            part.ic.sel(variant=name).values,
+            looks[name],
+            part.estimate.values if name == "C" else None,
+        )
+        for name in drawing_order(looks)
+    ]
+    return Panel(title, f"{ABSCISSAS[across]} [mm]", up, curves, least=rounding)
+
+
+def _map(values: xr.DataArray, title: str, scale: xr.DataArray) -> Map:
+    """Return a map of values (lag, s) in the colours of a scale, thinned; cross: the loaded element."""
+    steps = {dim: -(-values.sizes[dim] // MOST_DRAWN) for dim in ("lag", "s")}
+    drawn = values[:: steps["lag"], :: steps["s"]]
+    x, s, largest = drawn.lag.values, drawn.s.values, float(abs(scale).max()) or 1.0
+    loaded = Curve("", [0.0], [float(values.loaded)], LOADED)
+    limits = -largest, largest
+    return Map(title, "x [mm]", "s [mm]", x, s, drawn.values, UNIT, "logarithmic", limits, curves=[loaded])

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.report.looks import Look, looks_of_labels, without_marker
+from compare.report.looks import Look, label_looks, without_marker
 from geometries.arrays import Array
 
 Scale = Literal["sequential", "diverging", "logarithmic", "positive"]
@@ -91,7 +91,8 @@ class Panel:
     @property
     def vanishes(self) -> bool:
         """Whether no curve leaves the range of rounding."""
-        return self.least > 0 and all(_largest(curve.y) < self.least for curve in self.curves)
+        sizes = [np.nan_to_num(np.abs(curve.points[1]), nan=0.0, posinf=0.0) for curve in self.curves]
+        return self.least > 0 and all(np.max(size, initial=0.0) < self.least for size in sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +198,7 @@ def curves_of(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | 
 
     Curves that are NaN everywhere are left out.
     """
-    looks = looks_of_labels(values)
+    looks = label_looks(values)
     return [
         mark_points(Curve(label, at, curve, looks[label], estimate if label == "C" else None))
         for label, curve in values.items()
@@ -212,8 +213,3 @@ def mark_points(curve: Curve) -> Curve:
         return curve
     (x, y), band = curve.points, None if curve.band is None else np.asarray(curve.band)[..., ::step]
     return replace(curve, x=x[::step], y=y[::step], band=band)
-
-
-def _largest(values: ArrayLike) -> float:
-    magnitudes = np.abs(np.asarray(values, dtype=float))
-    return float(np.nanmax(magnitudes)) if np.isfinite(magnitudes).any() else 0.0

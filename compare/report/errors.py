@@ -31,17 +31,17 @@ def error_cell(
 
     `is_estimate`: the error is the estimate of C, which has no share where the component vanishes.
     """
+    below = "" if np.isnan(weight) or weight < ROUNDING else percent(weight)
     if is_estimate and vanishes:
-        return Cell("vanishes" + mark, below=_weight_text(weight))
+        return Cell("vanishes" + mark, below=below)
     if np.isnan(error):
         return Cell(error)
     if error < ROUNDING:
         return Cell("0" + mark)
-    text = percent(error) + (VANISHING if vanishes else "") + mark
-    return Cell(text, below=_weight_text(weight), colour=colour(error))
+    return Cell(percent(error) + (VANISHING if vanishes else "") + mark, below=below, colour=colour(error))
 
 
-def cell_of(errors: xr.Dataset, *, is_estimate: bool, mark: str = "") -> Cell:
+def component_cell(errors: xr.Dataset, *, is_estimate: bool, mark: str = "") -> Cell:
     """Return the cell of a dataset with a single `error` [-], its `weight`, and whether it `vanishes`."""
     error, weight, vanishes = (errors[name].item() for name in ("error", "weight", "vanishes"))
     return error_cell(error, weight, vanishes=vanishes, mark=mark, is_estimate=is_estimate)
@@ -51,12 +51,8 @@ def error_row(
     name: str, errors: xr.Dataset, components: Sequence[str], *, is_estimate: bool, place: str = ""
 ) -> Row:
     """Return a row of errors of components; `errors` has the dims i and j, `place` is the first cell."""
-    cells = [cell_of(errors.sel(i=c[0], j=c[1]), is_estimate=is_estimate) for c in components]
+    cells = [component_cell(errors.sel(i=c[0], j=c[1]), is_estimate=is_estimate) for c in components]
     return Row(name, [place, *cells] if place else cells)
-
-
-def _weight_text(weight: float) -> str:
-    return "" if np.isnan(weight) or weight < ROUNDING else percent(weight)
 
 
 def percent(share: float) -> str:

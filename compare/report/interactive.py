@@ -10,12 +10,10 @@ import numpy as np
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
-from compare.report.looks import Look
+from compare.report.charts import Chart, Curve, Map, Panel, Surface
 from geometries.arrays import Array
 
 Trace = dict[str, Any]  # a trace of Plotly
-Axis = dict[str, Any]
 
 HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
 TICKS = 8  # at most, on the longest axis of a drawing in 3D
@@ -33,7 +31,7 @@ def plotly_js() -> str:
 
 def as_json(chart: Chart) -> Markup:
     """Return what a page needs to draw a chart, as JSON that may stand in a script element."""
-    steps = [[_cell(cell) for cell in cells] for cells in chart.steps.values()]
+    draw: dict[type, Any] = {Panel: _panel, Map: _map, Surface: _surface}
     content = {
         "name": chart.name,
         "slider": chart.slider,
@@ -41,20 +39,25 @@ def as_json(chart: Chart) -> Markup:
         "labels": list(chart.steps),
         "start": chart.first,
         "columns": chart.columns,
-        "height": height_of(chart),
-        "legend": [{"label": label, **_swatch(look)} for label, look in chart.legend.items()],
-        "steps": steps,
+        "height": cell_height(chart),
+        "legend": [
+            {
+                "label": label,
+                "colour": look.colour,
+                "dash": look.dash,
+                "marker": look.marker,
+                "width": look.width,
+            }
+            for label, look in chart.legend.items()
+        ],
+        "steps": [[draw[type(cell)](cell) for cell in cells] for cells in chart.steps.values()],
     }
     return htmlsafe_json_dumps(content, ensure_ascii=False, allow_nan=False)
 
 
-def height_of(chart: Chart) -> int:
+def cell_height(chart: Chart) -> int:
     """Return the height of each cell of a chart [px]."""
     return round(max(HEIGHT[type(cell)] for cell in chart.cells) * chart.heights)
-
-
-def _swatch(look: Look) -> dict[str, Any]:
-    return {"colour": look.colour, "dash": look.dash, "marker": look.marker, "width": look.width}
 
 
 def _plain(text: str) -> str:
@@ -66,49 +69,54 @@ def _plain_each(texts: Iterable[str]) -> list[str]:
     return [_plain(text) for text in texts]
 
 
-def _cell(cell: Cell) -> dict[str, Any]:
-    if isinstance(cell, Panel):
-        return _panel(cell)
-    return _map(cell) if isinstance(cell, Map) else _surface(cell)
-
-
 def _panel(panel: Panel) -> dict[str, Any]:
     """Return the traces and the layout of a panel."""
     traces = [trace for curve in panel.curves for trace in _curve(curve)]
     if panel.names_y:
         traces = [trace | {"hovertemplate": "%{y}<extra>%{fullData.name}</extra>"} for trace in traces]
-    layout: dict[str, Any] = {
-        "xaxis": _axis(panel.across, log=panel.log_x, names=panel.names_x),
-        "yaxis": _axis(panel.up, log=panel.log_y, names=panel.names_y),
-        "shapes": [
-            *(_draw_dotted("x", mark) for mark in panel.marks),
-            *(_draw_dotted("y", at) for at in panel.levels),
-        ],
-    }
-    for number, axis in enumerate(("xaxis", "yaxis")):
+    layout = _axes(panel)
+    for k, (axis, limits) in enumerate((("xaxis", panel.limits_x), ("yaxis", panel.limits_y))):
         if "dtick" in layout[axis]:
-            decades = _decades([curve.points[number] for curve in panel.curves])
+            decades = _decades([curve.points[k] for curve in panel.curves])
             layout[axis]["dtick"] = max(1, -(-decades // MOST_DECADES))
             if decades < 1:
                 del layout[axis]["dtick"]  # Plotly then labels ticks between powers of ten
-    for axis, limits in (("xaxis", panel.limits_x), ("yaxis", panel.limits_y)):
         if limits is not None:
             layout[axis]["range"] = list(limits)
+    layout["shapes"] = [
+        {
+            "type": "line",
+            **{f"{axis}0": at, f"{axis}1": at, f"{other}0": 0, f"{other}1": 1, f"{other}ref": "paper"},
+            "line": {"color": "grey", "dash": "dot", "width": 1},
+        }
+        for axis, other, places in (("x", "y", panel.marks), ("y", "x", panel.levels))
+        for at in places
+    ]
     if panel.vanishes:
         layout["yaxis"] |= {"range": [-panel.least, panel.least], "tickvals": [0.0]}
-        layout["annotations"] = [_remark("0 by symmetry")]
-    if panel.to_scale:
-        _share_scale(layout)
+        middle = {"x": 0.5, "y": 0.7, "xref": "paper", "yref": "paper", "showarrow": False}
+        layout["annotations"] = [{"text": "0 by symmetry", **middle}]
     if any(curve.notes for curve in panel.curves):
         layout["hovermode"] = "closest"
     return {"title": panel.title, "traces": traces, "layout": layout}
 
 
-def _axis(title: str, *, log: bool = False, names: Sequence[str] = ()) -> Axis:
-    axis: Axis = {"title": {"text": _plain(title)}}
-    if names:
-        return axis | {"tickvals": list(range(len(names))), "ticktext": _plain_each(names)}
-    return axis | {"type": "log", "dtick": 1, "exponentformat": "power"} if log else axis
+def _axes(cell: Panel | Map) -> dict[str, Any]:
+    """Return the layout of the axes of a cell."""
+    layout: dict[str, Any] = {}
+    for axis, title, log, names in (
+        ("xaxis", cell.across, cell.log_x, cell.names_x),
+        ("yaxis", cell.up, cell.log_y, cell.names_y),
+    ):
+        layout[axis] = {"title": {"text": _plain(title)}}
+        if names:
+            layout[axis] |= {"tickvals": list(range(len(names))), "ticktext": _plain_each(names)}
+        elif log:
+            layout[axis] |= {"type": "log", "dtick": 1, "exponentformat": "power"}
+    if cell.to_scale:
+        layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+        layout["xaxis"] |= {"constrain": "domain"}
+    return layout
 
 
 def _decades(lines: Sequence[Array]) -> int:
@@ -118,108 +126,75 @@ def _decades(lines: Sequence[Array]) -> int:
     return int(np.floor(powers.max()) - np.ceil(powers.min())) if powers.size else 1
 
 
-def _share_scale(layout: dict[str, Any]) -> None:
-    """Give both axes of a layout one scale."""
-    layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
-    layout["xaxis"] |= {"constrain": "domain"}
-
-
-def _draw_dotted(axis: str, at: float) -> dict[str, Any]:
-    other, line = "y" if axis == "x" else "x", {"color": "grey", "dash": "dot", "width": 1}
-    ends = {f"{axis}0": at, f"{axis}1": at, f"{other}0": 0, f"{other}1": 1}
-    return {"type": "line", **ends, f"{other}ref": "paper", "line": line}
-
-
-def _remark(text: str) -> dict[str, Any]:
-    return {"text": text, "x": 0.5, "y": 0.7, "xref": "paper", "yref": "paper", "showarrow": False}
-
-
 def _curve(curve: Curve) -> Iterator[Trace]:
-    """Yield the band of a curve, and the curve."""
-    x, y = curve.points
+    """Yield the band of a curve, and the curve, with bars, names and notes of its points."""
+    (x, y), look = curve.points, curve.drawn_look
     group = {"legendgroup": curve.label, "showlegend": False}
-    if curve.band is not None and not curve.bars:
+    further: Trace = {}
+    if curve.band is not None:
         low, high = curve.band_edges
-        known = np.isfinite(low) & np.isfinite(high)
-        at, low, high = x[known], low[known], high[known]
-        yield {
-            "x": _numbers(np.append(at, at[::-1])),
-            "y": _numbers(np.append(high, low[::-1])),
-            "type": "scatter",
-            "mode": "lines",
-            "fill": "toself",
-            "fillcolor": f"{curve.look.colour} faint",
-            "line": {"width": 0},
-            "hoverinfo": "skip",
-            **group,
-        }
-    look = curve.drawn_look
+        if curve.bars:
+            bars = {"array": _numbers(high - y), "arrayminus": _numbers(y - low)}
+            further["error_y"] = {"type": "data", "symmetric": False, "thickness": 1, "width": 3, **bars}
+        else:
+            known = np.isfinite(low) & np.isfinite(high)
+            at, low, high = x[known], low[known], high[known]
+            yield {
+                "x": _numbers(np.append(at, at[::-1])),
+                "y": _numbers(np.append(high, low[::-1])),
+                "type": "scatter",
+                "mode": "lines",
+                "fill": "toself",
+                "fillcolor": f"{curve.look.colour} faint",
+                "line": {"width": 0},
+                "hoverinfo": "skip",
+                **group,
+            }
+    if curve.names:
+        places = [f"{side} right" for side in curve.sides]
+        further |= {"text": _plain_each(curve.names), "textposition": places, "textfont": {"size": 11}}
+        further["cliponaxis"] = False
+    if curve.notes:
+        further |= {"customdata": _plain_each(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
+    modes = {"lines": look.dash, "markers": look.marker, "text": curve.names}
     yield {
         "x": _numbers(x),
         "y": _numbers(y),
         "type": "scatter",
-        "mode": "+".join(
-            part
-            for part, drawn in {"lines": look.dash, "markers": look.marker, "text": curve.names}.items()
-            if drawn
-        ),
+        "mode": "+".join(mode for mode, drawn in modes.items() if drawn),
         "name": _plain(curve.label),
         "line": {"color": look.colour, "width": look.width, "dash": look.dash or "solid"},
         "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 9 if curve.notes else 6},
         "hovertemplate": "%{y:.4g}" if curve.label else "%{y:.4g}<extra></extra>",
-        **_of_points(curve),
+        **further,
         **group,
     }
-
-
-def _of_points(curve: Curve) -> Trace:
-    """Return the part of a trace for what single points have: bars, names and notes."""
-    part: Trace = {}
-    if curve.bars:
-        y, (low, high) = curve.points[1], curve.band_edges
-        bars = {"array": _numbers(high - y), "arrayminus": _numbers(y - low)}
-        part["error_y"] = {"type": "data", "symmetric": False, "thickness": 1, "width": 3, **bars}
-    if curve.names:
-        places = [f"{side} right" for side in curve.sides]
-        part |= {"text": _plain_each(curve.names), "textposition": places, "textfont": {"size": 11}}
-        part["cliponaxis"] = False
-    if curve.notes:
-        part |= {"customdata": _plain_each(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
-    return part
 
 
 def _map(drawn: Map) -> dict[str, Any]:
     """Return the traces and the layout of a map."""
     values, low, high = drawn.values.T, *drawn.range
     shown: Trace = {"type": "heatmap", "x": _numbers(drawn.x), "y": _numbers(drawn.y), "hoverongaps": False}
-    across, up = _read_out(drawn.across, "x", drawn.names_x), _read_out(drawn.up, "y", drawn.names_y)
-    place, unit = f"{across}, {up}: ", _plain(drawn.unit)
+    place = ", ".join(
+        f"{_plain(title.split(' [', maxsplit=1)[0])} %{{{axis}{'' if names else ':.4~g'}}}"
+        for title, axis, names in ((drawn.across, "x", drawn.names_x), (drawn.up, "y", drawn.names_y))
+    )
+    unit, number = _plain(drawn.unit), "customdata"
     if drawn.classes:
-        shown |= _classes(values, drawn) | {"hovertemplate": f"{place}%{{text}}<extra></extra>"}
-    elif drawn.scale in ("logarithmic", "positive"):
-        is_positive = drawn.scale == "positive"
-        shown |= _positive(values, low, high) if is_positive else _logarithmic(values, high, drawn.decades)
-        shown["colorbar"] |= {"title": {"text": unit, "side": "top"}}
-        shown["hovertemplate"] = f"{place}%{{customdata:.4g}} {unit}<extra></extra>"
+        shown |= _classes(values, drawn) | {"hovertemplate": f"{place}: %{{text}}<extra></extra>"}
     else:
-        shown |= {"z": _numbers(values), "zmin": low, "zmax": high}
-        shown["colorbar"] = {"title": {"text": unit, "side": "top"}, "thickness": 12}
-        shown["hovertemplate"] = f"{place}%{{z:.4g}} {unit}<extra></extra>"
-    if not drawn.classes:
+        if drawn.scale == "positive":
+            shown |= _positive(values, low, high)
+        elif drawn.scale == "logarithmic":
+            shown |= _logarithmic(values, high, drawn.decades)
+        else:
+            number = "z"
+            shown |= {"z": _numbers(values), "zmin": low, "zmax": high, "colorbar": {"thickness": 12}}
+        shown["colorbar"] |= {"title": {"text": unit, "side": "top"}}
+        shown["hovertemplate"] = f"{place}: %{{{number}:.4g}} {unit}<extra></extra>"
         shown["colorscale"] = COLOURS[drawn.scale]
-    axes = {
-        "xaxis": _axis(drawn.across, log=drawn.log_x, names=drawn.names_x),
-        "yaxis": _axis(drawn.up, log=drawn.log_y, names=drawn.names_y),
-    }
-    if drawn.to_scale:
-        _share_scale(axes)
     traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve))]
-    return {"title": drawn.title, "traces": traces, "layout": axes | {"hovermode": "closest"}}
-
-
-def _read_out(title: str, axis: str, names: Sequence[str]) -> str:
-    """Return what hovering says about a place on an axis: its number, or its name."""
-    return f"{_plain(title.split(' [', maxsplit=1)[0])} %{{{axis}{'' if names else ':.4~g'}}}"
+    return {"title": drawn.title, "traces": traces, "layout": _axes(drawn) | {"hovermode": "closest"}}
 
 
 def _classes(values: Array, drawn: Map) -> Trace:
@@ -276,45 +251,29 @@ def _surface(surface: Surface) -> dict[str, Any]:
     """Return the traces and the layout of a surface in 3D."""
     grey = {"colorscale": [[0, "#b8bcc2"], [1, "#b8bcc2"]], "showscale": False, "hoverinfo": "skip"}
     lit = {"lighting": {"ambient": 0.65, "diffuse": 0.6, "specular": 0.05}}
-    at = {axis: _numbers(points) for axis, points in zip("xyz", surface.body, strict=True)}
-    on = {
-        axis: _numbers(np.where(np.isnan(surface.values), np.nan, points))
-        for axis, points in zip("xyz", surface.part, strict=True)
-    }
+    part = [np.where(np.isnan(surface.values), np.nan, points) for points in surface.part]
+    at, on = (
+        {axis: _numbers(points) for axis, points in zip("xyz", body, strict=True)}
+        for body in (surface.body, part)
+    )
     bar = {"title": {"text": _plain(surface.unit), "side": "top"}, "thickness": 14}
     pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
     pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
-    traces = [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}]
-    most = _most_ticks(surface.body, surface.part)
-    named = {
-        f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "nticks": count}
-        for axis, count in zip("xyz", most, strict=True)
+    box = np.concatenate([points.reshape(3, -1) for points in (surface.body, surface.part)], axis=1)
+    spans = np.ptp(box, axis=1)
+    ticks = np.clip(np.ceil(TICKS * spans / np.max(spans)), 2, TICKS)  # short axes of a drawing get few
+    positive = spans[spans > 0]
+    slenderness = float(np.max(positive) / np.exp(np.mean(np.log(positive))))  # the mean is drawn as 1
+    scene: dict[str, Any] = {
+        f"{axis}axis": {"title": {"text": f"{axis} [mm]"}, "nticks": int(count)}
+        for axis, count in zip("xyz", ticks, strict=True)
     }
-    away = _slenderness(surface.body, surface.part) ** 0.5
-    eye = {"eye": {axis: away * at for axis, at in EYE.items()}}
+    eye = {axis: slenderness**0.5 * place for axis, place in EYE.items()}
     return {
         "title": surface.title,
-        "traces": traces,
-        "layout": {"scene": named | {"aspectmode": "data", "camera": eye}},
+        "traces": [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}],
+        "layout": {"scene": scene | {"aspectmode": "data", "camera": {"eye": eye}}},
     }
-
-
-def _slenderness(*points: Array) -> float:
-    """Return the longest over the mean side of the box about points, (3, n, m); the mean is drawn as 1."""
-    spans = _spans(points)
-    positive = spans[spans > 0]
-    return float(np.max(positive) / np.exp(np.mean(np.log(positive))))
-
-
-def _most_ticks(*points: Array) -> list[int]:
-    """Return how many ticks each axis has room for: short axes of a drawing to scale get few."""
-    spans = _spans(points)
-    return [int(count) for count in np.clip(np.ceil(TICKS * spans / np.max(spans)), 2, TICKS)]
-
-
-def _spans(points: Sequence[Array]) -> Array:
-    """Return the sides of the box about points, (3, n, m) each, shape (3,)."""
-    return np.asarray(np.ptp(np.concatenate([part.reshape(3, -1) for part in points], axis=1), axis=1))
 
 
 def _numbers(values: Array) -> Any:

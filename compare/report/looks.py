@@ -68,7 +68,7 @@ def looks_of(names: Iterable[str]) -> dict[str, Look]:
     return {name: OWN[name] if name in OWN else next(further) for name in names}
 
 
-def looks_of_labels(labels: Iterable[str]) -> dict[str, Look]:
+def label_looks(labels: Iterable[str]) -> dict[str, Look]:
     """Return the look of each of some labels: that of its ICs, or a further one in turn.
 
     Where more is said of ICs, as in "B, not revolved" or "B with the factor", their line has more gaps.
@@ -79,13 +79,12 @@ def looks_of_labels(labels: Iterable[str]) -> dict[str, Look]:
         symbol = re.split("[ ,]", label)[0]
         if label in by_symbol:
             looks[label] = by_symbol[label]
+        elif symbol in by_symbol:
+            look = by_symbol[symbol]
+            looks[label] = replace(look, dash="dot" if look.dash == "solid" else "dashdot")
         else:
-            looks[label] = _broken(by_symbol[symbol]) if symbol in by_symbol else next(further)
+            looks[label] = next(further)
     return looks
-
-
-def _broken(look: Look) -> Look:
-    return replace(look, dash="dot" if look.dash == "solid" else "dashdot")
 
 
 def drawing_order(names: Iterable[str]) -> list[str]:

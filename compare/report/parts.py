@@ -104,7 +104,7 @@ def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | Non
 
 def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
-    figures = folders.make(path.parent) / "figures"
+    figures, prefix = folders.make(path.parent) / "figures", f"{prefix}_" if prefix else ""
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
@@ -130,7 +130,7 @@ def _typeset(text: str) -> Markup:
 
 def _embed(block: Picture, folder: Path, prefix: str) -> str:
     """Return the file of a picture as a data URL; it is written unless it exists."""
-    path = folders.make(folder) / f"{_file(block.name, prefix)}.png"
+    path = folders.make(folder) / f"{prefix}{block.name}.png"
     return _data_url(save(block.figure, path) if isinstance(block.figure, Figure) else block.figure)
 
 
@@ -138,11 +138,7 @@ def _on_paper(chart: Chart, folder: Path, prefix: str) -> list[str]:
     """Return the pictures of a chart as data URLs; their files are written."""
     folders.make(folder)
     figures = static.pictures(chart).items()
-    return [_data_url(save_all(figure, folder / _file(name, prefix))) for name, figure in figures]
-
-
-def _file(name: str, prefix: str) -> str:
-    return f"{prefix}_{name}" if prefix else name
+    return [_data_url(save_all(figure, folder / f"{prefix}{name}")) for name, figure in figures]
 
 
 def _data_url(path: Path) -> str:
@@ -203,27 +199,22 @@ def write_index(folder: Path) -> Path | None:
 
     Other runs may write, move and remove pages meanwhile: what is unfinished or gone is left out.
     """
-    pages = (path for pattern in PAGES for path in folder.glob(pattern))
-    entries = filter(None, map(_entry, pages))
-    rows = [_row(folder, *entry) for entry in sorted(entries, reverse=True)]
+    entries = []
+    for path in (path for pattern in PAGES for path in folder.glob(pattern)):
+        try:
+            with path.open(encoding="utf-8", errors="replace") as file:
+                title = TITLE.search(file.read(HEAD))
+            if title:
+                entries.append((path.stat().st_mtime, path, html.unescape(title[1])))
+        except OSError:
+            continue
+    rows = []
+    for seconds, path, name in sorted(entries, reverse=True):
+        written = f"{datetime.fromtimestamp(seconds).astimezone():%Y-%m-%d %H:%M}"
+        link = Cell(path.name, link=quote(os.fsencode(path.relative_to(folder))))
+        rows.append(Row(path.parent.relative_to(folder).as_posix(), [link, name, written]))
     if not rows:
         return None
     table = Table("folder", texts("page", "title", "written"), rows)
     sentence = "Results in this folder, the newest first. Each page is one file: it may be moved and sent."
     return write_page(Page("femic: results", sentence, [Section("", [table])]), folder / INDEX)
-
-
-def _entry(path: Path) -> tuple[float, Path, str] | None:
-    """Return when a page was written, its path and its title; None where it cannot be read or has none."""
-    try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            title = TITLE.search(file.read(HEAD))
-        return (path.stat().st_mtime, path, html.unescape(title[1])) if title else None
-    except OSError:
-        return None
-
-
-def _row(folder: Path, seconds: float, path: Path, title: str) -> Row:
-    written = datetime.fromtimestamp(seconds).astimezone()
-    link = Cell(path.name, link=quote(os.fsencode(path.relative_to(folder))))
-    return Row(path.parent.relative_to(folder).as_posix(), [link, title, f"{written:%Y-%m-%d %H:%M}"])

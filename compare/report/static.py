@@ -5,10 +5,9 @@ A notebook, which explores charts, shows a frame with a page of one chart.
 
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -29,20 +28,11 @@ from geometries.arrays import Array
 # --- pictures -------------------------------------------------------------------------------------------
 
 
-class Margins(NamedTuple):
-    """Room around the axes of a panel for its title, ticks and names of axes [inch]."""
-
-    left: float
-    right: float
-    top: float
-    bottom: float
-
-
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
 SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
 CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
-MARGINS = Margins(left=0.95, right=0.12, top=0.27, bottom=0.5)
+MARGINS = 0.95, 0.12, 0.27, 0.5  # of a panel for title, ticks, names: left, right, top, bottom [inch]
 TITLE_SIZE, LETTERS_PER_INCH = 9, 13.5  # of titles: font [pt], and letters in a line
 LEGEND_PADDING, LEGEND_GAP, LINE_HEIGHT = 0.2, 0.06, 0.14  # inch
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on colours
@@ -78,21 +68,19 @@ COLOURS = {"sequential": "viridis", "diverging": "RdBu_r", "logarithmic": "RdBu_
 
 
 def pictures(chart: Chart) -> dict[str, Figure]:
-    """Return the figures of a chart by their names: one, or one per step where a step has several rows."""
+    """Return the figures of a chart by their names: one, or one per step where a step has several rows.
+
+    Names have the letters that names of files may have; they are numbered where they would be the same.
+    """
     chart = _without_choice(chart)
     if len(chart.steps) == 1 or all(len(cells) <= chart.columns for cells in chart.steps.values()):
         return {chart.name: picture(chart)}
-    names = _file_names(chart)
+    names = [f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}" for step in chart.steps]
+    names = [name if names.count(name) == 1 else f"{name}_{k + 1}" for k, name in enumerate(names)]
     return {
         name: picture(replace(chart, steps={step: cells}, start=""))
         for name, (step, cells) in zip(names, chart.steps.items(), strict=True)
     }
-
-
-def _file_names(chart: Chart) -> list[str]:
-    """Return a name for each step, of the letters that names may have; numbered where these are the same."""
-    names = [f"{chart.name}_{re.sub(NOT_IN_NAMES, '', step)}" for step in chart.steps]
-    return [name if names.count(name) == 1 else f"{name}_{k + 1}" for k, name in enumerate(names)]
 
 
 def _without_choice(chart: Chart) -> Chart:
@@ -104,9 +92,15 @@ def _without_choice(chart: Chart) -> Chart:
 
 
 def picture(chart: Chart) -> Figure:
-    """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend."""
+    """Return the figure of a chart: the cells of all steps, a row or more per step, and one legend.
+
+    Steps of a single cell stand side by side.
+    """
     chart = _plain(_without_choice(chart))
-    rows = list(_rows(chart))
+    groups = [[(step, cell) for cell in cells] for step, cells in chart.steps.items()]
+    if all(len(cells) == 1 for cells in groups):
+        groups = [[pair for group in groups for pair in group]]
+    rows = [group[k : k + chart.columns] for group in groups for k in range(0, len(group), chart.columns)]
     sizes = [SIZE[type(cell)] for cell in chart.cells]
     width, height = (max(size[k] for size in sizes) for k in (0, 1))
     columns = max(len(row) for row in rows)
@@ -118,7 +112,14 @@ def picture(chart: Chart) -> Figure:
                 axes.remove()
             for axes, (step, cell) in zip(axes_row, row, strict=False):
                 _draw(figure, axes, cell, step)
-        _add_legend(figure, chart)
+        lines = any(isinstance(cell, Panel) for cell in chart.cells)
+        handles = [
+            Line2D([], [], label=label, **line_style(look if lines else without_marker(look)))
+            for label, look in chart.legend.items()
+        ]
+        if handles:
+            legend_columns = _legend_columns(figure, len(handles))
+            figure.legend(handles=handles, loc="outside lower center", ncols=legend_columns)
         lay_out(figure, chart)
     return figure
 
@@ -139,60 +140,43 @@ def _plain(part: Any) -> Any:
 def lay_out(figure: Figure, chart: Chart) -> None:
     """Make room for what stands around axes.
 
-    Around panels its size is known. Around other cells it is measured, which takes as long as drawing does;
-    and only once: an engine of the figure would do so at each drawing.
+    Around panels its size is known: each has its margins, and the legend its rows. Around other cells it is
+    measured, which takes as long as drawing does; and only once: an engine of the figure would do so at each
+    drawing.
     """
-    if all(isinstance(cell, Panel) and not (cell.names_x or cell.names_y) for cell in chart.cells):
-        _lay_out_panels(figure, chart)
-    else:
+    if not all(isinstance(cell, Panel) and not (cell.names_x or cell.names_y) for cell in chart.cells):
         ConstrainedLayoutEngine().execute(figure)
-
-
-def _lay_out_panels(figure: Figure, chart: Chart) -> None:
-    """Give each panel its margins, and the legend its rows."""
-    (width, height), margin = figure.get_size_inches(), MARGINS
+        return
+    (width, height), (left, right, top, bottom) = figure.get_size_inches(), MARGINS
     specification = figure.axes[0].get_subplotspec()
     assert specification is not None
     rows, columns = specification.get_gridspec().get_geometry()
-    below = margin.bottom + _legend_height(figure, chart)
-    above = margin.top + LINE_HEIGHT * max(axes.get_title().count("\n") for axes in figure.axes)
-    panel_width = width / columns - margin.left - margin.right
-    panel_height = (height - below + margin.bottom) / rows - above - margin.bottom
+    below = bottom
+    if chart.legend:
+        legend_rows = -(-len(chart.legend) // _legend_columns(figure, len(chart.legend)))
+        lines = max(label.count("\n") + 1 for label in chart.legend)
+        below += LEGEND_PADDING + legend_rows * (LEGEND_GAP + lines * LINE_HEIGHT)
+    above = top + LINE_HEIGHT * max(axes.get_title().count("\n") for axes in figure.axes)
+    panel_width = width / columns - left - right
+    panel_height = (height - below + bottom) / rows - above - bottom
     figure.subplots_adjust(
-        margin.left / width,
+        left / width,
         below / height,
-        1 - margin.right / width,
+        1 - right / width,
         1 - above / height,
-        (margin.left + margin.right) / panel_width,
-        (above + margin.bottom) / panel_height,
+        (left + right) / panel_width,
+        (above + bottom) / panel_height,
     )
 
 
-def _legend_height(figure: Figure, chart: Chart) -> float:
-    """Height of the legend below the cells [inch]."""
-    if not chart.legend:
-        return 0.0
-    rows = -(-len(chart.legend) // _legend_columns(figure, len(chart.legend)))
-    lines = max(label.count("\n") + 1 for label in chart.legend)
-    return LEGEND_PADDING + rows * (LEGEND_GAP + lines * LINE_HEIGHT)
-
-
-def _rows(chart: Chart) -> Iterator[Sequence[tuple[str, Cell]]]:
-    """Yield rows of cells with the steps they belong to; steps of a single cell stand side by side."""
-    steps = list(chart.steps.items())
-    if all(len(cells) == 1 for _, cells in steps):
-        flat = [(step, cell) for step, cells in steps for cell in cells]
-        yield from (flat[k : k + chart.columns] for k in range(0, len(flat), chart.columns))
-        return
-    for step, cells in steps:
-        named = [(step, cell) for cell in cells]
-        yield from (named[k : k + chart.columns] for k in range(0, len(named), chart.columns))
+def _legend_columns(figure: Figure, entries: int) -> int:
+    return min(MOST_ENTRIES, entries, round(ENTRIES_PER_INCH * figure.get_figwidth()))
 
 
 def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     title_height = 1.0 if isinstance(cell, Panel) else None  # None: measured at each drawing
     title = ", ".join(filter(None, (step, cell.title)))
-    letters = int(LETTERS_PER_INCH * (SIZE[type(cell)][0] - MARGINS.left))
+    letters = int(LETTERS_PER_INCH * (SIZE[type(cell)][0] - MARGINS[0]))
     lines = (textwrap.fill(line, letters) for line in title.splitlines())
     axes.set_title("\n".join(lines), fontsize=TITLE_SIZE, y=title_height)
     axes.yaxis.get_offset_text().set_horizontalalignment("right")  # beside the title
@@ -265,7 +249,7 @@ def _scale(axes: Axes, cell: Panel | Map) -> None:
 
 def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     x, y = curve.points
-    style = style_of(curve.drawn_look)
+    style = line_style(curve.drawn_look)
     if curve.band is not None and curve.bars:
         low, high = curve.band_edges
         axes.errorbar(x, y, (y - low, high - y), fmt="none", ecolor=style["color"], elinewidth=0.8, capsize=2)
@@ -277,7 +261,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> list[Line2D]:
     return axes.plot(x, y, label=curve.label, **style)
 
 
-def style_of(look: Look) -> dict[str, Any]:
+def line_style(look: Look) -> dict[str, Any]:
     """Return a look as the keywords of a line of Matplotlib."""
     return {
         "color": "black" if look.colour == INK else look.colour,
@@ -334,22 +318,6 @@ def _edges(at: Array, *, log: bool) -> Array:
     return np.array([2 * at[0] - middles[0], *middles, 2 * at[-1] - middles[-1]])
 
 
-def _add_legend(figure: Figure, chart: Chart) -> None:
-    """Add one legend of all labels below the cells."""
-    lines = any(isinstance(cell, Panel) for cell in chart.cells)
-    handles = [
-        Line2D([], [], label=label, **style_of(look if lines else without_marker(look)))
-        for label, look in chart.legend.items()
-    ]
-    if handles:
-        columns = _legend_columns(figure, len(handles))
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns)
-
-
-def _legend_columns(figure: Figure, entries: int) -> int:
-    return min(MOST_ENTRIES, entries, round(ENTRIES_PER_INCH * figure.get_figwidth()))
-
-
 # --- notebooks ------------------------------------------------------------------------------------------
 
 
@@ -366,6 +334,6 @@ def in_a_frame(chart: Chart) -> str:
         f"<script>{interactive.plotly_js()}</script><script>{script}</script></body></html>"
     )
     rows = max(-(-len(cells) // chart.columns) for cells in chart.steps.values())
-    height = ROOM + rows * (interactive.height_of(chart) + 24)
+    height = ROOM + rows * (interactive.cell_height(chart) + 24)
     style = f"width: 100%; height: {height}px; border: 0"
     return f'<iframe title="{escape(chart.name)}" style="{style}" srcdoc="{escape(page)}"></iframe>'

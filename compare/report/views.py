@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,21 +103,16 @@ class LoadedBody:
 
 
 def read_loaded_body(path: Path) -> LoadedBody:
-    """Read a .vtu file with displacements and stresses as femic writes it; raises WrongInput for others."""
+    """Read a .vtu file with displacements and stresses as femic writes it; raises WrongInput for others.
+
+    The block is centred where the displacement is largest and reaches as far as stresses are high.
+    """
     if not path.is_file():
         raise WrongInput(f"{path}: no such file")
     grid = pyvista.read(path)
     if not {"displacement", "von_mises"} <= set(grid.point_data):
         raise WrongInput(f"{path}: has no displacement and von_mises; give a .vtu file that femic wrote")
     grid["size"] = np.linalg.norm(grid["displacement"], axis=1)
-    return loaded_body(grid)
-
-
-def loaded_body(grid: Dataset) -> LoadedBody:
-    """Return the loaded body of a grid with fields.
-
-    Its block is centred where the displacement is largest and reaches as far as stresses are high.
-    """
     hot_points = grid.points[grid["von_mises"] > HOT * grid["von_mises"].max()]
     load_point = grid.points[np.argmax(grid["size"])]
     reach = round_number(np.abs(hot_points - load_point).max())
@@ -206,18 +201,15 @@ def _add_frame(plotter: Plotter, loaded: LoadedBody, rim: Dataset) -> None:
         ((-gap, y + reach, bottom), (-gap, y - reach, bottom)),
         ((0, y + reach + gap, max(z, bottom)), (0, y + reach + gap, min(z, bottom))),
     ]
-    for k, (start, end) in enumerate(rulers):
-        _add_ruler(plotter, k, *((start, end) if from_above or k == 2 else (end, start)))
-
-
-def _add_ruler(plotter: Plotter, axis: int, start: Sequence[float], end: Sequence[float]) -> None:
-    title = f"{'xyz'[axis]} [mm]"
-    ruler = plotter.add_ruler(start, end, title=title, number_labels=3, label_format="%.3g")
-    ruler.SetRange(start[axis], end[axis])
-    for text in (ruler.GetTitleTextProperty(), ruler.GetLabelTextProperty()):
-        text.SetItalic(False)
-        text.SetBold(False)
-        text.SetShadow(False)
+    for axis, (low, high) in enumerate(rulers):
+        start, end = (low, high) if from_above or axis == 2 else (high, low)
+        title = f"{'xyz'[axis]} [mm]"
+        ruler = plotter.add_ruler(start, end, title=title, number_labels=3, label_format="%.3g")
+        ruler.SetRange(start[axis], end[axis])
+        for text in (ruler.GetTitleTextProperty(), ruler.GetLabelTextProperty()):
+            text.SetItalic(False)
+            text.SetBold(False)
+            text.SetShadow(False)
 
 
 def near_cells(loaded: LoadedBody, reach: float) -> Dataset:

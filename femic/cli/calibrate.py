@@ -13,7 +13,7 @@ from geometries.errors import WrongInput
 
 with lazy_imports():
     from compare.pages import calibration as page
-    from compare.pages import overlay_sources
+    from compare.pages import ics_results
     from femic.results import calibration as compute
 
 
@@ -25,7 +25,7 @@ def calibrate(
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
-    scenes, most = [load_scene(name) for name in scene], overlay_sources.MOST_SCENES
+    scenes, most = [load_scene(name) for name in scene], ics_results.MOST_SCENES
     if not 1 <= len(scenes) <= most:
         raise WrongInput(f"scenes: {len(scenes)} of them; give 1 to {most}")
     for loaded in scenes:

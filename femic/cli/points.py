@@ -7,7 +7,7 @@ import tomlkit
 
 from compare.campaigns.campaign import Campaign, find_points
 from compare.campaigns.load import load_campaign
-from compare.pages.overlay_sources import MOST_SCENES
+from compare.pages.ics_results import MOST_SCENES
 from femic.cache import folders
 from femic.cache.files import write_text
 from femic.cli.work import AT

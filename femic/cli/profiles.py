@@ -93,7 +93,7 @@ def profiles(
             raise WrongInput(f"--write {write}: the name of a {own_kind}'s file must end in {ending}")
         if write.is_dir() or not os.access(write.parent, os.W_OK):
             raise WrongInput(f"--write {write}: cannot be written: name a file in a folder that exists")
-    targets = page.folders_of(ones, out or OUT / "profiles")
+    targets = page.page_folders(ones, out or OUT / "profiles")
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)

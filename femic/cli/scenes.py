@@ -29,9 +29,7 @@ FIELDS = ".vtu"  # suffix of files of displacements and stresses
 SolidName = Literal["lower", "upper"]
 
 with lazy_imports():
-    from compare.pages import fields, overlay_sources
-    from compare.pages import ics as ics_run
-    from compare.pages import overlay as page
+    from compare.pages import body_fields, ics_results
     from compare.studies import frontier
     from femic.cli import points
 
@@ -52,7 +50,7 @@ def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
     """Compute a scene, with warnings and progress on the console; return the path of its report."""
     print_warnings(scene, console)
     with work.options(folder, console) as options:
-        return ics_run.run_scene(scene, folder, options)
+        return ics_results.run_scene(scene, folder, options)
 
 
 def compare(
@@ -79,19 +77,19 @@ def compare(
         if not path.is_dir() and (path.exists() or AT not in argument):
             load_scene(argument)
     stores = [item for argument in scene for item in points.find_scenes(argument, results).items()]
-    scene_sources = overlay_sources.sources([path for path, _ in stores], results)
-    overlay_sources.common(scene_sources)  # raises before any work starts
-    folder = page.folder_of(scene_sources, out, results)
+    scene_sources = ics_results.sources([path for path, _ in stores], results)
+    ics_results.common(scene_sources)  # raises before any work starts
+    folder = ics_results.overlay_folder(scene_sources, out, results)
     console = terminal()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
         folders.require_usable(used)
     for source, (_, own_store) in zip(scene_sources, stores, strict=True):
-        if source.scene is not None and not overlay_sources.up_to_date(source):
+        if source.scene is not None and not ics_results.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing")
             work = Work(source.folder, workers, store or own_store)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
-        report = page.write(overlay_sources.load(scene_sources), folder)
+        report = ics_results.write_overlay(ics_results.load(scene_sources), folder)
     announce(report, console)
 
 
@@ -116,8 +114,8 @@ def show(
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
     console = terminal(soft_wrap=True)
-    request = fields.ShowRequest(target, body, load, out, window)
-    fields.show(request, console.print)
+    for message in body_fields.show(target, body, load, out, window):
+        console.print(message)
 
 
 def scenes(

@@ -10,7 +10,6 @@ from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():
-    from compare.pages import stress_answers as answers
     from compare.pages import stresses as page
     from femic.results import stressed_contact as contacts
     from femic.results import stresses as compute
@@ -73,7 +72,7 @@ def stresses(
         dataset = compute.compute_stresses(loaded, run_options)
         run_options.watch.on_stage("charts of the report")
         report = page.write_stresses(dataset, folder)
-    console.print(answers.summary(dataset), soft_wrap=True)
+    console.print(page.summary(dataset), soft_wrap=True)
     announce(report, console)
 
 

@@ -14,7 +14,7 @@ from fuzz import by_code, outcome
 from outcomes import Outcome
 
 from compare.report.charts import Chart, Curve, Map, Panel
-from compare.report.looks import looks_of_labels
+from compare.report.looks import label_looks
 from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Row, Table, texts
 from femic.cli.main import exit_code
@@ -88,7 +88,7 @@ def pages(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
 
 
 def _page(text: str, folder: Path) -> str:
-    curve = Curve(text, X, X, looks_of_labels([text])[text], names=[text] * 3, notes=[text] * 3)
+    curve = Curve(text, X, X, label_looks([text])[text], names=[text] * 3, notes=[text] * 3)
     cells = [
         Panel(text, text, text, [curve], names_x=[text] * 3),
         Map(text, text, text, X, X, np.eye(3), text, classes=[text, "b"], names_y=[text] * 3),

@@ -1,7 +1,6 @@
 """`femic calibrate`, `calibrate-map`: what is fitted to what, files, scenes with the fit, messages."""
 
 import json
-import re
 import tomllib
 from dataclasses import replace
 
@@ -14,10 +13,10 @@ from approx.effective import EffectiveProperties, Transition
 from compare.pages.calibration import (
     REFITTED,
     WITHOUT,
-    FitReport,
     answer_table,
-    curve,
     fits,
+    ics_with_other_c,
+    measure_errors,
     other_c,
     summary,
     translation,
@@ -65,6 +64,11 @@ def made(tmp_path_factory):
 def calibrated(made):
     path, out = made
     return calibrate(load_scene(str(path)), RunOptions(store=Store(out / "store")))
+
+
+@pytest.fixture(scope="module")
+def measured(calibrated):
+    return measure_errors(calibrated)
 
 
 def test_file_contains_fit_points_weights_covariance_and_residuals(made, calibrated):
@@ -178,7 +182,7 @@ def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
     assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
 
 
-def test_translation_is_least_squares_solution(calibrated):
+def test_translation_is_least_squares_solution(calibrated, measured):
     scene, results = calibrated.scene, calibrated.results
     points = np.concatenate(
         [np.arange(len(results.points.x))[results.lines[line.name]] for line in scene.lines]
@@ -188,39 +192,25 @@ def test_translation_is_least_squares_solution(calibrated):
         results.approximations["Bhat_prime", "combined"][1, 2, points]
         - reference_of(results, "combined").ic[1, 2, points]
     )
-    moved = translation(calibrated)
+    moved = translation(measured)
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
 
 
-def test_summary_says_what_was_fitted_what_it_improves_and_what_not(calibrated):
-    one = FitReport.measure(calibrated)
-    text = summary([one])
-    assert len(re.findall(r"\.(?: |$)", text)) == 3
-    transition = calibrated.fits["combined"].effective.mismatch_k
-    half_space = calibrated.targets["combined"].solid.constants.mismatch_k
-    assert text.startswith(
-        f"K of both bodies together goes from {half_space:.3g} at the load to {transition.far:.3g} at "
-    )
-    errors = one.errors.error.sel(body="combined", j="n")
-    before, after = (errors.sel(variant=name) for name in ("Bhat", "Bhat_prime"))
-    xn = (percent(error.sel(i="x").item()) for error in (before, after))
-    assert "the largest error on the lines goes from {} to {} in xn.".format(*xn) in text
-    for i in "ns":
-        texts = [percent(error.sel(i=i).item()) for error in (before, after)]
-        grows = bool(after.sel(i=i) > before.sel(i=i)) and texts[0] != texts[1]
-        assert (f"{i}n ({' to '.join(texts)})" in text) == grows
-    two = summary([one, replace(one, calibrated=renamed(calibrated))])
-    assert len(re.findall(r"\.(?: |$)", two)) == 3
-    assert "in xn in mine and from " in two
-    assert "in xn in other. It grows" in two
+def test_summary_has_the_errors_without_and_with_the_fit(measured):
+    errors = measured.errors.error.sel(body="combined", i="x", j="n")
+    change = " → ".join(percent(errors.sel(variant=name).item()) for name in ("Bhat", "Bhat_prime"))
+    assert f"of fitted components: mine, combined C_xn {change}." in summary([measured])
+    two = summary([measured, renamed(measured)])
+    assert two.endswith(f"mine, combined C_xn {change}, other, combined C_xn {change}.")
 
 
-def renamed(calibrated):
-    return replace(calibrated, scene=replace(calibrated.scene, name="other"))
+def renamed(measured):
+    scene = replace(measured.calibrated.scene, name="other")
+    return measured._replace(calibrated=replace(measured.calibrated, scene=scene))
 
 
-def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated):
-    one, body_fit = FitReport.measure(calibrated), calibrated.fits["combined"]
+def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated, measured):
+    one, body_fit = measured, calibrated.fits["combined"]
     answer = answer_table([one])
     (row,) = answer.rows
     assert row.name == "combined, K [-]"
@@ -239,7 +229,7 @@ def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated):
         shown = [float(error) for error in text.removesuffix(" †").split(" → ")]
         expected = [100 * at.sel(variant=name).item() for name in ("Bhat", "Bhat_prime")]
         assert shown == pytest.approx(expected, rel=6e-3)
-    two = answer_table([one, replace(one, calibrated=renamed(calibrated))])
+    two = answer_table([one, renamed(one)])
     assert [row.name for row in two.rows] == ["mine, combined, K [-]", "other, combined, K [-]"]
 
 
@@ -263,12 +253,13 @@ def test_chart_has_the_fit_the_k_of_points_and_what_is_left_of_c(calibrated):
     np.testing.assert_allclose(np.concatenate([line["x"] for line in lines]), target.r, rtol=1e-5)
 
 
-def test_chart_of_other_c_has_c_beside_it(calibrated):
-    panels = other_c([calibrated]).cells
+def test_chart_of_other_c_has_c_beside_it(calibrated, measured):
+    panels = other_c([measured]).cells
     labels = [[curve.label for curve in panel.curves] for panel in panels]
     lines = calibrated.scene.lines
     assert labels == [[WITHOUT, "B̂′", "C"]] * len(lines) + [[REFITTED, "B", "B̂", "B̂′", "C"]] * len(lines)
-    c = 1e6 * curve(calibrated, "C", "xn", calibrated.results.lines[lines[0].name])
+    part = calibrated.results.lines[lines[0].name]
+    c = 1e6 * reference_of(calibrated.results, "combined").ic[0, 2, part]
     drawn = panels[0].curves[2].y
     np.testing.assert_allclose(drawn, c[-len(drawn) :])
 
@@ -281,21 +272,27 @@ def test_page_is_not_wider_than_the_window(made, browser, width):
     assert table <= (770 if width == 800 else 1150)
 
 
-def test_refitted_translation_and_removed_curvature_have_right_sign(calibrated):
+def test_refitted_translation_and_removed_curvature_have_right_sign(measured):
     """The refitted translation brings C_sn closer to B-hat-prime; without wheels there is no curvature."""
-    part = calibrated.results.lines["x = 1.6 mm"]
-    c, refitted, b_hat_prime = (curve(calibrated, n, "sn", part) for n in ("C", REFITTED, "Bhat_prime"))
+    sn, xn = (curves(measured, i) for i in "sx")
+    c, refitted, b_hat_prime = (sn.sel(variant=name) for name in ("C", REFITTED, "Bhat_prime"))
     assert np.sum((refitted - b_hat_prime) ** 2) < np.sum((c - b_hat_prime) ** 2)
-    xn = curve(calibrated, "C", "xn", part)
-    np.testing.assert_array_equal(curve(calibrated, WITHOUT, "xn", part), xn)
+    np.testing.assert_array_equal(xn.sel(variant=WITHOUT), xn.sel(variant="C"))
     wheel = scene_from_table(TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}, "wheel")
-    on_wheel = replace(calibrated, scene=replace(calibrated.scene, bodies=wheel.bodies))
-    x, s = calibrated.results.points.x[part], calibrated.results.points.s[part]
+    scene = replace(measured.calibrated.scene, bodies=wheel.bodies)
+    on_wheel = curves(measured._replace(calibrated=replace(measured.calibrated, scene=scene)), "x")
+    x, s = on_wheel.x.values, on_wheel.s.values
     upper = wheel.pair.upper
     along = upper.approximate("Bhat", wheel.patch, (x, s)) - upper.approximate("A", wheel.patch, (x, s))
-    at_crown = np.argmin(np.abs(s))  # no other turn there than the curvature's
-    got = xn[at_crown] - curve(on_wheel, WITHOUT, "xn", part)[at_crown]
+    at_crown = int(np.argmin(np.abs(s)))  # no other turn there than the curvature's
+    got = (on_wheel.sel(variant="C") - on_wheel.sel(variant=WITHOUT))[at_crown]
     assert got == pytest.approx(along[0, 2, at_crown] / wheel.patch.area, rel=1e-9)
+
+
+def curves(measured, i):
+    """ICs of both bodies in direction i by pressures on the line x = 1.6 mm."""
+    ic = ics_with_other_c(measured).ic.sel(body="combined", i=i, j="n")
+    return ic.isel(point=np.flatnonzero(ic.line.values == "x = 1.6 mm"))
 
 
 PROPERTIES = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}

@@ -1,5 +1,6 @@
 """Advice, tables and summaries on hand-made C: a small component is no zero, a zero is no small component."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,7 @@ import pytest
 import xarray as xr
 
 from compare.pages.frontier import chart, evidence
-from compare.pages.ics import _error_table, summary
-from compare.pages.ics_figures import error_against_seconds
+from compare.pages.ics import SceneICs, error_against_seconds, error_table
 from compare.report.errors import error_cell
 from compare.studies import frontier as advising
 from compare.studies import frontier as frontier_compute
@@ -161,34 +161,28 @@ def test_errors_of_run_and_their_tables():
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
     on_line = run_errors.sel(body="combined", line=line)
-    rows = {row.name: row.cells for row in _error_table(line, results, on_line).rows}
+    rows = {
+        row.name: row.cells
+        for row in error_table("", {"": on_line}, ["nn", "xn", "sn"], results.variants).rows
+    }
     shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, cells in rows.items()}
     assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
     assert shown["C ±"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
     rms_errors = on_line.assign(error=on_line.rms, weight=np.nan)
-    rms = {row.name: row.cells for row in _error_table(line, results, rms_errors).rows}
+    rms = {
+        row.name: row.cells
+        for row in error_table("", {"": rms_errors}, ["nn", "xn", "sn"], results.variants).rows
+    }
     of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
     assert rms["A"][1].text == f"{100 * of_a_sine:.1f} %"
 
 
-def test_component_of_small_weight_is_not_the_headline():
-    """A_xn is 100 % wrong, which is 0.1 % of C_nn."""
-    results = hand_made(["nn", "xn", "sn"])
-    text = summary(results, errors(results, to_dataset_of(results)))
-    assert text.startswith("In nn of both bodies together, every approximation is within 0.01 % of C. ")
-    assert "No other component is off by more than 0.10 % of C_nn." in text
-    assert "100" not in text
-
-
-def test_summary_of_scene_with_only_vanishing_components():
-    results = hand_made(["sn"])
-    text = summary(results, errors(results, to_dataset_of(results)))
-    assert text.startswith("No component is off by more than 0.01 % of C_nn. C is known to ")
-
-
 def test_marks_of_vanishing_components_are_hollow():
     results = hand_made(["nn", "xn", "sn"])
-    panel, *_ = error_against_seconds(results, errors(results, to_dataset_of(results))).cells
+    seconds = {f"{variant} {body}": one for (variant, body), one in results.seconds.items()}
+    attributes = {"components": json.dumps(results.scene.components), "seconds": json.dumps(seconds)}
+    ics = to_dataset_of(results).assign_attrs(attributes)
+    panel, *_ = error_against_seconds(SceneICs(ics, errors(results, ics))).cells
     hollow, marks = ([c for c in panel.curves if c.look.marker.endswith("-open") == h] for h in (True, False))
     assert [len(curve.y) for curve in hollow] == [1] * len(results.variants)
     assert [len(curve.y) for curve in marks] == [2] * len(results.variants)

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 from skfem import MeshTri
 
-from compare.pages.ics_figures import RunOutput, _closing, _solid_meshes, sections, surface_mesh
+from compare.pages.scene_pictures import _closing, pictures, sections, surface_mesh
 from compare.report import views
 from femic.reference.run_options import Level
 from femic.results.ics import jobs
@@ -96,13 +96,13 @@ def test_surface_mesh_is_shown_on_modelled_side_of_patch(s, side, tmp_path):
 )
 def test_close_up_is_centred_on_modelled_side(s, flanks, shown, tmp_path, monkeypatch):
     scene = off_centre(s, tmp_path, flanks)
-    reference = SimpleNamespace(level=Level(cells=-1))
+    reference = SimpleNamespace(level=Level(cells=-1), drawn=None)
     results = SimpleNamespace(scene=scene, jobs=jobs(scene), references={"lower": reference})
     drawn = []
     monkeypatch.setattr(views, "can_render", lambda: True)
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
-    names = [picture.name for picture in _solid_meshes(RunOutput(results, None, None, tmp_path))]
-    assert names == ["mesh_lower", "mesh_surface"]
+    names = [picture.name for picture in pictures(results, tmp_path)]
+    assert names == ["sections", "mesh_lower", "mesh_surface"]
     np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])
 
 

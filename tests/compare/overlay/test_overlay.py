@@ -4,27 +4,15 @@ import csv
 import json
 import re
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.ics import key_of
-from compare.pages.overlay import (
-    DASHES,
-    _rank,
-    chart,
-    curves_of,
-    drawn_variants,
-    is_mirrored,
-    rankings,
-    summary,
-)
-from compare.pages.overlay_sources import MOST_SCENES, differences, load, sources, up_to_date, worst
+from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
+from compare.pages.ics_results import MOST_SCENES, differences, load, results_key, sources, up_to_date
 from compare.report.interactive import as_json, plotly_js
 from compare.report.looks import OWN, symbol_of
-from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
@@ -68,7 +56,7 @@ def computed(monkeypatch):
         names.append(scene.name)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("compare.pages.ics.run_scene", run_scene)
+    monkeypatch.setattr("compare.pages.ics_results.run_scene", run_scene)
     return names
 
 
@@ -95,42 +83,47 @@ def test_overlay_writes_report_figures_and_csv(compared):
     assert str(compared) not in html
 
 
-@pytest.mark.parametrize(("k", "name", "E", "L"), [(0, "gentle", 210e3, 10.0), (1, "steep", 70e3, 4.0)])
-def test_curves_agree_with_ics_file_in_unit_of_scene(k, name, E, L, compared):
-    curves = curves_of(opened(compared).results[k].ics, LINE, "lower", "sn")
+@pytest.mark.parametrize(("name", "E", "L"), [("gentle", 210e3, 10.0), ("steep", 70e3, 4.0)])
+def test_curves_agree_with_ics_file_in_unit_of_scene(name, E, L, compared):
+    curves = dimensionless(opened(compared)[name].ics, "sn")
     line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
     assert curves.across == "s / L  [-]"
     np.testing.assert_allclose(curves["at"], line.s / L, rtol=1e-13)
     np.testing.assert_allclose(curves.estimate, line.estimate * E * L, rtol=1e-13)
-    np.testing.assert_allclose(curves.ic, line.ic * E * L, rtol=1e-13)
+    expected = line.ic.sel(variant=curves.variant) * E * L
+    np.testing.assert_allclose(curves.ic, expected, rtol=1e-13)
+
+
+def dimensionless(ics, component):
+    return along_line(ics, LINE, "lower", component, dimensionless=True)
 
 
 def cells_of(overlay, component):
     """The cells of a component as the page has them, by title."""
-    content = json.loads(as_json(chart(overlay)))
+    content = json.loads(as_json(chart(ics_of(overlay))))
     assert content["labels"][content["start"]] == "nn"
     return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
 
 
 def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
     overlay = opened(compared)
-    assert drawn_variants(overlay) == ("C", "A", "Bhat")
+    assert drawn_variants(overlay) == ["A", "Bhat", "C"]
     cells = cells_of(overlay, "sn")
     assert list(cells) == [f"lower, {LINE}", f"lower, {LINE}: minus C"]
     dashes = set()
     for title, cell in cells.items():
         drawn = {trace["name"]: trace for trace in cell["traces"] if "name" in trace}
-        for result in overlay.results:
-            expected = curves_of(result.ics, LINE, "lower", "sn")
+        for name, scene in overlay.items():
+            expected = dimensionless(scene.ics, "sn")
             expected = expected.isel(point=expected["at"].values >= 0)
             for variant in ("C", "A", "Bhat"):
-                curve = drawn.pop(f"{symbol_of(variant)}, {result.name}")
+                curve = drawn.pop(f"{symbol_of(variant)}, {name}")
                 c = expected.ic.sel(variant="C") if "minus" in title else 0.0
                 np.testing.assert_allclose(curve["x"], expected["at"], rtol=1e-5)
                 values = expected.ic.sel(variant=variant) - c
                 np.testing.assert_allclose(curve["y"], values, rtol=1e-5, atol=1e-12)
                 assert curve["line"]["color"] == OWN[variant].colour
-                dashes.add((result.name, curve["line"]["dash"]))
+                dashes.add((name, curve["line"]["dash"]))
         assert not drawn
     assert dashes == {("gentle", "solid"), ("steep", "dash")}
     assert len(set(DASHES)) == MOST_SCENES
@@ -138,136 +131,66 @@ def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
 
 def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
     overlay = opened(compared)
-    assert is_mirrored(overlay, LINE)
-    gentle, steep = overlay.results
-    tilted = steep.ics.assign(ic=steep.ics.ic.where(steep.ics.s > 0, 1.01 * steep.ics.ic))
-    overlay = replace(overlay, results=(gentle, replace(steep, ics=tilted)))
-    assert not is_mirrored(overlay, LINE)
-    first, *_ = (trace for trace in cells_of(overlay, "nn")[f"lower, {LINE}"]["traces"] if "name" in trace)
-    assert min(first["x"]) == -6.0 / 10.0
+    steep = overlay["steep"].ics
+    assert is_mirrored(steep, LINE)
+    tilted = steep.assign(ic=steep.ic.where(steep.s > 0, 1.01 * steep.ic))
+    assert not is_mirrored(tilted, LINE)
+    tilted_overlay = overlay | {"steep": overlay["steep"]._replace(ics=tilted)}
+    cell = cells_of(tilted_overlay, "nn")[f"lower, {LINE}"]
+    gentle = next(trace for trace in cell["traces"] if trace.get("name") == "C, gentle")
+    assert min(gentle["x"]) == -6.0 / 10.0
 
 
 def test_csv_contains_curves(compared):
     path = compared / "results" / "gentle_steep" / "curves_x1.6mm.csv"
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
-    steep = curves_of(opened(compared).results[1].ics, LINE, "lower", "sn")
+    steep = dimensionless(opened(compared)["steep"].ics, "sn")
     a, c = (steep.ic.sel(variant=variant) for variant in "AC")
     expected = {"s/L": steep["at"], "A": a, "C": c, "estimate": steep.estimate}
     for column, values in expected.items():
         np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
 
 
-def test_errors_agree_with_errors_file_on_common_lines(compared):
-    overlay = opened(compared)
-    assert overlay.common.lines == (LINE,)  # not s = 1.6 mm, which only one has
-    for result in overlay.results:
-        file = read(compared, f"{result.name}/errors.nc").error.sel(body="lower", line=LINE)
-        for component in ("nn", "sn"):
-            worst_errors = worst(overlay, result, "lower", component).error
-            for variant in ("A", "Bbar", "Bhat", "C"):
-                assert worst_errors.sel(variant=variant) == file.sel(
-                    variant=variant, i=component[0], j=component[1]
-                )
+def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compared):
+    """Not those on s = 1.6 mm, which only one has."""
+    shown = page("", opened(compared), [])
+    assert [column.head for column in shown.answer.heads] == ["scene", "nn", "sn"]
+    assert [row.name for row in shown.answer.rows] == ["A", "", "B̂", "", "C ±", ""]
+    variants = (variant for variant in ("A", "Bhat", "C") for _ in SCENES)
+    for row, variant in zip(shown.answer.rows, variants, strict=True):
+        name, *cells = (cell.text for cell in row.filled)
+        errors = read(compared, f"{name}/errors.nc").error.sel(body="lower", line=LINE, variant=variant)
+        for i, text in zip("ns", cells, strict=True):
+            assert float(text[:-2]) == pytest.approx(100 * errors.sel(i=i, j="n").item(), abs=0.05)
+        assert f"{name}: A " in shown.summary
+        assert f"{symbol_of(variant)}{' ±' if variant == 'C' else ''} {cells[0]}" in shown.summary
 
 
-def test_answer_has_errors_of_both_scenes(compared):
-    html = (compared / "results" / "gentle_steep" / "report.html").read_text(encoding="utf-8")
-    answer = html.split("<table>")[1].split("</table>")[0]
-    shown = [
-        float(error)
-        for error in re.findall(r"<td>([\d.]+) %<br>|>([\d.]+) %<br>", answer)
-        for error in error
-        if error
-    ]
-    files = [
-        read(compared, f"{name}/errors.nc").error.sel(body="lower", line=LINE) for name in ("gentle", "steep")
-    ]
-    expected = [
-        100 * file.sel(variant=variant, i=i, j="n").item()
-        for i in "ns"
-        for file in files
-        for variant in ("A", "Bhat", "C")
-    ]
-    np.testing.assert_allclose(shown, expected, atol=0.05)
-
-
-def test_summary_has_three_sentences_with_the_errors_of_all_scenes(compared):
-    overlay = opened(compared)
-    text = summary(overlay)
-    assert len(re.findall(r"\.(?: |$)", text)) == 3
-    gentle, steep = (result.errors.sel(body="lower", line=LINE) for result in overlay.results)
-    nn = [100 * errors.error.sel(variant="A", i="n", j="n").item() for errors in (gentle, steep)]
-    nn_sentence, sn_sentence, _ = text.split(". ")
-    assert f"A is off by {nn[0]:.2f} % in gentle and {nn[1]:.2f} % in steep" in nn_sentence.replace(
-        ".0 %", ".00 %"
-    )
-    weights = {
-        v: [100 * errors.weight.sel(variant=v, i="s", j="n").item() for errors in (gentle, steep)]
-        for v in ("A", "Bhat")
-    }
-    variant = max(weights, key=lambda v: max(weights[v]))
-    assert f"heaviest error is that of {symbol_of(variant)} in sn: " in sn_sentence
-    for weight, name in zip(weights[variant], ("gentle", "steep"), strict=True):
-        assert re.search(rf"{weight:.1f}\d? % of C_nn in {name}", sn_sentence), sn_sentence
-
-
-def test_ranking_names_scene_with_larger_error_and_factor(compared):
-    overlay = opened(compared)
-    errors = {
-        result.name: {v: worst(overlay, result, "lower", "sn").error.sel(variant=v).item() for v in "AC"}
-        for result in overlay.results
-    }
-    less, more = sorted(errors, key=lambda name: errors[name]["A"])
-    assert errors[more]["A"] - errors[less]["A"] > errors[more]["C"] + errors[less]["C"] > 0
-    of_a = next(sentence for sentence in rankings(overlay) if sentence.startswith("A "))
-    (rank,) = (rank for rank in of_a.removeprefix("A ").rstrip(".").split("; ") if "sn" in rank)
-    assert rank.startswith(f"more in {more}: ")
-    assert f"sn {errors[more]['A'] / errors[less]['A']:.2f} ×" in rank
-
-
-RANKS = {
-    "known": ([(0.1, 0.01, "a"), (0.3, 0.01, "b")], ("b", " 3.00 ×")),
-    "within the accuracy": ([(0.1, 0.01, "a"), (0.11, 0.01, "b")], ("", "")),
-    "least within its accuracy": (
-        [(0.3, 0.0, "a"), (0.01, 0.02, "b")],
-        ("a", " over 15 ×"),
-    ),
-    "nothing elsewhere": ([(0.3, 0.0, "a"), (0.0, 0.0, "b")], ("a", " (0 elsewhere)")),
-    "three": ([(0.2, 0.0, "a"), (0.1, 0.0, "b"), (0.4, 0.0, "c")], ("c", " 4.00 ×")),
-}
-
-
-@pytest.mark.parametrize("case", RANKS)
-def test_factors_respect_accuracy_of_c(case):
-    errors, expected = RANKS[case]
-    assert _rank(errors) == expected
+def ics_of(overlay):
+    return {name: scene.ics for name, scene in overlay.items()}
 
 
 def test_only_differences_are_listed(compared):
-    listed = list(differences(opened(compared)))
-    values = {difference.key: difference.values for difference in listed}
-    assert values["lower.E"] == ["210000", "70000"]
-    assert values["lower.contour.flank_inclination_deg"] == ["20", "50"]
-    assert values["reference_length"] == ["10", "4"]  # that of gentle is a default
-    assert values["lines.1.along"] == ["s", "–"]
-    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & values.keys()
-    assert "Young's modulus [MPa]" in {difference.meaning for difference in listed}
+    values = differences(ics_of(opened(compared)))
+    assert values["lower.E: Young's modulus [MPa]"] == ["210000", "70000"]
+    listed = {key.split(": ")[0]: value for key, value in values.items()}
+    assert listed["lower.contour.flank_inclination_deg"] == ["20", "50"]
+    assert listed["reference_length"] == ["10", "4"]  # that of gentle is a default
+    assert listed["lines.1.along"] == ["s", "–"]
+    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & listed.keys()
 
 
 def differences_with(overlay, **attributes):
-    """The table of differences if the second results had other attributes."""
-    first, second = overlay.results
-    second = replace(second, ics=second.ics.assign_attrs(attributes))
-    return {
-        difference.key: difference.values
-        for difference in differences(replace(overlay, results=(first, second)))
-    }
+    """The differences if the second results had other attributes, by key."""
+    first, second = ics_of(overlay).values()
+    found = differences({"gentle": first, "steep": second.assign_attrs(attributes)})
+    return {key.split(": ")[0]: values for key, values in found.items()}
 
 
 def test_programs_with_different_versions_are_listed(compared):
     overlay = opened(compared)
-    attributes = overlay.results[1].ics.attrs
+    attributes = overlay["steep"].ics.attrs
     assert not {key for key in differences_with(overlay) if key.startswith("computed with")}
     versions = json.loads(attributes["versions"]) | {"gmsh": "0.1"}
     values = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
@@ -279,7 +202,7 @@ def test_programs_with_different_versions_are_listed(compared):
 def test_computed_defaults_are_listed_with_their_values(compared):
     overlay = opened(compared)
     assert differences_with(overlay)["moment_arm"] == ["3.75", "2"]  # 60 / 16, 4 / 2
-    settings = json.loads(overlay.results[1].ics.attrs["settings"])
+    settings = json.loads(overlay["steep"].ics.attrs["settings"])
     other = {"first smallest_cell [mm]": 0.05, "first growth": 0.2, "first line_growth": 0.07}
     values = differences_with(overlay, settings=json.dumps(settings | other))
     assert values["engine.smallest_cell"] == ["0.1", "0.05"]
@@ -302,23 +225,24 @@ def test_results_of_changed_scene_are_computed_again(copied):
     assert "# changed" in (copied / "results/gentle_steep/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("code", [None, "0123456789ab"])
-def test_results_of_other_code_are_computed_again(code, copied, computed):
-    path = copied / "results" / "steep" / "ics.nc"
-    ics = read(copied, "steep/ics.nc")
-    ics.attrs = {key: value for key, value in ics.attrs.items() if key != "code"}
-    ics.assign_attrs({"code": code} if code else {}).to_netcdf(path, engine="h5netcdf")
-    assert compare(copied, *SCENES) == INTERRUPTED
-    assert computed == ["steep"]
+def other_code(path):
+    """Results of the same models whose formulas have changed."""
+    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code="0123456789ab").to_netcdf(
+        path, engine="h5netcdf"
+    )
+
+
+DAMAGE = {
+    "missing": lambda path: path.unlink(),
+    "broken": lambda path: path.write_text("not NetCDF", encoding="utf-8"),
+    "of other code": other_code,
+}
 
 
 @pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
-@pytest.mark.parametrize("content", [None, "not NetCDF"])
-def test_missing_and_broken_results_are_computed_again(name, content, copied, computed):
-    path = copied / "results" / "steep" / name
-    path.unlink()
-    if content:
-        path.write_text(content, encoding="utf-8")
+@pytest.mark.parametrize("case", DAMAGE)
+def test_results_that_are_not_those_of_this_program_are_computed_again(name, case, copied, computed):
+    DAMAGE[case](copied / "results" / "steep" / name)
     assert compare(copied, *SCENES) == INTERRUPTED
     assert computed == ["steep"]
 
@@ -341,7 +265,7 @@ def test_results_of_changed_contour_file_are_out_of_date(tmp_path):
 
     source = mine()
     assert not up_to_date(source)
-    with receipts.renewed(source.folder, "run", key_of(source.scene), []):
+    with receipts.renewed(source.folder, "run", results_key(source.scene), []):
         pass
     assert up_to_date(source)
     (tmp_path / "rail.txt").touch()  # the same points
@@ -357,17 +281,6 @@ def test_folder_with_changed_files_is_refused(copied, capsys):
     (errors * 2).to_netcdf(path, engine="h5netcdf")
     assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
     assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
-
-
-@pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
-def test_results_written_by_older_code_are_computed_again(copied, computed, name):
-    """The models' code is the same, the formula of what is written has changed."""
-    path = copied / "results" / "gentle" / name
-    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code=code_digest()).to_netcdf(
-        path, engine="h5netcdf"
-    )
-    assert compare(copied, *SCENES) == INTERRUPTED
-    assert computed == ["gentle"]
 
 
 def test_folder_of_results_is_not_computed_again(copied, computed):

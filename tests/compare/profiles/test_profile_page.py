@@ -1,7 +1,6 @@
 """The page of a profile: its sentences, its table and its charts have the numbers of an arc with errors."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -33,9 +32,8 @@ def understood(tolerance=0.0):
 
 
 @pytest.mark.usefixtures("head")
-def test_summary_has_three_sentences_and_the_table_the_numbers_of_the_arc():
+def test_table_has_the_numbers_of_the_arc():
     one = understood(ERROR)
-    assert len(re.findall(r"[.](?: |$)", summary(one))) <= 3
     rows = {row.name: [cell.text for cell in row.filled] for row in answer_table(one).rows}
     assert rows["points"][0] == "241"
     assert float(rows["length [mm]"][0]) == pytest.approx(2.8 * 30, abs=0.02)

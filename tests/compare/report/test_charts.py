@@ -21,7 +21,7 @@ from compare.report.charts import (
     curves_of,
     mark_points,
 )
-from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, looks_of, looks_of_labels, symbol_of
+from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, label_looks, looks_of, symbol_of
 from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
 
 X = np.linspace(0.0, 2.0, 5)
@@ -288,7 +288,7 @@ def test_markers_are_drawn_on_curves_of_few_points_only():
 
 
 def test_open_markers_are_drawn_open_on_paper():
-    filled, hollow = (static.style_of(Look("#123456", "", marker)) for marker in ("square", "square-open"))
+    filled, hollow = (static.line_style(Look("#123456", "", marker)) for marker in ("square", "square-open"))
     assert filled["marker"] == hollow["marker"] == "s"
     assert "markerfacecolor" not in filled
     assert hollow["markerfacecolor"] == "white"
@@ -304,8 +304,8 @@ def test_looks_differ_and_those_listed_first_lie_on_top():
 
 
 def test_labels_have_the_looks_of_their_ics_and_are_broken_where_more_is_said():
-    assert looks_of_labels(map(symbol_of, OWN)) == {symbol_of(name): look for name, look in OWN.items()}
-    looks = looks_of_labels(["B̂", "B̂, not revolved", "C before the discount", "p_max", "Bold"])
+    assert label_looks(map(symbol_of, OWN)) == {symbol_of(name): look for name, look in OWN.items()}
+    looks = label_looks(["B̂", "B̂, not revolved", "C before the discount", "p_max", "Bold"])
     for label, name, dash in (("B̂, not revolved", "Bhat", "dashdot"), ("C before the discount", "C", "dot")):
         assert (looks[label].colour, looks[label].dash) == (OWN[name].colour, dash)
     assert (looks["p_max"], looks["Bold"]) == FURTHER[:2]

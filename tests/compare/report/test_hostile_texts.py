@@ -12,7 +12,7 @@ import pytest
 from compare.report import static
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.interactive import plotly_js
-from compare.report.looks import looks_of_labels
+from compare.report.looks import label_looks
 from compare.report.parts import Page, Section, write_index, write_page
 from compare.report.tables import Cell, Row, Table
 
@@ -48,7 +48,7 @@ class Contents(HTMLParser):
 
 def hostile_chart(text):
     """Return a chart with a text wherever a chart has texts."""
-    curve = Curve(text, X, X, looks_of_labels([text])[text], names=[text] * 3, notes=[text] * 3)
+    curve = Curve(text, X, X, label_looks([text])[text], names=[text] * 3, notes=[text] * 3)
     panel = Panel(text, text, text, [curve], names_x=[text] * 3)
     kinds = Map(text, text, text, X, X, np.eye(3), text, classes=[text, "other"], names_y=[text] * 3)
     numbers = Map(text, text, text, X, X, np.eye(3), text)

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.image import imread
 
-from compare.pages.fields import on_screen
+from compare.pages.body_fields import show
 from compare.report import views
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
 from femic.scenes.listing import listing
@@ -133,17 +133,22 @@ def test_wrong_files_exit_with_2(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("platform", ["linux", "darwin"])
-def test_a_window_opens_where_there_is_a_screen(platform, monkeypatch):
+def test_a_window_opens_where_there_is_a_screen(platform, monkeypatch, drawn):
     monkeypatch.setattr(sys, "platform", platform)
     monkeypatch.setenv("DISPLAY", ":0" if platform == "linux" else "")
-    assert on_screen(None)
-    assert on_screen(True)
-    assert not on_screen(False)
+    assert windows(monkeypatch, drawn, None, True, False) == [True, True, False]
 
 
-def test_no_window_without_a_screen():
-    assert not on_screen(None)
-    assert not on_screen(False)
+def test_no_window_without_a_screen(monkeypatch, drawn):
+    assert windows(monkeypatch, drawn, None, False) == [False, False]
+
+
+def windows(monkeypatch, drawn, *asked):
+    """Whether a window opens for each value of --window."""
+    monkeypatch.setattr(views, "read_loaded_body", lambda path: path)
+    for window in asked:
+        list(show("a.vtu", None, None, None, window))
+    return [opened for _, _, opened in drawn]
 
 
 def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, capsys):

@@ -107,7 +107,7 @@ def test_an_interruption_exits_with_130(write_scene, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("compare.pages.ics.run_scene", interrupted)
+    monkeypatch.setattr("compare.pages.ics_results.run_scene", interrupted)
     assert exit_code(["run", str(write_scene(ONE)), "--out", str(tmp_path / "o")]) == INTERRUPTED
 
 

@@ -198,7 +198,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 
 def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
-    recorded("compare.pages.ics.run_scene", Path("there"))
+    recorded("compare.pages.ics_results.run_scene", Path("there"))
     questions = recorded("compare.studies.frontier.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
     assert not questions
@@ -208,10 +208,10 @@ def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
 
 
 def test_compare_computes_only_scenes_without_current_results(recorded, monkeypatch, tmp_path):
-    ran = recorded("compare.pages.ics.run_scene", Path("there"))
-    recorded("compare.pages.overlay_sources.load", "curves")
-    written = recorded("compare.pages.overlay.write", Path("there"))
-    monkeypatch.setattr("compare.pages.overlay_sources.up_to_date", lambda source: source.name == "flat")
+    ran = recorded("compare.pages.ics_results.run_scene", Path("there"))
+    recorded("compare.pages.ics_results.load", "curves")
+    written = recorded("compare.pages.ics_results.write_overlay", Path("there"))
+    monkeypatch.setattr("compare.pages.ics_results.up_to_date", lambda source: source.name == "flat")
     words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
     assert exit_code(words) == DONE
     assert [(scene.name, folder) for scene, folder, _ in ran] == [("geometry1", tmp_path / "geometry1")]
@@ -249,7 +249,9 @@ def planned_jobs(monkeypatch):
     step, recorded_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
     for name in ("ics.run_plans", "matrices.matrix_plans"):
         monkeypatch.setattr(f"femic.results.{name}", lambda *_: [step])
-    monkeypatch.setattr("femic.reference.plan.plans", lambda jobs, _: recorded_jobs.append(jobs) or [step])
+    monkeypatch.setattr(
+        "femic.reference.refinement.plans", lambda jobs, _: recorded_jobs.append(jobs) or [step]
+    )
     return recorded_jobs
 
 

@@ -91,7 +91,7 @@ def test_plan_shows_models_and_refuses_matrices(femic):
 
 
 def test_show_draws_with_the_solid_engine(femic, monkeypatch):
-    monkeypatch.setattr("compare.pages.fields._write_solved", lambda *_: _raise(Failure("solved")))
+    monkeypatch.setattr("compare.pages.body_fields._write_solved", lambda *_: _raise(Failure("solved")))
     code, output = femic("show")
     assert (code, "(solid engine)" in output) == (FAILED, True)
 

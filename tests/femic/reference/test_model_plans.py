@@ -2,7 +2,7 @@
 
 import pytest
 
-from compare.pages.matrix import _cost_table
+from compare.pages.matrix import cost_table
 from femic.reference.engine import Cost, ExpectedCost
 from femic.reference.engines import ENGINES
 from femic.reference.refinement import ModelPlan, total_seconds
@@ -48,5 +48,5 @@ def test_a_run_plans_the_models_of_the_scene_and_those_of_its_check():
 )
 def test_wavenumbers_are_shown_beside_those_planned(engine, solver, told):
     cost = Cost(1200, 100, solver, (), 1e-12, {"mesh": 1.0, "solution": 2.0}, 150.0)
-    (row,) = _cost_table([step(engine, 4.0)], {"a model": cost, "another": cost}).rows
+    (row,) = cost_table([step(engine, 4.0)], {"a model": cost, "another": cost}).rows
     assert row.cells == ["1,000 / 1,200", told, "4 / 3", "100 / 150"]

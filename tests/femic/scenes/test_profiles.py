@@ -11,7 +11,7 @@ import pytest
 from approx.effective import EffectiveProperties, Transition
 from compare.campaigns.load import load_campaign
 from compare.campaigns.tasks import tasks_of
-from compare.pages.overlay_sources import scene_of_text
+from compare.pages.ics_results import scene_from_text
 from femic.cache.store import Store
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
@@ -189,7 +189,7 @@ def test_s1002_on_60e1_touches_where_the_wheelset_touches():
     wheels = WheelsetDimensions(1360.0, 500.0, flange_back=-70.0)
     position = settle(lay_out((rail, rail), (wheel, wheel), track, wheels), 6.0)
     touch, scene = position.left[0], load_scene("s1002-on-60e1")
-    file = scene_of_text(scene.text, Path())
+    file = scene_from_text(scene.text, Path())
     lower, upper = file.lower, file.upper
     assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=1e-3)
     assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=1e-3)
@@ -239,7 +239,7 @@ def test_file_is_found_beside_the_scene_and_from_a_calibrated_copy(tmp_path):
     first, second = (each.bodies["lower"].contour.position(s) for each in (scene, again))
     np.testing.assert_array_equal(first, second)
     (tmp_path / "rail.txt").unlink()
-    assert scene_of_text(scene.text, tmp_path).lower.contour.y_centre == 1.0
+    assert scene_from_text(scene.text, tmp_path).lower.contour.y_centre == 1.0
 
 
 def test_campaign_has_a_column_of_files_and_its_tasks_their_contents(tmp_path):
@@ -332,7 +332,7 @@ def test_worn_scene_touches_where_the_worn_wheelset_touches():
     wheelset = replace(WHEELSET, nominal_radius=500.0)
     position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, wheelset), 6.4, roll="about rails")
     touch, scene = position.left[0], load_scene("s1002-on-60e1-worn")
-    file = scene_of_text(scene.text, Path())
+    file = scene_from_text(scene.text, Path())
     lower, upper = file.lower, file.upper
     assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=2e-3)
     assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=2e-3)

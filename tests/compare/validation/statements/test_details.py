@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.report.looks import looks_of_labels
+from compare.report.looks import label_looks
 from compare.validation.estimates import GridComparison
 from compare.validation.statements import (
     bodies,
@@ -270,7 +270,7 @@ def test_coverage_is_drawn_over_multiples_of_the_estimate(monkeypatch):
     multiples, shares = drawn["p_max"]
     np.testing.assert_array_equal(shares, (multiples >= 0.5) / 2 + (multiples >= 1.25) / 2)
     looks = {curve.label: curve.look for curve in panel.curves}
-    assert looks["F_x"] == looks_of_labels(random_contacts.SHOWN)["F_x"]  # as where others are drawn, too
+    assert looks["F_x"] == label_looks(random_contacts.SHOWN)["F_x"]  # as where others are drawn, too
 
 
 def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
