@@ -26,10 +26,11 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.rolling import Continuation
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs.creep_force import Continuation
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.contact.undeformed import Undeformed
 from femic.scenes.load import load_scene
@@ -161,7 +162,7 @@ def curve_rows() -> Iterator[list[object]]:
                 start = perf_counter()
                 with way():
                     problem = pair.frictional(pair.operator(name), 0.4)
-                    Continuation.of(pair, problem, name).curve()
+                    Continuation(pair, pair.rolling(problem), name).curve()
                 seconds.append(perf_counter() - start)
             turns, at_once = seconds
             rows.append([name, f"{turns:.1f}", f"{at_once:.1f}", f"{turns / at_once:.1f}"])

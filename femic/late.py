@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.machinery import ModuleSpec
-from importlib.util import LazyLoader
+from importlib.util import LazyLoader, _LazyModule  # type: ignore[attr-defined]
 from operator import attrgetter
 from types import ModuleType
 from typing import Any
@@ -50,5 +50,28 @@ class _LazyFinder:
         others = (finder for finder in sys.meta_path if finder is not self)
         spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
         if spec is not None and spec.loader is not None:
-            spec.loader = LazyLoader(spec.loader)
+            spec.loader = _DeferringLoader(spec.loader)
         return spec
+
+
+class _DeferringLoader(LazyLoader):
+    """Makes deferred modules."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Make the module run later."""
+        super().exec_module(module)
+        module.__class__ = Deferred
+
+
+class Deferred(_LazyModule):  # type: ignore[misc]
+    """A module that two modules may defer; what it imports itself when it runs is not deferred."""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == "__spec__":  # asked for by the second import
+            return object.__getattribute__(self, name)
+        finders = list(sys.meta_path)
+        sys.meta_path[:] = [finder for finder in finders if not isinstance(finder, _LazyFinder)]
+        try:
+            return super().__getattribute__(name)
+        finally:
+            sys.meta_path[:] = finders

@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 
 from femic.contact.estimates import BESIDE_FLOOR, Measured, Numbers, changes, errors, from_grids
 from femic.contact.loading import Loading
+from femic.contact.motions.none import load_at_angle
 from femic.contact.normal import NormalContact
 from femic.contact.operators.protocols import Operator
-from femic.contact.pairs.frictionless import load_at_angle
 from femic.contact.pairs.grids import contact_size, grids_of, on_fitting_grid, sizing_of
 from femic.contact.pairs.ics import C, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid

@@ -29,6 +29,7 @@ from femic.contact.estimates import Numbers
 from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.motions import pair_in_motion
 from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import FullOperator
@@ -189,7 +190,7 @@ def solve_scene(scene: RandomScene, seed: int, number: int) -> Study:
     grid = sizing.large_enough(grid, problem.specification.loadings, NORMAL_ICS)
 
     def solve_on(on_grid: PairOnGrid) -> Study:
-        return _Scene(scene, PairWithFriction(problem, on_grid)).study(seed, number)
+        return _Scene(scene, pair_in_motion(problem, on_grid)).study(seed, number)
 
     return sizing.on_long_enough_grid(grid, solve_on)
 

@@ -24,10 +24,9 @@ with lazy_imports():
     from compare.pages import friction_pages
     from compare.studies import contact_advice, contact_frontier
     from femic.advice import expected
-    from femic.contact.pairs import supports
+    from femic.contact import supports
     from femic.results import contact as compute
     from femic.results import friction as friction_compute
-    from femic.results import friction_dataset as friction_supports
 
 
 def contact(
@@ -118,5 +117,5 @@ def _write_frictionless(
 def _write_with_friction(scene: Scene, folder: Path, options: RunOptions, choice: str) -> Path:
     """Solve a contact with friction and write its page; return its path."""
     dataset = friction_compute.compute_with_friction(scene, options)
-    dataset = friction_supports.with_supports(scene, dataset, options).assign_attrs(choice=choice)
+    dataset = friction_compute.with_supports(scene, dataset, options).assign_attrs(choice=choice)
     return friction_pages.PAGES[scene.contact.motion].write(dataset, folder)

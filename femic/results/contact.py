@@ -13,11 +13,11 @@ import xarray as xr
 
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
+from femic.contact.feasibility import impossible, without_operator
 from femic.contact.finite_strain import finite_strain_share
 from femic.contact.loading import Loading, amount
+from femic.contact.motions.none import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs import ics as given_ics
-from femic.contact.pairs.feasibility import impossible, without_operator
-from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs
 from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers

@@ -12,8 +12,10 @@ from functools import partial
 import numpy as np
 
 from femic.contact.frictional_problem import FrictionalProblem
-from femic.contact.pairs.creep_force import Continuation, displaced
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.compression import in_steps
+from femic.contact.motions.none import solve_frictionless
+from femic.contact.motions.rolling import Continuation, displaced
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -21,10 +23,8 @@ from femic.contact.pairs.pair_with_friction import (
     PairWithFriction,
     if_possible,
     on_larger_elements,
-    solve_with_friction,
     with_perturbed_ics,
 )
-from femic.contact.pairs.solved_compression import in_steps
 from femic.contact.rolling import RollingContact
 from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.damage.estimates import RollingSolution
@@ -209,7 +209,7 @@ def _roll(pair: PairWithFriction, name: str) -> EstimatedRolling:
 
 def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> RollingSolution:
     """Return the contact of a problem at the prescribed longitudinal force, and the slope of its curve."""
-    along = Continuation.of(pair, problem, label)
+    along = Continuation(pair, pair.rolling(problem), label)
     share = pair.specification.equal_force
     rolling = along.with_force(share * along.largest, [along.first()])
     return RollingSolution(along.problem, rolling, pair.loads[0], _slope(along, share, rolling))

@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.contact.datasets import PREFIXES
 from femic.contact.pairs.ics import NONE_GIVEN, GivenICs
 from femic.damage.dang_van import DangVan, EquivalentStress, equivalent_stress
 from femic.damage.specification import CONSTANTS
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.contact import PREFIXES, provenance
+from femic.results.contact import provenance
 from femic.results.damage import Damage, Wear, compute_damage, compute_wear
 from femic.results.stressed_contact import Contacts, Lattice, lattice_below, require_stresses, solve_contacts
 from femic.scenes.scene import Scene, StressSpecification

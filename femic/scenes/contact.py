@@ -9,13 +9,20 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, PlainValidator, SerializeAsAny, create_model, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, SerializeAsAny, create_model, model_validator
 
 from femic.contact.motions import MOTIONS
-from femic.contact.specification import ContactSpecification, ExtraGap, FrictionSpecification, extra_gap
+from femic.contact.specification import (
+    WITHOUT_FRICTION,
+    ContactSpecification,
+    ExtraGap,
+    FrictionSpecification,
+    extra_gap,
+)
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.damage.specification import DamageSpecification
+from femic.key_types import NameOf
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.input_files import ExistingFile, Holds, columns
@@ -53,8 +60,10 @@ def _declared_keys() -> dict[str, Any]:
     files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
     friction_keys = keys_of(FrictionSpecification)
     friction_keys = {"friction": friction_keys.pop("coefficients"), **friction_keys}
-    keys = keys_of(ContactSpecification, files).items()
-    parts = (friction_keys if key == "friction" else {key: declared} for key, declared in keys)
+    motions = "; ".join(f"{name}: {motion.description}" for name, motion in MOTIONS.items())
+    motion = Annotated[str, AfterValidator(NameOf(lambda: MOTIONS)), Field(description=motions)]
+    keys = keys_of(ContactSpecification, files) | {"motion": (motion, WITHOUT_FRICTION)}
+    parts = (friction_keys if key == "friction" else {key: declared} for key, declared in keys.items())
     return {key: declared for part in parts for key, declared in part.items()}
 
 

@@ -9,7 +9,7 @@ from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
 from geometries.patches import N
 
-SOLVERS = ("femic.contact.pairs.frictionless", "compare.studies.contact_ways")
+SOLVERS = ("femic.contact.pairs.ics", "compare.studies.contact_ways")
 WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.studies.contact_ways")
 BODY = """
 [{name}]

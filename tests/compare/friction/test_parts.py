@@ -37,8 +37,8 @@ def solved(monkeypatch):
 
         return counting
 
-    motions = {name: replace(motion, solve=counted(motion.solve)) for name, motion in MOTIONS.items()}
-    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.MOTIONS", motions)
+    for name, motion in MOTIONS.items():
+        monkeypatch.setitem(MOTIONS, name, replace(motion, solve=counted(motion.solve)))
     return of
 
 

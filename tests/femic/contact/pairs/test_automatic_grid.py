@@ -9,10 +9,10 @@ from approx.pair import matrix
 from compare.validation.extremes import bodies
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs import grids as first_touch
-from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.grids import MOST_STRIPS, contact_size, grids_of, sizing_of
 from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -89,7 +89,7 @@ def test_grid_grows_where_c_needs_it(monkeypatch):
 
     of = problem(10.2, loads=(5e3,), ics=("Bhat", "C"))
     ((first, _),) = grids_of(of)
-    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", much_softer)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", much_softer)
     results = solve_frictionless(of)
     (grid,) = results.references
     assert (grid.dx, grid.ds) == (first.dx, first.ds)

@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 from compare.validation.extremes.bodies import BUMP_RADIUS, bumps
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs import grids as sizes
 from femic.contact.pairs.areas import touching_beyond
-from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.grids import COUNTS, FEWEST, contact_size, sizing_of
 from femic.contact.specification import Profile
 from femic.scenes.load import load_scene

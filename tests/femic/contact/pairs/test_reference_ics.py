@@ -7,10 +7,10 @@ import pytest
 
 from approx.pair import matrix
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
-from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.grids import sizing_of
 from femic.contact.pairs.ics import (
     ALL,

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femic.contact.exact.hertz import combined_modulus
-from femic.contact.motions import MOTIONS
+from femic.contact.motions import find_motion
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.pairs.grids import Sizing, distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -40,7 +40,7 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
     misfits = [*_of_place(sizing), *_of_size(problem, sizing), *_of_lateral_force(problem, sizing)]
     yield from misfits
     if not misfits:
-        yield from MOTIONS[specification.motion].misfits(problem, sizing)
+        yield from find_motion(specification).misfits(problem, sizing)
 
 
 def without_operator(problem: ContactProblem, variants: Sequence[str]) -> Iterator[str]:
