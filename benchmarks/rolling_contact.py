@@ -69,7 +69,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
     of_x, of_s = CURVATURES
     distance = (of_x * x[:, None] ** 2 + of_s * grid.strips**2) / 2
     flat = half_space_operator(PAIR, grid)
-    operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
+    operator = GridOperator.from_ics(matrix("A", PAIR, grid)) if name == "C" else flat
     contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
     return RollingProblem(contact, RollingKinematics(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)
 

@@ -34,7 +34,7 @@ from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.grids import Size, Sizing
-from femic.contact.pairs.ics import ALL, C, c_jobs, estimate_of, pair_operator
+from femic.contact.pairs.ics import ALL, C, c_jobs, ics_estimate, pair_operator
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import numbers
@@ -204,7 +204,7 @@ def operators_of_c(problem: ContactProblem, on_grid: PairOnGrid, tolerance: floa
     }
     references = matrices(jobs, RunOptions(workers=1), combined=True)
     operator = pair_operator(references, on_grid, ALL, wheel_rolls=True)
-    added = GridOperator.of(estimate_of(references, on_grid.grid, ALL))
+    added = GridOperator.from_ics(ics_estimate(references, on_grid.grid, ALL))
     return {C: operator, PERTURBED: replace(operator, transformed=operator.transformed + added.transformed)}
 
 

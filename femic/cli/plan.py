@@ -8,7 +8,7 @@ from rich.table import Table
 
 from compare.campaigns.maps import maps_of_scene
 from femic.contact.pairs.grids import grids_of
-from femic.contact.pairs.ics import C, c_jobs, components_of
+from femic.contact.pairs.ics import C, c_jobs, needed_components
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.plan import ModelPlan, plans, total_seconds
 from femic.results.contact import require_solvable
@@ -64,7 +64,7 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
         )
         if C in scene.contact.ics:
             model_plans = list(plans(c_jobs(problem, pair_on_grid(problem, grid)), workers))
-            _print(f"{title}; {', '.join(components_of(problem))} of C:", model_plans, workers, console)
+            _print(f"{title}; {', '.join(needed_components(problem))} of C:", model_plans, workers, console)
         else:
             console.print(f"{title}; no C: seconds")
 

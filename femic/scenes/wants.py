@@ -2,15 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
 
 from femic.contact.motions import MOTIONS
 from femic.contact.motions.motion import Want
 from femic.contact.specification import ContactSpecification
+from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
-
-if TYPE_CHECKING:
-    from femic.scenes.scene import Scene
 
 
 def wants_of(specification: ContactSpecification) -> tuple[Want, ...]:
@@ -44,7 +41,7 @@ def chosen_wants(specification: ContactSpecification, names: Sequence[str]) -> t
     return tuple(known[name] for name in dict.fromkeys(names))
 
 
-def want_misfits(scene: "Scene") -> Iterator[str]:
+def want_misfits(scene: Scene) -> Iterator[str]:
     """Yield why a scene's contact does not have what is wanted."""
     if scene.want:
         try:

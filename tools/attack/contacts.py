@@ -148,7 +148,7 @@ def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float
     force, moment = summed(p, pair.problem.bodies["lower"].contour, on_grid)
     total = on_grid.resultant(p)
     bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
-    work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
+    work, free = contact.dissipation, LeadingEdge.find(bound, contact.motion.depth).free
     return _first(
         (np.any(p[..., N] < 0), "pulls"),
         (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),

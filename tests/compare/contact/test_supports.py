@@ -38,7 +38,7 @@ def test_flatter_flanks_begin_where_the_core_inclines_by_as_much_less(contour):
 def stiffer(on_grid, factor):
     """B-hat in the place of C."""
     nn = matrix("Bhat", on_grid.pair, on_grid.grid)[..., 2:, 2:]
-    return GridOperator.of(factor * nn, (N,))
+    return GridOperator.from_ics(factor * nn, (N,))
 
 
 @pytest.fixture

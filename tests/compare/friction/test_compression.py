@@ -116,7 +116,7 @@ def test_ns_matters_in_compression_and_nx_does_not():
         ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
-        problem = pair_in_motion(of.contact_problem, on_grid).frictional(GridOperator.of(ics), 0.4)
+        problem = pair_in_motion(of.contact_problem, on_grid).frictional(GridOperator.from_ics(ics), 0.4)
         *_, last = compressed(problem, [Loading(load) for load in (2e4, 4e4, 6e4, 8e4)])
         p_max[left_out] = float(np.max(last.p[..., N]))
     assert p_max["ns"] / p_max["nothing"] > 1.03

@@ -121,7 +121,7 @@ def test_estimate_of_c_is_added_to_the_estimate_by_elements(monkeypatch):
 
     def known(of, on_grid, _):
         nn = matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, EXACT, 1.0, 0.0)
+        return ReferenceICs(*[GridOperator.from_ics(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, EXACT, 1.0, 0.0)
 
     monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", known)
     contact = contacts_of(problem(10.2, loads=(3e3,), ics=("C",), elements=12))["C"]
