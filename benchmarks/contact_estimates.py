@@ -35,10 +35,10 @@ from compare.validation.estimates import (
 from femic.contact.estimates import Measured, errors
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.pairs.creep_force import Continuation
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, kinds, measured
-from femic.contact.pairs.solved_compression import estimates_of as estimates_of_steps
-from femic.contact.pairs.solved_compression import in_halves
+from femic.contact.motions.compression import OF_COMPRESSION, in_halves
+from femic.contact.motions.compression import sum_estimates as estimates_of_steps
+from femic.contact.motions.rolling import OF_CURVE, Continuation
+from femic.contact.pairs.quantities import kinds, measured
 from femic.contact.rolling import compressed
 
 STEPS = 2  # of load in compressions, each in halves

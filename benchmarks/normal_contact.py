@@ -37,7 +37,7 @@ REPEATED = 3
 
 def operator(name: str, grid: Grid):
     if name == "C":
-        return GridOperator.of(np.ascontiguousarray(matrix("Bhat", PAIR, grid)[..., 2:, 2:]), (N,))
+        return GridOperator.from_ics(np.ascontiguousarray(matrix("Bhat", PAIR, grid)[..., 2:, 2:]), (N,))
     return approximate_operator(name, PAIR, grid, (N,))
 
 

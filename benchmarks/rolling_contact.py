@@ -26,10 +26,11 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.rolling import Continuation
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs.creep_force import Continuation
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.contact.undeformed import Undeformed
 from femic.scenes.load import load_scene
@@ -68,7 +69,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
     of_x, of_s = CURVATURES
     distance = (of_x * x[:, None] ** 2 + of_s * grid.strips**2) / 2
     flat = half_space_operator(PAIR, grid)
-    operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
+    operator = GridOperator.from_ics(matrix("A", PAIR, grid)) if name == "C" else flat
     contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
     return RollingProblem(contact, RollingKinematics(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)
 
@@ -161,7 +162,7 @@ def curve_rows() -> Iterator[list[object]]:
                 start = perf_counter()
                 with way():
                     problem = pair.frictional(pair.operator(name), 0.4)
-                    Continuation.of(pair, problem, name).curve()
+                    Continuation(pair, pair.rolling(problem), name).curve()
                 seconds.append(perf_counter() - start)
             turns, at_once = seconds
             rows.append([name, f"{turns:.1f}", f"{at_once:.1f}", f"{turns / at_once:.1f}"])

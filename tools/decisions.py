@@ -26,7 +26,8 @@ from compare.studies.contact_crossings import (
 )
 from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.motions import solve_with_friction
+from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene import Scene

@@ -15,7 +15,7 @@ import xarray as xr
 
 from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses

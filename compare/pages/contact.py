@@ -35,9 +35,8 @@ from compare.report.parts import (
 )
 from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
 from femic.cache import folders
-from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.motions.none import REFERENCE, Sensitivity, SolvedContact, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.supports import REFERENCE, Sensitivity, sensitivities
 from femic.results.contact import ContactResults, others_of, reference_of, to_dataset, with_supports
 from femic.results.matrices import discounted
 from femic.scenes.scene import Scene

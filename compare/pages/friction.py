@@ -15,11 +15,11 @@ from compare.report.looks import drawing_order, looks_of, symbol_of
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, with_estimate
 from femic.contact.motions import MOTIONS
+from femic.contact.motions.rolling import OF_CURVE, scaled_force
 from femic.contact.pairs.ics import C
-from femic.contact.pairs.quantities import ALL, OF_CURVE
+from femic.contact.pairs.quantities import ALL
 from femic.results.contact import ics_of, reference_name, reference_of
-from femic.results.friction import scaled_force
-from femic.results.friction_dataset import PREFIX
+from femic.results.friction import PREFIX
 
 # --- numbers as pages show them -------------------------------------------------------------------------
 

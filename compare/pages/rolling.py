@@ -26,9 +26,9 @@ from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import Look, symbol_of
 from compare.report.parts import Folded, Section, extreme, join_words, range_text
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, with_estimate
-from femic.contact.pairs.quantities import OF_CURVE
+from femic.contact.datasets import DISPLACED
+from femic.contact.motions.rolling import OF_CURVE
 from femic.results.contact import ics_of, others_of, reference_of
-from femic.results.friction import DISPLACED
 
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 LIMIT = Look("#808080", "solid", width=1)

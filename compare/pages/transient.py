@@ -26,8 +26,9 @@ from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import Look, drawing_order, looks_of, symbol_of
 from compare.report.parts import join_words
 from compare.report.tables import Cell, Column, Row, Table, with_estimate
+from femic.contact.datasets import STEADY
+from femic.contact.motions.rolling import scaled_force
 from femic.results.contact import ics_of, others_of, reference_of
-from femic.results.friction import STEADY, scaled_force
 
 NEAR = 0.05  # of the steady force, within which transient forces are said to have reached it
 LEAST = 0.01  # of friction times load: smaller forces are not drawn

@@ -15,10 +15,10 @@ from scipy.optimize import brentq
 
 from femic.contact.estimates import BESIDE_FLOOR, Measured, Numbers, changes, errors, from_grids
 from femic.contact.loading import Loading
+from femic.contact.motions.none import load_at_angle
 from femic.contact.normal import NormalContact
 from femic.contact.operators.protocols import Operator
-from femic.contact.pairs.frictionless import load_at_angle
-from femic.contact.pairs.grids import contact_size, grids_of, on_fitting_grid, sizing_of
+from femic.contact.pairs.grids import contact_size, grids_of, make_sizing, on_fitting_grid
 from femic.contact.pairs.ics import C, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.quantities import ALL, Quantity, kinds, measured
@@ -246,7 +246,7 @@ class Ladder:
 
         Raises Failure where the patch turns by more than an angle under any load.
         """
-        bodies = sizing_of(problem).bodies
+        bodies = make_sizing(problem).bodies
         largest = _load_at(bodies, self.largest_angle, self.largest_load)
         smallest = _load_at(bodies, self.smallest_angle, largest / 2)
         return [float(load) for load in np.geomspace(smallest, largest, self.steps)]

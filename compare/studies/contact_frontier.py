@@ -26,13 +26,14 @@ from compare.studies.contact_ways import (
     ways_of,
 )
 from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
+from femic.contact.motions.motion import Want
 from femic.contact.pairs.ics import C
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import require_solvable
 from femic.results.matrices import discounted
 from femic.scenes.load import in_keys, load_scene
 from femic.scenes.scene import Scene
-from femic.scenes.wants import Want, chosen_wants, wants_of
+from femic.scenes.wants import chosen_wants, wants_of
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
 

@@ -18,7 +18,10 @@ import xarray as xr
 
 from approx.variants import VARIANTS, needs_effective
 from compare.studies.frontier import tolerance_ladder
+from femic.contact.datasets import read_grid
 from femic.contact.motions import MOTIONS
+from femic.contact.motions import motion as wants
+from femic.contact.motions.motion import KNOWN, Scale, Want
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import C, approximation, c_jobs, full_reference_ics, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -28,12 +31,9 @@ from femic.reference.refinement import plans, total_seconds
 from femic.reference.run_options import Level, RunOptions, Solved, Watch
 from femic.results.contact import case_names, compute_contact, map_names, to_dataset
 from femic.results.friction import compute_with_friction
-from femic.results.friction_dataset import grid_of
 from femic.results.ics import seconds_of
-from femic.scenes import wants
 from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
-from femic.scenes.wants import KNOWN, Scale, Want
 from geometries.patches import Grid
 
 # --- errors and their scales ----------------------------------------------------------------------------
@@ -275,7 +275,7 @@ def _frictionless(scene: Scene, options: RunOptions, given: Mapping[str, Any]) -
 def _with_friction(scene: Scene, options: RunOptions, given: Mapping[str, Any]) -> Parts:
     dataset = compute_with_friction(scene, options, given)
     seconds = {str(name): float(dataset.seconds.sel(ics=name).sum()) for name in dataset.ics.values}
-    grids = (grid_of(dataset),)
+    grids = (read_grid(dataset),)
     along = MOTIONS[scene.contact.motion].dimension
     numbers = _numbers(dataset.rename({along: "point"}))
     load = numbers["point"] if along == "load" else scene.contact.loads[0]

@@ -14,8 +14,8 @@ import numpy as np
 from compare.studies.contact_crossings import QUANTITIES, Deviation, Law
 from femic.contact.estimates import Measured, Numbers, changes, errors, floors, from_grids
 from femic.contact.frictional_problem import FrictionalProblem
+from femic.contact.motions.rolling import Continuation
 from femic.contact.operators.protocols import FullOperator
-from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import kinds, measured
@@ -145,7 +145,7 @@ class RollingDeviations:
         specification = replace(problem.specification, loads=(load,))
         pair = replace(self.pair, problem=replace(problem, specification=specification))
         label = f"{load:g} N, friction {self.friction:g}, {name}"
-        return Continuation.of(pair, self._problem(name, level), label)
+        return Continuation(pair, pair.rolling(self._problem(name, level)), label)
 
     def _problem(self, name: str, level: int) -> FrictionalProblem:
         if (name, level) not in self._problems:

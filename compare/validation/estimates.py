@@ -18,32 +18,33 @@ from compare.studies.contact_crossings import NUMBERS, PairDeviations
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Arrays
 from femic.cache.workers import in_processes
+from femic.contact.datasets import (
+    FLOOR,
+    LARGER,
+    Difference,
+    common_floors,
+    estimate_of_difference,
+    on_larger_elements,
+    variables,
+)
 from femic.contact.estimates import Measured, Numbers, errors
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.motions.none import SolvedContact
+from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.normal import NormalContact
-from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.grids import Range, contact_size
 from femic.contact.pairs.ics import C, approximation
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
-from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured_rolling, numbers
+from femic.contact.pairs.quantities import kinds, measured, numbers
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import RunOptions
-from femic.results.contact import variables
-from femic.results.friction_dataset import (
-    FLOOR,
-    LARGER,
-    Difference,
-    estimate_of_difference,
-    floors,
-    on_larger_elements,
-)
 from geometries.contours import Contour, arc, ellipse
 from geometries.errors import Failure
 from geometries.materials import Material
@@ -261,7 +262,7 @@ def differences(case: RandomContact) -> GridComparison:
     tables = {
         "": [own.numbers for _, own, *_ in on_grids.values()],
         LARGER: [larger.numbers for _, _, larger, _ in on_grids.values()],
-        FLOOR: [floors(own, OF_ROLLING) for _, own, *_ in on_grids.values()],
+        FLOOR: [common_floors(own, OF_ROLLING) for _, own, *_ in on_grids.values()],
     }
     dataset = xr.Dataset(variables(OF_ROLLING, "ics", tables), {"ics": [*cases]})
     rows = {name: _difference(name) for name in OF_ROLLING}

@@ -13,7 +13,7 @@ from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.pairs.grids import Size, contact_size, hertz
-from femic.contact.pairs.pair_on_grid import PairOnGrid, undeformed_of
+from femic.contact.pairs.pair_on_grid import PairOnGrid, undeformed_surfaces
 from femic.contact.specification import (
     APPROACH_SHARE,
     ContactProblem,
@@ -162,7 +162,7 @@ def _load(problem: ContactProblem, angle: float) -> tuple[float, Size]:
 
     Raises Failure where the patch is not on both contours, where it is too long, or pressed too much.
     """
-    undeformed = undeformed_of(problem)
+    undeformed = undeformed_surfaces(problem)
     on_grid = PairOnGrid(problem.pair, undeformed, problem.grid)
     lower = problem.bodies["lower"].contour
     curvature = float(lower.curvature(undeformed.touching[0]))

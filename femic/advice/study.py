@@ -28,11 +28,12 @@ from femic.cache.workers import in_processes
 from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.motions import pair_in_motion
 from femic.contact.normal import solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.grids import Size, Sizing
-from femic.contact.pairs.ics import ALL, C, c_jobs, estimate_of, pair_operator
+from femic.contact.pairs.ics import ALL, C, c_jobs, ics_estimate, pair_operator
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import numbers
@@ -155,7 +156,7 @@ def solve_scene(scene: RandomScene, seed: int, number: int) -> Entry:
     grid = sizing.large_enough(grid, problem.specification.loadings, NORMAL_ICS)
 
     def solve_on(on_grid: PairOnGrid) -> Entry:
-        return _solve_on_grid(scene, PairWithFriction(problem, on_grid))
+        return _solve_on_grid(scene, pair_in_motion(problem, on_grid))
 
     return {"seed": seed, "number": number} | sizing.on_long_enough_grid(grid, solve_on)
 
@@ -199,7 +200,7 @@ def reference_operators(
     }
     references = matrices(jobs, RunOptions(workers=1), combined=True)
     operator = pair_operator(references, on_grid, ALL, wheel_rolls=True)
-    added = GridOperator.of(estimate_of(references, on_grid.grid, ALL))
+    added = GridOperator.from_ics(ics_estimate(references, on_grid.grid, ALL))
     return {C: operator, PERTURBED: replace(operator, transformed=operator.transformed + added.transformed)}
 
 

@@ -20,10 +20,9 @@ with lazy_imports():
     from compare.pages import friction_pages
     from compare.studies import contact_advice, contact_frontier
     from femic.advice import expected
-    from femic.contact.pairs import supports
+    from femic.contact import supports
     from femic.results import contact as compute
     from femic.results import friction as friction_compute
-    from femic.results import friction_dataset as friction_supports
 
 
 def contact(
@@ -82,7 +81,7 @@ def contact(
                 report = page.write_contact(results, folder, others, stored, choice=choice)
             else:
                 dataset = friction_compute.compute_with_friction(solved, options)
-                dataset = friction_supports.with_supports(solved, dataset, options)
+                dataset = friction_compute.with_supports(solved, dataset, options)
                 write = friction_pages.PAGES[solved.contact.motion].write
                 report = write(dataset.assign_attrs(choice=choice), folder)
         announce(report, console)

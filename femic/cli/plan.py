@@ -56,7 +56,7 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
                     console.print(f"{title}; no C: seconds")
                     continue
                 jobs = contact_ics.c_jobs(problem, pair_on_grid.pair_on_grid(problem, of_loads))
-                components = ", ".join(contact_ics.components_of(problem))
+                components = ", ".join(contact_ics.needed_components(problem))
                 _print(f"{title}; {components} of C:", list(refinement.plans(jobs, count)), count, console)
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Stored models take "

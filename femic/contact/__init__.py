@@ -5,9 +5,9 @@ rest or steady, and for compression. They rest on `undeformed` (distances of sur
 `friction` (Coulomb's law and motions of surfaces) and `patch` (edges and resultants); `estimates` has the
 errors of their results, `exact` closed forms.
 
-`pairs` takes two bodies instead of arrays: grids, C of both, all loads, curves, quantities with estimates.
-`specification` says what is solved; `motions` is the registry of motions. `finite_elements` does without ICs.
+`pairs` takes two bodies instead of arrays: grids, C of both, quantities with estimates. `specification` says
+what is solved, and `motions` how: one file per motion. `datasets` has their labels, and estimates of
+differences between ICs. `finite_elements` does without ICs.
 
-Arrays and plain objects at the seams: no scene, file or plot. Imports numpy, scipy, `geometries`, `approx`
-and `femic.reference`.
+No scene, file or plot. Imports numpy, scipy, xarray, `geometries`, `approx` and `femic.reference`.
 """

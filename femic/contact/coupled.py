@@ -15,7 +15,14 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import LOOSEST, Law, correction, inverse_of_amplitudes, stagnated
+from femic.contact.friction.law import (
+    LOOSEST,
+    Law,
+    StripInverse,
+    correction,
+    inverse_of_amplitudes,
+    stagnated,
+)
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
@@ -52,7 +59,7 @@ class Coupled:
         unit = np.zeros((*self.problem.distance.shape, 3))
         unit[middle] = 1.0
         pressed, sheared = (self.problem.operator(unit * part) for part in ([0, 0, 1.0], [1.0, 1.0, 0]))
-        return float(pressed[middle][N]), float(np.mean(self.motion.slip_of(sheared[..., :N])[middle]))
+        return float(pressed[middle][N]), float(np.mean(self.motion.elastic_slip(sheared[..., :N])[middle]))
 
     @cached_property
     def cosine(self) -> Array:
@@ -126,7 +133,7 @@ class State:
     @classmethod
     def _in_contact(cls, coupled: Coupled, guess: Guess, pressures: Array) -> "State":
         bound = coupled.problem.bound(pressures)
-        edge = LeadingEdge.of(bound, coupled.motion.depth)
+        edge = LeadingEdge.find(bound, coupled.motion.depth)
         p = np.concatenate([edge.spread(guess.p[..., :N]), pressures[..., None]], axis=-1)
         u, given = coupled.problem.operator(p), coupled.loading.approach
         approach = guess.approach if given is None else given
@@ -147,7 +154,7 @@ class State:
     def law(self) -> Law:
         """The law of friction."""
         motion, free = self.coupled.motion, self.edge.free
-        slip = motion.slip_of(self.u[..., :N]) + motion.given_at(self.approach)
+        slip = motion.elastic_slip(self.u[..., :N]) + motion.given_at(self.approach)
         slip = slip + np.tensordot(self.c, motion.free_slips, 1)
         q, g = self.p[free][:, :N], self.bound[free][:, None]
         return Law(motion, 1 / self.coupled.self_compliance[1], free, q, g, slip)
@@ -231,7 +238,7 @@ class Step:
         coupled, law = self.coupled, self.state.law
         p, bound = self.tractions(pressures, q)
         u = coupled.problem.operator(p)
-        slip = coupled.motion.slip_of(u[..., :N]) + np.tensordot(others, coupled.modes, 1)
+        slip = coupled.motion.elastic_slip(u[..., :N]) + np.tensordot(others, coupled.modes, 1)
         gaps = u[..., N] - coupled.split(others)[1] * coupled.cosine
         law_change = law.derivative(q, slip, bound[law.free][:, None])
         return np.concatenate(
@@ -261,7 +268,7 @@ class Step:
     def law_preconditioner(self) -> Linear:
         """The approximate inverse of the law."""
         strips = self.coupled.problem.strips(self.coupled.motion)
-        return strips.inverse(self.state.law, self.state.edge)
+        return StripInverse(strips, self.state.law, self.state.edge)
 
     @cached_property
     def columns(self) -> list[tuple[Array, Array]]:

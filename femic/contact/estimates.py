@@ -169,11 +169,6 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     }
 
 
-def summed(parts: Sequence[Numbers]) -> dict[str, float]:
-    """Return the sum of independent parts of estimates: none makes another one smaller."""
-    return {name: float(sum(part[name] for part in parts)) for name in parts[0]}
-
-
 def errors(
     kinds: Mapping[str, Kind],
     fine: Measured | None,
@@ -182,13 +177,14 @@ def errors(
 ) -> dict[str, float]:
     """Errors of numbers from elements twice and four times as large, and `others`, parts that are added.
 
-    NaN where nothing is known of the contact, or of elements twice as large.
+    No part makes another one smaller. NaN where nothing is known of the contact, or of elements twice as
+    large.
     """
     coarse, coarser = (*larger, None, None)[:2]
     if fine is None or coarse is None:
         return dict.fromkeys(kinds, np.nan)
     of_grids = estimates(fine, kinds, coarse.numbers, None if coarser is None else coarser.numbers)
-    return summed([of_grids, *others])
+    return {name: float(sum(part[name] for part in (of_grids, *others))) for name in of_grids}
 
 
 def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]) -> dict[str, float]:
@@ -279,13 +275,8 @@ class SlipState:
         return np.asarray(self.friction * self.p[..., N])
 
     @property
-    def filled(self) -> Array:
-        """Tangential tractions over their bounds, shape (n_x, n_s); 0 where there is none."""
-        return np.linalg.norm(self._of_bound, axis=-1)
-
-    @property
-    def _of_bound(self) -> Array:
-        """Tangential tractions over their bounds, shape (n_x, n_s, 2)."""
+    def bound_shares(self) -> Array:
+        """Tangential tractions over their bounds, shape (n_x, n_s, 2); 0 where there is none."""
         bound = self.bound[..., None]
         return np.divide(self.p[..., :N], bound, out=np.zeros_like(self.p[..., :N]), where=bound > 0)
 
@@ -298,8 +289,8 @@ class SlipState:
         if self.behind is None:
             return np.zeros_like(self.p[..., :N])
         followed = np.arange(len(self.p))[:, None] - self.behind
-        of_bound, before = self._of_bound, np.maximum(followed - 1, 0)
-        at, earlier = (np.take_along_axis(of_bound, rows[..., None], axis=0) for rows in (followed, before))
+        shares, before = self.bound_shares, np.maximum(followed - 1, 0)
+        at, earlier = (np.take_along_axis(shares, rows[..., None], axis=0) for rows in (followed, before))
         return (self.behind * self.bound)[..., None] * (at - earlier)
 
     @property
@@ -395,18 +386,23 @@ def floors_of_forces(tractions: SlipState, at: Places) -> dict[str, float]:
 
 def _floor(tractions: SlipState, lever: Array, cos: Array) -> float:
     """Return the floor of the sum of levers times tractions; the load, and so the rest of it, stays."""
+
+    def at_random(parts: Array) -> float:
+        """Return the size of a sum of parts with random signs."""
+        return float(np.linalg.norm(parts))
+
     p, at_edge, is_open = tractions.p, tractions.at_edge, tractions.open
     borne = cos * p[..., N]
     force = np.sum(lever * p, axis=-1)
     moved = force - borne * float(np.sum(force)) / max(float(np.sum(borne)), 1e-300)
     rubbed = np.linalg.norm(lever[..., :N], axis=-1) * np.linalg.norm(p[..., :N], axis=-1)
     along = np.abs(np.sum(lever[..., :N] * p[..., :N], axis=-1))
-    filled = tractions.filled[is_open]
+    filled = np.linalg.norm(tractions.bound_shares[is_open], axis=-1)
     return (
-        OF_CUT * _at_random(moved[at_edge])
-        + OF_RUBBED * _at_random(rubbed[at_edge])
-        + OF_OPEN * _at_random(along[is_open] * filled)
-        + ACROSS * _at_random(rubbed[is_open] * filled)
+        OF_CUT * at_random(moved[at_edge])
+        + OF_RUBBED * at_random(rubbed[at_edge])
+        + OF_OPEN * at_random(along[is_open] * filled)
+        + ACROSS * at_random(rubbed[is_open] * filled)
         + OF_FOLLOWERS * abs(float(np.sum(lever[..., :N] * tractions.missed_turn)))
     )
 
@@ -426,11 +422,6 @@ def vanishing_by_symmetry(p: Array, at: Places) -> set[str]:
         if any(np.all(np.abs(parts + other) <= MIRRORED * largest) for other in mirrored):
             symmetric.add(name)
     return symmetric
-
-
-def _at_random(parts: Array) -> float:
-    """Return the size of a sum of parts with random signs."""
-    return float(np.linalg.norm(parts))
 
 
 def scales(pressures: Array, friction: Array | float, at: Places) -> dict[str, Scale]:

@@ -134,7 +134,7 @@ class FrictionalContact:
     @property
     def slip_state(self) -> SlipState:
         """Tractions, and where they stick or slip."""
-        edge = LeadingEdge.of(self.problem.bound(self.p[..., N]), self.motion.depth)
+        edge = LeadingEdge.find(self.problem.bound(self.p[..., N]), self.motion.depth)
         return SlipState(self.p, self.stick, self.slip, self.problem.coefficients, edge.behind)
 
     @cached_property
@@ -243,8 +243,9 @@ class _Solution:
     def in_turns(self, guess: Guess) -> FrictionalContact:
         """Return the contact at which neither problem changes the other."""
         p, amplitudes = guess.p, guess.amplitudes
-        change, sharpest = FIRST_CHANGE, SHARPER / self.largest_coefficient  # of bounds, too
-        damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
+        largest = max(float(np.max(self.problem.coefficients)), 1.0)
+        change, sharpest = FIRST_CHANGE, SHARPER / largest  # of bounds, too
+        share, last_step = np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N])
         for turn in range(1, MOST_TURNS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
             p, approach, gap = self.pressed(p, sharp)
@@ -257,8 +258,12 @@ class _Solution:
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
             if turn in AT_ONCE_AFTER and (contact := self.at_once(Guess(p, amplitudes, approach))):
                 return replace(contact, turns=turn)
-            damping = damping.after((p - before)[..., :N], begins=turn > UNDAMPED_TURNS)
-            p = _joined(before[..., :N] + damping.share * damping.step, p)
+            step = (p - before)[..., :N]
+            if turn > UNDAMPED_TURNS:  # smaller where a step goes back on the last one, else larger
+                back = np.sum(step * last_step, axis=-1, keepdims=True) < 0
+                share = np.where(back, BACK * share, np.minimum(ON * share, 1.0))
+            last_step = step
+            p = _joined(before[..., :N] + share * step, p)
         if pressed_too_little:
             raise Failure(
                 "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
@@ -274,11 +279,6 @@ class _Solution:
     def fast(self) -> FrictionalProblem:
         """The problem with ICs in the form whose products are fastest."""
         return self.problem.within(Box.whole(self.problem.distance.shape))
-
-    @property
-    def largest_coefficient(self) -> float:
-        """The largest coefficient of friction, 1 at least."""
-        return max(float(np.max(self.problem.coefficients)), 1.0)
 
     def share_of_pressures(self, p: Array) -> float:
         """Return the share of the load that tangential tractions on inclined places leave to pressures."""
@@ -305,11 +305,11 @@ class _Solution:
         bound = problem.bound(p[..., N])
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
         law = Coulomb(
-            lambda q: motion.slip_of(problem.tangential(q)),
+            lambda q: motion.elastic_slip(problem.tangential(q)),
             problem.strips(motion),
-            motion.given_at(approach) + motion.slip_of(of_pressures),
+            motion.given_at(approach) + motion.elastic_slip(of_pressures),
             bound,
-            LeadingEdge.of(bound, motion.depth),
+            LeadingEdge.find(bound, motion.depth),
             motion,
             self.free(p),
         )
@@ -322,20 +322,6 @@ class _Solution:
         of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
         targets = np.array([slip.force for slip in free]) - of_pressures
         return FreeAmplitudes(self.motion.free_slips, weights[..., :N], targets)
-
-
-@dataclass(frozen=True, eq=False)
-class _Damping:
-    """By what share each element takes the steps of its tangential tractions, and the last of these."""
-
-    share: Array  # (n_x, n_s, 1)
-    step: Array  # (n_x, n_s, 2)
-
-    def after(self, step: Array, *, begins: bool) -> "_Damping":
-        """Smaller where a step goes back on the last one, and larger where it does not."""
-        back = np.sum(step * self.step, axis=-1, keepdims=True) < 0
-        share = np.where(back, BACK * self.share, np.minimum(ON * self.share, 1.0))
-        return _Damping(share if begins else self.share, step)
 
 
 def _joined(tangential: Array, normal: Array) -> Array:

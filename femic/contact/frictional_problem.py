@@ -9,7 +9,7 @@ from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import Motion
 from femic.contact.normal import NormalProblem
 from femic.contact.operators.convolution import Convolution, Waves
-from femic.contact.operators.dense import coarsened, part_of
+from femic.contact.operators.dense import coarsened, restrict_to
 from femic.contact.operators.protocols import FullOperator, Operator
 from femic.contact.patch import MARGIN, Box
 from geometries.arrays import Array
@@ -117,7 +117,7 @@ class FrictionalProblem:
                 del self._parts[next(iter(self._parts))]
             self._parts[box] = FrictionalProblem(
                 self._grid_within(box),
-                part_of(self.operator, box, self.distance.shape),
+                restrict_to(self.operator, box, self.distance.shape),
                 self.flat.part(box.shape[0], box.strips),
                 box.crop(self.distance),
                 self.inclination[box.strips],

@@ -5,8 +5,7 @@ bracketed by growing steps and solved for with Brent's method.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from scipy.optimize import brentq
 
@@ -18,18 +17,6 @@ MOST_STEPS = 24  # largest number of them
 Contact = TypeVar("Contact")
 
 
-@dataclass(frozen=True, eq=False)
-class LateralEquilibrium(Generic[Contact]):
-    """A contact at the lateral position [mm] where it has a given lateral force.
-
-    `stiffness` [N/mm] is the one against lateral movements, from the two nearest positions.
-    """
-
-    contact: Contact
-    position: float
-    stiffness: float
-
-
 def contact_at_lateral_force(
     contact_at: Callable[[float], tuple[float, Contact]],
     force: float,
@@ -37,9 +24,11 @@ def contact_at_lateral_force(
     start: float,
     step: float,
     accuracy: float,
-) -> LateralEquilibrium[Contact]:
-    """Return the contact with a lateral force [N] on the upper body, to an accuracy [mm] of its position.
+) -> tuple[Contact, float, float]:
+    """Return the contact with a lateral force [N] on the upper body, its position [mm] and its stiffness.
 
+    The stiffness [N/mm] is that against lateral movements, from the two nearest positions; `accuracy` [mm] is
+    that of the position.
     `contact_at` gives the lateral force [N] and the contact at a position [mm]. The search begins at `start`
     with a step [mm]. Raises Failure where no position has the force, and as `contact_at`.
     """
@@ -56,7 +45,7 @@ def contact_at_lateral_force(
     others = [(abs(other - position), other) for other in evaluated if other != position]
     nearest = min(others)[1] if others else position + step
     other_defect = evaluated[nearest][0] if nearest in evaluated else beyond(nearest)
-    return LateralEquilibrium(contact, position, abs((other_defect - defect) / (nearest - position)))
+    return contact, position, abs((other_defect - defect) / (nearest - position))
 
 
 def _bracket(beyond: Callable[[float], float], start: float, step: float) -> tuple[float, float]:

@@ -6,7 +6,6 @@ The dataset has the numbers with their estimates, and pressures and gaps by plac
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,14 @@ import xarray as xr
 
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
+from femic.contact.datasets import INCLINATION, SECONDS, S, X, variables
+from femic.contact.feasibility import impossible, without_operator
 from femic.contact.finite_strain import finite_strain_share
 from femic.contact.loading import amount
+from femic.contact.motions.none import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs import ics as given_ics
-from femic.contact.pairs.feasibility import impossible, without_operator
-from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs
-from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, numbers
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, numbers
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
@@ -90,23 +90,6 @@ def compute_contact(
 # --- the dataset ----------------------------------------------------------------------------------------
 
 
-X = {"units": "mm", "long_name": "place along the direction of rolling"}
-S = {"units": "mm", "long_name": "arc length of the lower contour"}
-SECONDS = {"units": "s", "long_name": "time of the solution, without C"}
-INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
-PREFIXES = {  # before the name of a quantity: what the variable is besides its meaning
-    "": "",
-    "estimate_": ": estimated error",
-    "displaced_": ": with the exact distance of the displaced body",
-    "supported_": ": with other supports",
-    "larger_": ": on elements twice as large",
-    "change_": ": change with the ICs plus their estimated errors",
-    "floor_": ": change where single elements are in another state",
-    "steady_": ": in steady rolling",
-    "estimate_steady_": ": estimated error in steady rolling",
-}
-
-
 def ics_of(dataset: xr.Dataset) -> list[str]:
     """Return the names of the ICs."""
     return [str(name) for name in dataset.ics.values]
@@ -120,21 +103,6 @@ def reference_of(dataset: xr.Dataset) -> str:
 def others_of(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with the reference."""
     return [name for name in ics_of(dataset) if name != reference_of(dataset)]
-
-
-def variables(
-    quantities: Mapping[str, Quantity], dims: str | tuple[str, ...], tables: Mapping[str, object]
-) -> dict[str, xr.Variable]:
-    """Return variables PREFIX + NAME of quantities; `tables` has nested lists of numbers by `PREFIXES`."""
-    return {
-        prefix + name: xr.Variable(
-            dims,
-            np.vectorize(itemgetter(name), otypes=[float])(table),
-            {"units": quantity.unit, "long_name": quantity.meaning + PREFIXES[prefix]},
-        )
-        for prefix, table in tables.items()
-        for name, quantity in quantities.items()
-    }
 
 
 def case_names(dataset: xr.Dataset) -> list[str]:

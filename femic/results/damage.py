@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from femic.contact.datasets import PREFIXES
 from femic.contact.estimates import Numbers
 from femic.damage.estimates import RollingSolution, estimate_errors
 from femic.damage.fatigue import patch_aspect, shakedown_limit, surface_index, t_gamma, utilised_friction
 from femic.damage.laws import depth, regime_shares
 from femic.damage.specification import ENERGY, MOST_STEPS, DamageSpecification
 from femic.damage.wear import UnstableSteps, WearSteps, WornContact, find_sliding, wear_contact
-from femic.results.contact import PREFIXES
 from geometries.errors import WrongInput
 from geometries.patches import N
 

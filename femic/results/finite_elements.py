@@ -14,11 +14,12 @@ import xarray as xr
 
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
+from femic.contact.datasets import S
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.meshed_contact import rigid_compliance, supported_bodies
 from femic.contact.finite_elements.result import FEContact, fe_contact
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.contact import S, padded, require_solvable
+from femic.results.contact import padded, require_solvable
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene

@@ -12,18 +12,18 @@ from functools import partial
 import numpy as np
 
 from femic.contact.frictional_problem import FrictionalProblem
-from femic.contact.pairs.creep_force import Continuation, displaced
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.compression import in_steps
+from femic.contact.motions.none import solve_frictionless
+from femic.contact.motions.rolling import Continuation, displaced
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import (
     PairWithFriction,
     if_possible,
     on_larger_elements,
-    solve_with_friction,
     with_perturbed_ics,
 )
-from femic.contact.pairs.solved_compression import in_steps
 from femic.contact.specification import ContactProblem
 from femic.damage.estimates import RollingSolution
 from femic.damage.wear import REACH, strips_beside
@@ -182,7 +182,7 @@ def _with_force(pair: PairWithFriction, problem: FrictionalProblem, label: str) 
 
     The slope dF_x/dxi [N] is that to a contact of less force; nan without this.
     """
-    along = Continuation.of(pair, problem, label)
+    along = Continuation(pair, pair.rolling(problem), label)
     share = pair.specification.equal_force
     rolling = along.with_force(share * along.largest, [along.first()])
     less, slope = share - np.copysign(STEP, share), np.nan

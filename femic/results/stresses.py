@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.contact.datasets import PREFIXES
 from femic.damage.dang_van import DangVan, equivalent_stress
 from femic.damage.specification import CONSTANTS
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.contact import PREFIXES, provenance
+from femic.results.contact import provenance
 from femic.results.damage import Number, compute_damage, compute_wear
 from femic.results.stressed_contact import Contacts, Lattice, lattice_below, require_stresses, solve_contacts
 from femic.scenes.scene import Scene, StressSpecification

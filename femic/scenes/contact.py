@@ -8,13 +8,19 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, PlainValidator, SerializeAsAny, create_model, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, SerializeAsAny, create_model, model_validator
 
 from femic.contact.motions import MOTIONS
-from femic.contact.specification import ContactSpecification, FrictionSpecification, extra_gap
+from femic.contact.specification import (
+    WITHOUT_FRICTION,
+    ContactSpecification,
+    FrictionSpecification,
+    extra_gap,
+)
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.damage.specification import DamageSpecification
+from femic.key_types import NameOf
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.input_files import ExistingFile, Holds, columns
@@ -48,7 +54,13 @@ class ContactKeys(SceneTable):
 
 
 _FILES = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
-_KEYS, _FRICTION_KEYS = declared_keys(ContactSpecification, _FILES), declared_keys(FrictionSpecification)
+_MOTION = Annotated[
+    str,
+    AfterValidator(NameOf(lambda: MOTIONS)),
+    Field(description="; ".join(f"{name}: {motion.description}" for name, motion in MOTIONS.items())),
+]
+_KEYS = declared_keys(ContactSpecification, _FILES) | {"motion": (_MOTION, WITHOUT_FRICTION)}
+_FRICTION_KEYS = declared_keys(FrictionSpecification)
 _FRICTION_KEYS = {"friction": _FRICTION_KEYS.pop("coefficients"), **_FRICTION_KEYS}
 _PARTS = (_FRICTION_KEYS if key == "friction" else {key: declared} for key, declared in _KEYS.items())
 ContactTable = create_model(

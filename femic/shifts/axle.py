@@ -18,7 +18,8 @@ import numpy as np
 
 from femic.contact import estimates
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
-from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, measured_rolling
+from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
+from femic.contact.pairs.quantities import kinds, measured
 from femic.shifts.specification import RollingTable
 from femic.shifts.wheel import PatchBeyondGrid, RollingWheel, WheelContact
 from geometries.errors import Failure

@@ -28,7 +28,7 @@ from femic.contact.pairs.ics import normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.planar import PLANAR, PlanarContact, PlanarPatch, solve_planar
 from femic.contact.pairs.quantities import ALL, kinds, lacking, measured, numbers
-from femic.contact.pairs.supports import other_supports
+from femic.contact.supports import other_supports
 from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.sides import Place, bodies_at, contact_problem

@@ -18,8 +18,8 @@ from femic.contact.pairs.area_grids import MOST_TRIES, longer
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
-from femic.contact.pairs.supports import other_supports
 from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.contact.supports import other_supports
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.shifts.axle import (
     OF_PATCH,

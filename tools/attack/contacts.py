@@ -12,10 +12,11 @@ from outcomes import Outcome
 from femic.contact.friction.motion import Creepages, LeadingEdge
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
-from femic.contact.pairs.creep_force import Continuation
-from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.none import SolvedContact
+from femic.contact.motions.rolling import Continuation
 from femic.contact.pairs.pair_on_grid import PairOnGrid
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.rolling import compressed
 from femic.reference.run_options import RunOptions
 from femic.results.contact import compute_contact, require_solvable
@@ -111,7 +112,7 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
 
     def solved(pair: PairWithFriction) -> str:
         problem = pair.frictional(pair.operator(scene.contact.ics[0]), friction.coefficients[0])
-        path = Continuation.of(pair, problem, "strange")
+        path = Continuation(pair, pair.rolling(problem), "strange")
         load = scene.contact.loads[0]
         total = path.problem.contact(creepages, Loading(load), forces=free)
         along = total.contact.force[0]
@@ -147,7 +148,7 @@ def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float
     force, moment = summed(p, pair.problem.bodies["lower"].contour, on_grid)
     total = on_grid.resultant(p)
     bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
-    work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
+    work, free = contact.dissipation, LeadingEdge.find(bound, contact.motion.depth).free
     return _first(
         (np.any(p[..., N] < 0), "pulls"),
         (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),

@@ -14,7 +14,7 @@ from meshing import Fineness, Mesh, Rectangle, mesh
 
 from femic.contact.finite_elements.meshed_contact import Bodies
 from femic.contact.finite_elements.result import fe_contact
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.contact.undeformed import Undeformed
 from femic.reference.run_options import RunOptions

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from contact import Arcs, Found, Patch, Run, by_calculix
 
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs.quantities import numbers, s_range
 from femic.reference.run_options import RunOptions
 

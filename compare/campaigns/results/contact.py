@@ -5,10 +5,11 @@ import xarray as xr
 from compare.campaigns.maps import maps_of_scene
 from compare.campaigns.results.kind import Jobs, ResultKind
 from femic.contact.motions import MOTIONS
+from femic.contact.motions.rolling import OF_CURVE
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import C, c_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.quantities import OF_CURVE, OF_FRICTIONLESS
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.reference.run_options import RunOptions
 from femic.results.contact import compute_contact, require_solvable, to_dataset
 from femic.results.friction import compute_with_friction

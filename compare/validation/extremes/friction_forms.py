@@ -19,10 +19,12 @@ from femic.contact.exact.hertz import LineContact, LoadedPoint
 from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements, solve_with_friction
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING, Quantity, kinds, measured_rolling
-from femic.contact.pairs.solved_compression import in_halves, in_steps, solve_compression
-from femic.contact.pairs.solved_transient import solve_transient
+from femic.contact.motions import solve_with_friction
+from femic.contact.motions.compression import OF_COMPRESSION, estimate_steps, in_halves, in_steps
+from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
+from femic.contact.motions.transient import estimate_path, solve_path
+from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements
+from femic.contact.pairs.quantities import Quantity, kinds
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import RunOptions
 from geometries.patches import Grid
@@ -156,15 +158,16 @@ def roll_from_rest(problem: ContactProblem, options: RunOptions) -> ContactSolut
 
 
 def _roll_from_rest_on(pair: PairWithFriction) -> ContactSolution:
-    solved = solve_transient(pair, *_only(pair))
-    asked = pair.specification
+    problem, label, asked = _frictional(pair), pair.problem.name, pair.specification
+    path = solve_path(pair, problem, label)
+    estimates, _ = estimate_path(pair, problem, label, path)
     steady = replace(asked, longitudinal=(-1.0, asked.creepage))
 
     def on(grid: Grid) -> Numbers:
         other = _on(_with(pair, friction=steady), grid)
         return _roll_steadily(other, _frictional(other)).numbers
 
-    return _solution(pair, solved.path.steps[-1], solved.errors[-1], OF_ROLLING, on)
+    return _solution(pair, path.steps[-1], estimates[-1], OF_ROLLING, on)
 
 
 def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
@@ -176,13 +179,15 @@ def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
 
 
 def _compress_on(pair: PairWithFriction) -> ContactSolution:
-    solved = solve_compression(pair, *_only(pair))
+    problem, label = _frictional(pair), pair.problem.name
+    steps, _ = in_steps(pair, problem, label)
+    estimates = estimate_steps(pair, problem, label, steps)
 
     def on(grid: Grid) -> Numbers:
         other = _on(_with(pair, loads=tuple(in_halves(pair.loads))), grid)
         return in_steps(other, _frictional(other), "finer")[0][-1].numbers
 
-    return _solution(pair, solved.steps[-1], solved.errors[-1], OF_COMPRESSION, on)
+    return _solution(pair, steps[-1], estimates[-1], OF_COMPRESSION, on)
 
 
 def _solution(
@@ -197,14 +202,9 @@ def _solution(
     )
 
 
-def _only(pair: PairWithFriction) -> tuple[float, str]:
-    """Return the only coefficient of friction and the name of the only ICs."""
-    (friction,), (name,) = pair.specification.coefficients, pair.problem.specification.ics
-    return friction, name
-
-
 def _frictional(pair: PairWithFriction) -> FrictionalProblem:
-    friction, name = _only(pair)
+    """Return the problem with the only coefficient of friction and the only ICs."""
+    (friction,), (name,) = pair.specification.coefficients, pair.problem.specification.ics
     return pair.frictional(pair.operator(name), friction)
 
 

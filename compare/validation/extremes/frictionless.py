@@ -26,8 +26,8 @@ from compare.validation.extremes.contacts import (
     scales_of,
 )
 from compare.validation.extremes.engines import Changes
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, measured, numbers
 from femic.contact.specification import ContactProblem, Profile
 from femic.reference.run_options import RunOptions

@@ -239,11 +239,11 @@ def _law(operator: Convolution, motion: Motion, bound: Array) -> Coulomb:
     """Return the problem of tangential tractions with given bounds, without prescribed forces."""
     none = np.zeros((0, *bound.shape, 2))
     return Coulomb(
-        lambda p: motion.slip_of(operator(p)),
+        lambda p: motion.elastic_slip(operator(p)),
         Strips.on_half_spaces(operator, motion),
         motion.given,
         bound,
-        LeadingEdge.of(bound, motion.depth),
+        LeadingEdge.find(bound, motion.depth),
         motion,
         FreeAmplitudes(none, none, np.zeros(0)),
     )

@@ -15,9 +15,9 @@ from compare.studies.contact_crossings import PairDeviations
 from femic.contact.estimates import Numbers
 from femic.contact.finite_elements.meshed_contact import rigid_compliance
 from femic.contact.loading import Loading
+from femic.contact.motions.none import SolvedContact, load_at_angle
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import Operator
-from femic.contact.pairs.frictionless import SolvedContact, load_at_angle
 from femic.contact.pairs.grids import grids_of, on_fitting_grid
 from femic.contact.pairs.ics import C, ReferenceICs, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid

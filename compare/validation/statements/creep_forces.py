@@ -31,9 +31,9 @@ from compare.validation.statements.friction_contacts import (
 from compare.validation.statements.runs import Runs
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
+from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import C
 from femic.results.contact import others_of
-from femic.results.friction import scaled_force
 from geometries.arrays import Array
 from geometries.patches import N, X
 

@@ -29,10 +29,10 @@ from compare.validation.statements.friction_contacts import (
     traction_distance,
 )
 from compare.validation.statements.runs import Runs
+from femic.contact.motions.rolling import scaled_force
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.ics import GivenICs
 from femic.results.contact import ics_of
-from femic.results.friction import scaled_force
 from femic.scenes.load import load_scene
 from geometries.patches import Grid, indices
 

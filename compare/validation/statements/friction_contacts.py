@@ -17,12 +17,13 @@ from compare.validation.statements.contact_series import Estimated, ratio
 from compare.validation.statements.criteria import Numbers
 from compare.validation.statements.curves import rms
 from compare.validation.statements.runs import Runs
+from femic.contact.datasets import estimate_of_difference
+from femic.contact.motions import pair_in_motion
+from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.results.contact import reference_of
-from femic.results.friction import scaled_force
-from femic.results.friction_dataset import estimate_of_difference
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.patches import Grid
@@ -77,7 +78,7 @@ def pair_of(runs: Runs) -> PairWithFriction:
     changes = {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": on_grid_of(rolling(runs))}
     scene = load_scene("rolling", changes)
     problem = scene.contact_problem
-    return PairWithFriction(problem, pair_on_grid(problem, problem.grid), runs.options)
+    return pair_in_motion(problem, pair_on_grid(problem, problem.grid), runs.options)
 
 
 # --- distances from C -----------------------------------------------------------------------------------

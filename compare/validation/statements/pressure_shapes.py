@@ -9,10 +9,9 @@ from compare.report.charts import Panel, curves_of
 from compare.validation.statements.criteria import FOLLOWS, Numbers, Statement
 from compare.validation.statements.normal_contacts import PAIRS, SOURCE_ANGLES, TALL, WIDE
 from compare.validation.statements.runs import Runs
-from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.motions.none import REFERENCE, Sensitivity, SolvedContact, sensitivities
 from femic.contact.pairs.pair_on_grid import PairContact
 from femic.contact.pairs.quantities import half_length, half_width, s_range
-from femic.contact.pairs.supports import REFERENCE, Sensitivity, sensitivities
 from geometries.arrays import Array
 
 OF_HERTZ = 4 / np.pi  # largest over mean of an ellipse over its axis

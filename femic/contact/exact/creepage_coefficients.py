@@ -89,14 +89,17 @@ def creepage_coefficients(a: float, b: float, nu: float, *, degree: int = DEGREE
 def _five(ratio: float, nu: float, degree: int) -> Array:
     """C11, C22, C23, C32, C33 of a / b, shape (5,)."""
     ellipse = _Ellipse(float(np.sqrt(ratio)), float(1 / np.sqrt(ratio)), nu)
-    along, across = _Modes.of((0, 1), degree), _Modes.of((1, 0), degree)
+    along, across = _Modes.up_to((0, 1), degree), _Modes.up_to((1, 0), degree)
     of_xi = ellipse.tractions(along, [(X, 0, 0, 1.0)])
     of_upsilon = ellipse.tractions(across, [(S, 0, 0, 1.0)])
     of_spin = ellipse.tractions(across, [(X, 1, 1, -ellipse.b), (S, 1, 1, ellipse.a)])
-    forces = [2 * np.pi * along.of_mode(of_xi, X, 0, 0)]
-    forces += [2 * np.pi * across.of_mode(q, S, 0, 0) for q in (of_upsilon, of_spin)]
+    forces = [2 * np.pi * along.coefficient(of_xi, X, 0, 0)]
+    forces += [2 * np.pi * across.coefficient(q, S, 0, 0) for q in (of_upsilon, of_spin)]
     moments = [
-        2 * np.pi / 3 * (ellipse.a * across.of_mode(q, S, 1, 1) - ellipse.b * across.of_mode(q, X, 1, 1))
+        2
+        * np.pi
+        / 3
+        * (ellipse.a * across.coefficient(q, S, 1, 1) - ellipse.b * across.coefficient(q, X, 1, 1))
         for q in (of_upsilon, of_spin)
     ]
     return -np.array(forces + moments)
@@ -117,7 +120,7 @@ class _Modes:
     m: Indices
 
     @classmethod
-    def of(cls, least: tuple[int, int], degree: int) -> Self:
+    def up_to(cls, least: tuple[int, int], degree: int) -> Self:
         """All modes up to a degree."""
         all_three = [
             (i, n, m)
@@ -138,7 +141,7 @@ class _Modes:
         """Return the number of a mode."""
         return int(np.flatnonzero((self.direction == direction) & (self.n == n) & (self.m == m))[0])
 
-    def of_mode(self, q: Array, direction: int, n: int, m: int) -> float:
+    def coefficient(self, q: Array, direction: int, n: int, m: int) -> float:
         """Return the coefficient of a mode."""
         return float(q[self.place(direction, n, m)])
 
@@ -156,7 +159,7 @@ class _Ellipse:
 
         Slopes are given by direction, degree, order and coefficient: the polynomials are 1, X and Y.
         """
-        tested = _Modes.of(modes.least, modes.degree - 1)
+        tested = _Modes.up_to(modes.least, modes.degree - 1)
         targets = np.zeros(tested.n.size)
         for direction, n, m, coefficient in slopes:
             targets[tested.place(direction, n, m)] = coefficient / (2 * n + 1)

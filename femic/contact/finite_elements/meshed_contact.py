@@ -29,7 +29,7 @@ from femic.contact.finite_elements.saddle import (
     solve_active_set,
 )
 from femic.contact.pairs.ics import c_job
-from femic.contact.pairs.pair_on_grid import undeformed_of
+from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import Undeformed
 from femic.reference.discount import FZ
@@ -283,7 +283,7 @@ LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 def supported_bodies(problem: ContactProblem) -> Bodies:
     """Return the bodies in their places, with the supports that C has, and ends that do not matter."""
-    undeformed, radius = undeformed_of(problem), problem.support_radius
+    undeformed, radius = undeformed_surfaces(problem), problem.support_radius
     lower, upper = (
         replace(problem.bodies[name], domain=Domain(radius, LENGTH * radius)) for name in ("lower", "upper")
     )

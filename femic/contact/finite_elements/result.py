@@ -95,10 +95,28 @@ def fe_contact(
     patch_seconds = perf_counter() - start
     coarse = solved(bodies, mesh_bodies(bodies, rough.patch, cells / 2), load, rough)
     fine = solved(bodies, mesh_bodies(bodies, rough.patch, cells), load, coarse)
-    return _contact_of(fine, coarse, patch_seconds)
+    solution = fine.solution
+    return FEContact(
+        fine.zone.x,
+        fine.zone.s,
+        fine.p,
+        fine.s_range,
+        compute_numbers(fine),
+        estimates(fine, coarse),
+        fine.load,
+        fine.load_of_pressures,
+        fine.reactions,
+        solution.tension,
+        solution.penetration,
+        (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
+        solution.steps,
+        solution.iterations,
+        {"patch": patch_seconds, "coarse": coarse.seconds, "fine": fine.seconds},
+        peak_memory(),
+    )
 
 
-def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers:
+def compute_numbers(contact: MeshedContact, patch: Expected | None = None) -> Numbers:
     """Return the numbers of a contact; with a `patch` where gaps do not tell its edges."""
     patch = patch or Expected(contact.a, contact.s_range)
     return Numbers(
@@ -115,34 +133,11 @@ def numbers_of(contact: MeshedContact, patch: Expected | None = None) -> Numbers
 
 def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
     """Return estimates of the errors of the numbers on the finer of two pairs of meshes."""
-    numbers = numbers_of(fine)
+    numbers = compute_numbers(fine)
     try:
-        return numbers.estimate(numbers_of(coarse), READING * fine.spacing)
+        return numbers.estimate(compute_numbers(coarse), READING * fine.spacing)
     except Failure:
-        return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
-
-
-def _contact_of(fine: MeshedContact, coarse: MeshedContact, patch_seconds: float) -> FEContact:
-    """Return the result of the finest meshes, with estimates from coarser ones."""
-    solution = fine.solution
-    return FEContact(
-        fine.zone.x,
-        fine.zone.s,
-        fine.p,
-        fine.s_range,
-        numbers_of(fine),
-        estimates(fine, coarse),
-        fine.load,
-        fine.load_of_pressures,
-        fine.reactions,
-        solution.tension,
-        solution.penetration,
-        (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
-        solution.steps,
-        solution.iterations,
-        {"patch": patch_seconds, "coarse": coarse.seconds, "fine": fine.seconds},
-        peak_memory(),
-    )
+        return numbers.estimate(compute_numbers(coarse, coarse.patch), coarse.spacing / 2)
 
 
 def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedContact:
@@ -152,19 +147,15 @@ def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedC
         try:
             contact = solved(bodies, mesh_bodies(bodies, expected, ROUGH), load, contact)
         except ZoneTooSmall:
-            expected = _within(bodies, _enlarged(expected))
+            middle, half = sum(expected.s) / 2, GROWTH * expected.b
+            larger = Expected(GROWTH * expected.a, (middle - half, middle + half))
+            expected = _within(bodies, larger)
             continue
         patch = contact.patch
         if max(abs(np.log(patch.a / expected.a)), abs(np.log(patch.b / expected.b))) < NEAR_ENOUGH:
             return contact
         expected = patch
     raise Failure(f"contact under {load:g} N: no patch found that its meshes fit; give `expected`")
-
-
-def _enlarged(patch: Expected) -> Expected:
-    """Return a patch that is `GROWTH` times as large."""
-    middle = sum(patch.s) / 2
-    return Expected(GROWTH * patch.a, (middle - GROWTH * patch.b, middle + GROWTH * patch.b))
 
 
 def _within(bodies: Bodies, patch: Expected) -> Expected:

@@ -107,7 +107,12 @@ def solve(
         residual = right_side - matrix.matvec(vector)
         while _size(preconditioner, residual) > bound:  # SciPy stops by another measure
             if len(steps) >= MOST_ITERATIONS:
-                raise NotConverged(_unsolved(_size(preconditioner, residual) / bound * tolerance, tolerance))
+                reached = _size(preconditioner, residual) / bound * tolerance
+                raise NotConverged(
+                    f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} "
+                    f"iterations, {tolerance:.0e} specified. Likely cause: a Poisson's ratio near 0.5, or "
+                    "slender bodies. Try thicker bodies or another number of `cells`"
+                )
             correction, _ = minres(
                 matrix,
                 residual,
@@ -118,29 +123,15 @@ def solve(
             )
             vector = vector + correction
             residual = right_side - matrix.matvec(vector)
-    return _state(pair, active, vector), len(steps)
+    u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
+    p = np.zeros(len(active))
+    p[active] = p_active
+    return State(u_lower, u_upper, p, float(approach[0])), len(steps)
 
 
 def _size(preconditioner: LinearOperator, residual: Array) -> float:
     """Return the norm of a residual."""
     return float(np.sqrt(residual @ preconditioner.matvec(residual)))
-
-
-def _unsolved(reached: float, tolerance: float) -> str:
-    """Return the message of a linear problem that is not solved."""
-    return (
-        f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} iterations, "
-        f"{tolerance:.0e} specified. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
-        "thicker bodies or another number of `cells`"
-    )
-
-
-def _state(pair: CoupledBodies, active: Mask, vector: Array) -> State:
-    """Return the state that unknowns stand for."""
-    u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
-    p = np.zeros(len(active))
-    p[active] = p_active
-    return State(u_lower, u_upper, p, float(approach[0]))
 
 
 def _ends(pair: CoupledBodies, active: Mask) -> Array:

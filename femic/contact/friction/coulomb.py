@@ -23,7 +23,15 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import LOOSEST, Law, Strips, correction, inverse_of_amplitudes, stagnated
+from femic.contact.friction.law import (
+    LOOSEST,
+    Law,
+    StripInverse,
+    Strips,
+    correction,
+    inverse_of_amplitudes,
+    stagnated,
+)
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -255,7 +263,7 @@ class _Bordered:
     @classmethod
     def prepare(cls, newton: _Newton, law: Law) -> "_Bordered":
         problem, none = newton.problem, np.zeros_like(law.q)
-        inverse, modes = problem.strips.inverse(law, problem.edge), problem.free.modes
+        inverse, modes = StripInverse(problem.strips, law, problem.edge), problem.free.modes
         k, shape = len(modes), none.shape
         columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
         schur_inverse = inverse_of_amplitudes([newton.forces(column) for column in columns])

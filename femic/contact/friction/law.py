@@ -154,19 +154,15 @@ class Strips:
         """Return those of half-spaces, whose ICs are `flat` in the directions x and s, in a motion."""
         kernels, n_x = flat.own_strip, flat.shape[0]
         u = [toeplitz(kernels[n_x - 1 :, i, i], kernels[n_x - 1 :: -1, i, i]) for i in range(2)]
-        slip = np.moveaxis(motion.slip_of(np.stack(u, axis=-1)), -1, 0).astype(np.float32)
+        slip = np.moveaxis(motion.elastic_slip(np.stack(u, axis=-1)), -1, 0).astype(np.float32)
         slip[:, -1, -1] = slip[:, 0, 0]  # as if there were another element ahead of the last one
         behind = np.concatenate([np.zeros_like(slip[:, :1]), slip[:, :-1]], axis=1)
         return cls(slip, behind, flat.strips_alone)
 
-    def inverse(self, law: Law, edge: LeadingEdge) -> "StripInverse":
-        """Return the approximate inverse of the derivative of the law by tractions of free elements."""
-        return StripInverse(self, law, edge)
-
 
 @dataclass(frozen=True, eq=False)
 class StripInverse:
-    """The inverse of the derivative of a law by tractions, with slip that follows from these."""
+    """The approximate inverse of the derivative of a law by tractions of free elements."""
 
     strips: Strips
     law: Law

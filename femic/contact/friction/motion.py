@@ -230,7 +230,7 @@ class LeadingEdge:
     ratio: Array
 
     @classmethod
-    def of(cls, bound: Array, depth: int = DEPTH) -> "LeadingEdge":
+    def find(cls, bound: Array, depth: int = DEPTH) -> "LeadingEdge":
         """Return the leading edge of where bounds are positive; rolling is towards +x."""
         places = np.arange(len(bound))[:, None]
         ahead, behind = _neighbours(bound[::-1] > 0)[::-1], _neighbours(bound > 0)
@@ -304,7 +304,7 @@ class Motion:
     depth = 0  # elements of a leading edge that follow others
     has_coarser = True
 
-    def slip_of(self, u: Array) -> Array:
+    def elastic_slip(self, u: Array) -> Array:
         """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return u
 
@@ -406,7 +406,7 @@ class SteadyRolling(Motion):
         """The same with fewer elements of a leading edge that follow others, None if there are none."""
         return replace(self, followers=self.depth - 1) if self.depth else None
 
-    def slip_of(self, u: Array) -> Array:
+    def elastic_slip(self, u: Array) -> Array:
         """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return (u - ahead(u)) / self.dx
 
@@ -444,7 +444,7 @@ class RollingStep(SteadyRolling):
     before: Array | None = None
     has_coarser = False  # the step is as long as an element
 
-    def slip_of(self, u: Array) -> Array:
+    def elastic_slip(self, u: Array) -> Array:
         """Return the part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return u / self.dx
 

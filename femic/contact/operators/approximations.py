@@ -72,7 +72,7 @@ def approximate_operator(
             f"variant = {variant!r}: its ICs at -x are not those at x with the signs of xs, sx, xn and nx "
             "changed, which operators of contact need"
         )
-    return GridOperator.of(_matrix(parts)[..., directions, :][..., directions], directions)
+    return GridOperator.from_ics(_matrix(parts)[..., directions, :][..., directions], directions)
 
 
 def approximate_matrix(variant: str, pair: Pair, grid: Grid, *, upper_offset: float = 0.0) -> Array:

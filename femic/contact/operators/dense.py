@@ -2,7 +2,7 @@
 
 The operator is a convolution along x (by FFT), because elements of a strip differ by their lag only, and a
 dense matrix between strips. On a part of a grid any operator takes the form whose products are fastest there
-(`part_of`).
+(`restrict_to`).
 """
 
 import warnings
@@ -52,7 +52,7 @@ class GridOperator:
     directions: tuple[int, ...] = (X, S, N)
 
     @classmethod
-    def of(cls, ics: Array, directions: tuple[int, ...] = (X, S, N)) -> "GridOperator":
+    def from_ics(cls, ics: Array, directions: tuple[int, ...] = (X, S, N)) -> "GridOperator":
         """Return the operator of ICs (n_x, n_s, n_s, m, m) [mm/MPa] at lags >= 0 for m directions.
 
         Negative lags follow by parity. It has the precision of the ICs, single or double.
@@ -69,14 +69,14 @@ class GridOperator:
         return cls(np.ascontiguousarray(rows), n_x, directions)
 
     @classmethod
-    def of_convolution(cls, convolution: Convolution) -> "GridOperator":
+    def from_convolution(cls, convolution: Convolution) -> "GridOperator":
         """Return the operator of a convolution, whose products are faster in this form on few strips."""
         n_x = convolution.shape[0]
         ics = _between_strips(convolution, lambda kernel: kernel[n_x - 1 :])
-        return cls.of(ics, convolution.directions)
+        return cls.from_ics(ics, convolution.directions)
 
     @classmethod
-    def of_coarsened(cls, convolution: Convolution) -> "GridOperator":
+    def from_coarsened(cls, convolution: Convolution) -> "GridOperator":
         """Return the operator of a convolution on elements twice as large: as `coarsened`, with its factors.
 
         Both numbers of elements must be even.
@@ -84,7 +84,7 @@ class GridOperator:
         n_x = convolution.shape[0] // 2
         ics = _between_strips(convolution, lambda kernel: merged(kernel, 0)[n_x - 1 :])
         pairs = ics.reshape(n_x, ics.shape[1] // 2, 2, ics.shape[2] // 2, 2, *ics.shape[3:])
-        return cls.of(pairs.mean(axis=2).sum(axis=3), convolution.directions)
+        return cls.from_ics(pairs.mean(axis=2).sum(axis=3), convolution.directions)
 
     def __call__(self, tractions: Array) -> Array:
         """Return displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each.
@@ -129,7 +129,7 @@ class GridOperator:
         spectra = phases[:, None] * self.transformed[:, places, places] * np.conj(phases)
         lags = fft.irfft(spectra, axis=0)[:n_x]
         n_s = strips.stop - strips.start
-        return GridOperator.of(np.moveaxis(lags.reshape(n_x, n_s, m, n_s, m), 2, 3), self.directions)
+        return GridOperator.from_ics(np.moveaxis(lags.reshape(n_x, n_s, m, n_s, m), 2, 3), self.directions)
 
     def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
         """Return the operator from tractions in some directions to displacements in these directions."""
@@ -149,16 +149,19 @@ class GridOperator:
             return self._smallest_eigenvalue()
 
     def _smallest_eigenvalue(self) -> float:
-        """Search the smallest eigenvalue, with warnings where the search is slow.
+        """Search the smallest eigenvalue in single precision, with warnings where the search is slow.
 
-        On a ring of twice the grid's length the
-        frequencies decouple and the smallest eigenvalue is not larger; so with a shift the inverse on that
-        ring is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
+        On a ring of twice the grid's length the frequencies decouple and the smallest eigenvalue is not
+        larger; so with a shift the inverse on that ring is positive and preconditions the search (LOBPCG). It
+        changes little between high frequencies: some are chosen, with all low ones.
         """
-        symmetric = self._symmetric_part
+        halves = (self.transformed + np.swapaxes(self.transformed, 1, 2)) / 2
+        symmetric = GridOperator(halves.astype(np.float32), self.n_x, self.directions)
         own_ics = fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
         least = float(np.min(np.abs(own_ics)))
-        chosen, nearest = _frequencies(self.n_x + 1)
+        numbers = np.arange(self.n_x + 1)
+        chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == self.n_x))
+        nearest = np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
         of_chosen = symmetric.transformed[chosen]
         shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
         unknowns = of_chosen.shape[1]
@@ -191,12 +194,6 @@ class GridOperator:
         )
 
     @property
-    def _symmetric_part(self) -> "GridOperator":
-        """The symmetric part, in single precision."""
-        symmetric = (self.transformed + np.swapaxes(self.transformed, 1, 2)) / 2
-        return GridOperator(symmetric.astype(np.float32), self.n_x, self.directions)
-
-    @property
     def linear(self) -> LinearOperator:
         """The operator on tractions as one vector."""
         size, m = self.n_x * self.transformed.shape[1], len(self.directions)
@@ -215,7 +212,7 @@ def smallest_eigenvalues(matrices: Iterable[Array], workers: int) -> list[float]
 
     def of_matrix(ics: Array) -> float:
         own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
-        return GridOperator.of(ics)._smallest_eigenvalue() / float(own_ic)
+        return GridOperator.from_ics(ics)._smallest_eigenvalue() / float(own_ic)
 
     with warnings.catch_warnings(action="ignore"):  # of all threads, which share their filters
         return list(in_threads(of_matrix, matrices, min(workers, MOST_AT_ONCE)))
@@ -243,13 +240,6 @@ def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:
     return np.where(np.array(directions) == X, 1j, 1.0).astype(dtype)
 
 
-def _frequencies(n: int) -> tuple[Indices, Indices]:
-    """Choose some of n frequencies, with all low ones; return them, and for each of n the nearest of them."""
-    numbers = np.arange(n)
-    chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == n - 1))
-    return chosen, np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
-
-
 # --- reciprocity of a raw matrix ---
 
 
@@ -275,7 +265,7 @@ class Asymmetry:
     component: str
 
     @classmethod
-    def of(cls, ics: Array) -> "Asymmetry":
+    def find(cls, ics: Array) -> "Asymmetry":
         """Return the largest defect of ICs (n_x, n_s, n_s, 3, 3)."""
         worst = np.max(reciprocity_defects(ics), axis=(0, 1))
         i, j = divmod(int(np.argmax(np.triu(worst))), len(DIRECTIONS))
@@ -312,7 +302,7 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
     defects_without_joints = defects[np.ix_(~has_joint, ~has_joint)]
     return Reciprocity(
         float(np.max(defects)),
-        Asymmetry.of(ics).component,
+        Asymmetry.find(ics).component,
         (int(first), int(second)),
         tuple(int(strip) for strip in np.flatnonzero(has_joint)),
         float(np.max(defects_without_joints)) if defects_without_joints.size else None,
@@ -346,20 +336,20 @@ class Part:
         return Part(self.operator.coarsened(), self.box.coarsened, tuple(n // 2 for n in self.shape))
 
 
-def part_of(operator: FullOperator, box: Box, shape: tuple[int, ...]) -> FullOperator:
+def restrict_to(operator: FullOperator, box: Box, shape: tuple[int, ...]) -> FullOperator:
     """Return an operator of a grid of some shape on a part of it."""
     if isinstance(operator, GridOperator):
         return operator if box.shape == shape else operator.part(*box.shape[:1], box.strips)
     if not isinstance(operator, Convolution):
         return Part(operator, box, shape)
     part = operator.part(box.shape[0], box.strips)
-    return GridOperator.of_convolution(part) if _faster_dense(part) else part
+    return GridOperator.from_convolution(part) if _faster_dense(part) else part
 
 
 def coarsened(operator: FullOperator) -> FullOperator:
     """Return an operator on elements twice as large, in the form that is fastest there."""
     if isinstance(operator, Convolution) and _faster_dense(operator):
-        return GridOperator.of_coarsened(operator)
+        return GridOperator.from_coarsened(operator)
     return operator.coarsened()
 
 

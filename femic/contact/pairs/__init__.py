@@ -1,4 +1,4 @@
-"""Contact of two bodies: their grids, their ICs, all loads and motions, quantities with their estimates.
+"""Contact of two bodies: their grids, their ICs, quantities with their estimates.
 
 It joins the solvers of `femic.contact`, which know arrays on a grid only, with the geometry of bodies. It
 knows no scenes, no files and no figures.

@@ -95,7 +95,12 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
         except AreaTooSmall as short:
             found = short.short.loading.approach or 0.0
             if TOO_MUCH * approach <= found <= LITTLE_MORE * approach:  # only the contour ends there
-                raise Failure(_at_the_end(bodies, found)) from short
+                start, end = bodies.undeformed.s_range
+                raise Failure(
+                    f"at an approach of {found:.4g} mm a patch comes near the end of a contour, which "
+                    f"reaches from {start:.2f} to {end:.2f} mm about the touching point; give longer "
+                    "profiles or a smaller load"
+                ) from short
         if found > LITTLE_MORE * approach:  # these overlaps cannot bear the load
             low = max(low, approach)
             higher = float(np.clip(1.05 * found, GROWTH * approach, 2 * approach))
@@ -105,15 +110,6 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
         else:
             return list(_boxes(contact)), Sought(variant, load, roll, found)
     raise Failure(f"contact at {load:g} N: no approach found at which the overlaps of the bodies bear it")
-
-
-def _at_the_end(bodies: PairOnGrid, approach: float) -> str:
-    """Return why a patch that comes near the end of a contour has no solution."""
-    low, high = bodies.undeformed.s_range
-    return (
-        f"at an approach of {approach:.4g} mm a patch comes near the end of a contour, which reaches from "
-        f"{low:.2f} to {high:.2f} mm about the touching point; give longer profiles or a smaller load"
-    )
 
 
 def fitting_grids(bodies: PairOnGrid, boxes: Sequence[Box], elements: int, most_strips: int) -> list[Grid]:
@@ -230,17 +226,12 @@ def finer_grid(
     few_x = any(patch.x[1] - patch.x[0] < ACROSS for patch in counting)
     few_s = any(patch.s[1] - patch.s[0] < ACROSS for patch in counting)
     allowed = RESOLVED * (float(np.max(contact.p)) if largest is None else largest)
-    rough = lacking > allowed or OF_COARSER * _change(contact) > allowed
+    coarser = contact if contact.coarser is None else contact.coarser
+    change = abs(float(np.max(contact.p)) - float(np.max(coarser.p)))
+    rough = lacking > allowed or OF_COARSER * change > allowed
     along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
     finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
     return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > most_strips else finer
-
-
-def _change(contact: NormalContact) -> float:
-    """Return the change of the largest pressure by elements twice as large [MPa]; 0 where there are none."""
-    if contact.coarser is None:
-        return 0.0
-    return abs(float(np.max(contact.p)) - float(np.max(contact.coarser.p)))
 
 
 def _boxes(contact: AreasContact) -> Iterator[Box]:

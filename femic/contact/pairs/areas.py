@@ -246,64 +246,58 @@ class _Level:
             )
             if p is None:
                 p = [contact.p.repeat(2, axis=0).repeat(2, axis=1) for contact in coarse]
-        stack = _Stack(tuple(problems), self.coupling)
-        joined = None if p is None else stack.join(p)
-        solution = pressures(stack.bounded, load=load, start=joined)
+        solution = self._solve_together(problems, load, p)
         return [
             NormalContact(problem, own, coarser)
-            for problem, own, coarser in zip(problems, stack.split(solution), coarse, strict=True)
+            for problem, own, coarser in zip(problems, solution, coarse, strict=True)
         ]
 
+    def _solve_together(
+        self, problems: Sequence[NormalProblem], load: float, start: Sequence[Array] | None
+    ) -> list[PressureSolution]:
+        """Return the solutions of all areas, from some pressures (n_x, n_s) or from none.
 
-@dataclass(frozen=True, eq=False)
-class _Stack:
-    """The problems of all areas as one, in variables sqrt(element area) p, so that the ICs stay symmetric."""
+        They are one problem in variables sqrt(element area) p, so that the ICs stay symmetric.
+        """
+        grids = [problem.grid for problem in problems]
+        roots = [np.sqrt(grid.area) for grid in grids]
+        shapes = [problem.distance.shape for problem in problems]
+        ends = np.cumsum([problem.distance.size for problem in problems])[:-1]
 
-    problems: tuple[NormalProblem, ...]
-    coupling: Coupling
+        def join(parts: Sequence[Array]) -> Array:
+            return np.concatenate([root * part.ravel() for root, part in zip(roots, parts, strict=True)])
 
-    @property
-    def bounded(self) -> Bounded:
-        """The problem of all areas; its load is in N."""
-        grids = [problem.grid for problem in self.problems]
+        def apart(v: Array) -> list[Array]:
+            parts = np.split(v, ends)
+            return [
+                part.reshape(shape) / root for part, shape, root in zip(parts, shapes, roots, strict=True)
+            ]
 
         def compliance(v: Array) -> Array:
-            p = self.apart(v)
+            p = apart(v)
             others = self.coupling.displacements(grids, p)
-            own = [problem.operator(part[..., None])[..., 0] for problem, part in self._with(p)]
-            return self.join([u + more for u, more in zip(own, others, strict=True)])
+            own = [
+                problem.operator(part[..., None])[..., 0] for problem, part in zip(problems, p, strict=True)
+            ]
+            return join([u + more for u, more in zip(own, others, strict=True)])
 
         def inverse(v: Array) -> Array:
-            gaps = self.apart(v)
-            found = [problem.flat.ring_inverse(part[..., None])[..., 0] for problem, part in self._with(gaps)]
-            return self.join(found)
+            return join(
+                [
+                    problem.flat.ring_inverse(gap[..., None])[..., 0]
+                    for problem, gap in zip(problems, apart(v), strict=True)
+                ]
+            )
 
-        cosines = [np.broadcast_to(problem.cosine, problem.distance.shape) for problem in self.problems]
-        h = self.join([problem.distance for problem in self.problems])
-        return Bounded(compliance, inverse, h, self.join(cosines))
-
-    def _with(self, parts: Sequence[Array]) -> Iterator[tuple[NormalProblem, Array]]:
-        return zip(self.problems, parts, strict=True)
-
-    def join(self, parts: Sequence[Array]) -> Array:
-        """Return all elements as one vector: pressures, or displacements, times sqrt(element area)."""
-        return np.concatenate(
-            [np.sqrt(problem.grid.area) * part.ravel() for problem, part in self._with(parts)]
+        cosines = [np.broadcast_to(problem.cosine, problem.distance.shape) for problem in problems]
+        bounded = Bounded(
+            compliance, inverse, join([problem.distance for problem in problems]), join(cosines)
         )
-
-    def apart(self, v: Array) -> list[Array]:
-        """Return the values of each area from one vector, (n_x, n_s) each."""
-        sizes = np.cumsum([problem.distance.size for problem in self.problems])[:-1]
+        solution = pressures(bounded, load=load, start=None if start is None else join(start))
         return [
-            part.reshape(problem.distance.shape) / np.sqrt(problem.grid.area)
-            for problem, part in self._with(np.split(v, sizes))
+            replace(solution, p=p, gap=gap)
+            for p, gap in zip(apart(solution.p), apart(solution.gap), strict=True)
         ]
-
-    def split(self, solution: PressureSolution) -> Iterator[PressureSolution]:
-        """Yield the solution of each area."""
-        p, gaps = self.apart(solution.p), self.apart(solution.gap)
-        for own, gap in zip(p, gaps, strict=True):
-            yield replace(solution, p=own, gap=gap)
 
 
 def _next(steps: Sequence[tuple[float, float]], after: float) -> float:

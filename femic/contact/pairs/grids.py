@@ -118,20 +118,27 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
 
     Raises Failure where the contact reaches the end of a contour, and where there is none.
     """
-    trial = _first_trial(bodies, loading)
+    touching, ellipse = bodies.undeformed.touching[0], hertz(bodies, loading)
+    half_s = GROWTH * ellipse.b
+    trial = _trial(bodies, GROWTH * ellipse.a, (touching - half_s, touching + half_s), TRIED)
     for _ in range(MOST_TRIES):
         on_grid = replace(bodies, grid=trial.grid)
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
-            one, across = len(contact.patches) == 1, _across(contact)
+            along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
+            few_x, few_s = (int(np.ptp(along)) + 1 < FEWEST for along in (along_x, along_s))
+            one = len(contact.patches) == 1
             size = patch_size(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
         except PotentialAreaTooSmall as short:
             trial = _enlarged(bodies, trial, short)
             continue
-        if min(across) >= FEWEST:
+        if not (few_x or few_s):
             further = _with_further_patches(bodies, loading, trial, contact) if all_patches else None
             return further or size
-        trial = _trial(bodies, *_narrowed(trial, size, across), trial.n_s)
+        room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
+        half_x = size.x[1] * GROWTH if few_x else trial.half_x
+        s = (size.s[0] - room, size.s[1] + room) if few_s else trial.s
+        trial = _trial(bodies, half_x, s, trial.n_s)
     raise no_grid(loading)
 
 
@@ -174,13 +181,6 @@ def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) 
         return size
     finer = replace(on_grid, grid=replace(grid, n_s=n_s, ds=grid.ds * grid.n_s / n_s))
     return patch_size(finer, finer.solve(finer.operator(SIZING), loading).normal)
-
-
-def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:
-    """Return the grid that is tried first: a little larger than the patch of Hertz."""
-    touching, patch = bodies.undeformed.touching[0], hertz(bodies, loading)
-    half_s = GROWTH * patch.b
-    return _trial(bodies, GROWTH * patch.a, (touching - half_s, touching + half_s), TRIED)
 
 
 def _trial(bodies: PairOnGrid, half_x: float, s: Range, n_s: int) -> _Trial:
@@ -238,23 +238,6 @@ def patch_size(on_grid: PairOnGrid, contact: NormalContact) -> Size:
     return Size((-half, half), ends, smallest)
 
 
-def _narrowed(trial: _Trial, size: Size, across: tuple[int, int]) -> tuple[float, Range]:
-    """Return half-length and range of s [mm] of a shorter trial grid with more elements in contact."""
-    half_x, s = trial.half_x, trial.s
-    if across[0] < FEWEST:
-        half_x = size.x[1] * GROWTH
-    if across[1] < FEWEST:
-        room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
-        s = size.s[0] - room, size.s[1] + room
-    return half_x, s
-
-
-def _across(contact: NormalContact) -> tuple[int, int]:
-    """Return numbers of elements in contact along x and s, from the first to the last."""
-    along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
-    return int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1
-
-
 def no_grid(loading: Loading) -> Failure:
     """Return the failure of a loading for which no grid fits."""
     return Failure(
@@ -296,10 +279,12 @@ class Sizing:
         sizes = {loading: contact_size(self.bodies, loading) for loading in loadings}
         groups: list[list[Loading]] = []
         for loading in sorted(loadings, key=lambda loading: sizes[loading].x[1]):
-            if groups and _fits(self.grid([sizes[other] for other in [*groups[-1], loading]])):
-                groups[-1].append(loading)
-            else:
-                groups.append([loading])
+            if groups:
+                grid = self.grid([sizes[other] for other in [*groups[-1], loading]])
+                if grid.n_s <= MOST_STRIPS and grid.n_x <= MOST_ALONG_X:
+                    groups[-1].append(loading)
+                    continue
+            groups.append([loading])
         return [(self.grid([sizes[loading] for loading in group]), group) for group in groups]
 
     def grid(self, sizes: Sequence[Size]) -> Grid:
@@ -374,17 +359,13 @@ def _rounded(n: float) -> int:
     return STEP * int(np.ceil(n / STEP))
 
 
-def _fits(grid: Grid) -> bool:
-    return grid.n_s <= MOST_STRIPS and grid.n_x <= MOST_ALONG_X
-
-
 # --- grids of a problem ---
 
 WITH_C, WITH_FRICTION, WITHOUT_C = 160, 256, 1024  # strips of grids that are made finer, at most
 COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
 
 
-def sizing_of(problem: ContactProblem) -> Sizing:
+def make_sizing(problem: ContactProblem) -> Sizing:
     """Return the sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
     bodies, elements = pair_on_grid(problem, problem.grid), problem.specification.elements
     return Sizing(bodies, elements, COARSE_MARGIN if problem.specification.friction else MARGIN + 1)
@@ -401,26 +382,24 @@ def grids_of(
     """
     specification, loadings = problem.specification, list(problem.specification.loadings)
     if own := select_given(specification.ics, given):
-        return [(_common_grid(own), loadings)]
+        common = {name: ics.grid for name, ics in own.items()}
+        if len(set(common.values())) > 1:
+            raise WrongInput(f"contact.ics: {', '.join(common)} have different grids: name one")
+        return [(next(iter(common.values())), loadings)]
     if not specification.automatic:
         return [(problem.grid, loadings)]
-    sizing, variants = sizing_of(problem), [name for name in specification.ics if name != C]
+    sizing, variants = make_sizing(problem), [name for name in specification.ics if name != C]
+
+    def fit(grid: Grid, on_grid: Sequence[Loading], most_strips: int) -> Grid:
+        """Return the grid, made longer where patches need it, and finer where distances do."""
+        return sizing.resolved(sizing.large_enough(grid, on_grid, variants), on_grid, most_strips)
+
     if specification.friction:
         largest = loadings[-1:]
         grid = sizing.grid([contact_size(sizing.bodies, largest[0])])
-        return [(_fitting(sizing, grid, largest, variants, WITH_FRICTION), loadings)]
+        return [(fit(grid, largest, WITH_FRICTION), loadings)]
     most_strips = WITH_C if C in specification.ics else WITHOUT_C
-    return [
-        (_fitting(sizing, grid, on_grid, variants, most_strips), on_grid)
-        for grid, on_grid in sizing.grids(loadings)
-    ]
-
-
-def _fitting(
-    sizing: Sizing, grid: Grid, loadings: Sequence[Loading], variants: Sequence[str], most_strips: int
-) -> Grid:
-    """Return the grid, made longer where patches need it, and finer where distances do."""
-    return sizing.resolved(sizing.large_enough(grid, loadings, variants), loadings, most_strips)
+    return [(fit(grid, on_grid, most_strips), on_grid) for grid, on_grid in sizing.grids(loadings)]
 
 
 def on_fitting_grid(
@@ -431,15 +410,8 @@ def on_fitting_grid(
     Raises Failure where a contact comes near the ends of another grid, and as `Sizing.on_long_enough_grid`.
     """
     if longer and problem.specification.automatic:
-        return sizing_of(problem).on_long_enough_grid(grid, solve)
+        return make_sizing(problem).on_long_enough_grid(grid, solve)
     try:
         return solve(pair_on_grid(problem, grid))
     except PotentialAreaTooSmall as short:
         raise Failure(f"{short.contact}: {short}") from short
-
-
-def _common_grid(given: Mapping[str, NormalICs]) -> Grid:
-    grids = {name: ics.grid for name, ics in given.items()}
-    if len(set(grids.values())) > 1:
-        raise WrongInput(f"contact.ics: {', '.join(grids)} have different grids: name one")
-    return next(iter(grids.values()))

@@ -35,7 +35,7 @@ from geometries.patches import COMPONENTS, Grid, N, S, X
 ASPECTS = (0.01, 100.0)  # least and largest dx / ds of a grid of C
 
 
-def components_of(problem: ContactProblem) -> tuple[str, ...]:
+def needed_components(problem: ContactProblem) -> tuple[str, ...]:
     """Return the components of C that a contact needs."""
     return COMPONENTS if problem.specification.friction else ("nn",)
 
@@ -55,7 +55,7 @@ def c_jobs(
         )
     grids = {"lower": grid, "upper": on_grid.upper_grid}
     return {
-        name: c_job(problem, name, grids[name], components or components_of(problem))
+        name: c_job(problem, name, grids[name], components or needed_components(problem))
         for name in problem.bodies
     }
 
@@ -105,10 +105,10 @@ def c_of_bodies(
     components = COMPONENTS if directions == ALL else ("nn",)
     references = matrices(c_jobs(problem, on_grid, components), options, combined=True)
     grid = on_grid.grid
-    return body_ics(references, grid, directions), estimate_of(references, grid, directions)
+    return body_ics(references, grid, directions), ics_estimate(references, grid, directions)
 
 
-def estimate_of(references: Mapping[str, MatrixReference], grid: Grid, directions: tuple[int, ...]) -> Array:
+def ics_estimate(references: Mapping[str, MatrixReference], grid: Grid, directions: tuple[int, ...]) -> Array:
     """Return the sum of the estimated errors of both bodies' C [mm/MPa], (n_x, n_s, n_s, m, m)."""
     estimates = [
         _matrix([reference.column(strip).estimate for strip in range(grid.n_s)], grid, directions)
@@ -173,21 +173,18 @@ def require_positive(problem: ContactProblem, on_grid: PairOnGrid, ic: Array) ->
     eigenvalue = smallest_eigenvalue(ic, freed, symmetric=symmetric)
     if eigenvalue > 0:
         return eigenvalue
-    raise Failure(
-        f"C_nn on {on_grid.grid.n_x} x {on_grid.grid.n_s} elements, discount = {problem.discount!r}: its "
-        f"smallest eigenvalue is {eigenvalue:.2g} of the least IC of an element on itself: some pressures"
-        f"{' without vertical load' if len(freed) else ''} would do negative work. " + _remedy(problem)
-    )
-
-
-def _remedy(problem: ContactProblem) -> str:
+    remedy = "Give a smaller engine.tolerance, or larger elements"
     if problem.discount == "source":
-        return (
+        remedy = (
             "This discount takes the bending of the sections from C, more than the bodies have at long "
             "distances; use discount = 'approach'"
         )
-    return "Give a smaller engine.tolerance, or larger elements" + (
-        "" if problem.specification.loads else "; or loads instead of approaches"
+    elif not problem.specification.loads:
+        remedy += "; or loads instead of approaches"
+    raise Failure(
+        f"C_nn on {on_grid.grid.n_x} x {on_grid.grid.n_s} elements, discount = {problem.discount!r}: its "
+        f"smallest eigenvalue is {eigenvalue:.2g} of the least IC of an element on itself: some pressures"
+        f"{' without vertical load' if len(freed) else ''} would do negative work. {remedy}"
     )
 
 
@@ -201,7 +198,7 @@ def smallest_eigenvalue(ic: Array, freed: Array, *, symmetric: bool = False) -> 
     give = float(np.max(np.abs(ic))) * freed.T @ freed
     constrained = _folded(ic + give) if symmetric else ic + give
     whole = (constrained + np.swapaxes(constrained, 1, 2))[..., None, None] / 2
-    return GridOperator.of(whole, (N,)).smallest_eigenvalue() / own
+    return GridOperator.from_ics(whole, (N,)).smallest_eigenvalue() / own
 
 
 def _folded(ic: Array) -> Array:
@@ -262,10 +259,10 @@ def full_reference_ics(
     ics = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
     eigenvalue = require_positive(problem, on_grid, ics[..., N, N])
     return ReferenceICs(
-        GridOperator.of(ics),
-        GridOperator.of(ics + estimate),
+        GridOperator.from_ics(ics),
+        GridOperator.from_ics(ics + estimate),
         float(np.max(estimate)) / float(np.max(np.abs(ics[..., N, N]))),
-        max((Asymmetry.of(body.ics) for body in bodies.values()), key=lambda asymmetry: asymmetry.share),
+        max((Asymmetry.find(body.ics) for body in bodies.values()), key=lambda asymmetry: asymmetry.share),
         eigenvalue,
         perf_counter() - start,
     )
@@ -281,7 +278,7 @@ def normal_ics(
 
 def normal_operator(ics: Array) -> GridOperator:
     """Return the operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
-    return GridOperator.of(reciprocal(ics[..., None, None]), NORMAL)
+    return GridOperator.from_ics(reciprocal(ics[..., None, None]), NORMAL)
 
 
 def pair_operator(
@@ -295,7 +292,7 @@ def pair_operator(
     """Return the operator of C of both bodies; `variation` "nearer": with far arcs of half the radius."""
     bodies = body_ics(references, on_grid.grid, directions, variation)
     total = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
-    return GridOperator.of(total, directions)
+    return GridOperator.from_ics(total, directions)
 
 
 def _each_reciprocal(bodies: Mapping[str, BodyICs]) -> dict[str, BodyICs]:
@@ -341,20 +338,16 @@ class GivenICs:
     @property
     def operator(self) -> GridOperator:
         """The ICs in all directions. Raises WrongInput for nn alone."""
-        self._require_all_directions()
-        return GridOperator.of(self.ics)
-
-    @property
-    def perturbed(self) -> GridOperator | None:
-        """The same with their estimated errors added; None where no errors are known."""
-        self._require_all_directions()
-        return GridOperator.of(self.ics + self.estimate) if np.any(self.estimate) else None
-
-    def _require_all_directions(self) -> None:
         if self.ics.ndim != 5:
             raise WrongInput(
                 f"ICs of shape {self.ics.shape}: contact with friction needs (n_x, n_s, n_s, 3, 3)"
             )
+        return GridOperator.from_ics(self.ics)
+
+    @property
+    def perturbed(self) -> GridOperator | None:
+        """The same with their estimated errors added; None where no errors are known."""
+        return GridOperator.from_ics(self.ics + self.estimate) if np.any(self.estimate) else None
 
 
 NONE_GIVEN: Mapping[str, GivenICs] = MappingProxyType({})

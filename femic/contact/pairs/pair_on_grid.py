@@ -144,14 +144,14 @@ class PairOnGrid:
             contact = PairContact(moved, moved.solve_in_place(operator, loading, exact=exact))
             return contact.lateral_force, contact
 
-        equilibrium = contact_at_lateral_force(
+        contact, _, stiffness = contact_at_lateral_force(
             contact_at,
             loading.lateral_force,
             start=self.undeformed.shift,
             step=FIRST_STEP * self.grid.ds,
             accuracy=POSITION * self.grid.ds,
         )
-        return replace(equilibrium.contact, lateral_stiffness=equilibrium.stiffness)
+        return replace(contact, lateral_stiffness=stiffness)
 
     def solve_in_place(self, operator: Operator, loading: Loading, *, exact: bool = False) -> NormalContact:
         """Return the contact with nn ICs where the upper body is now, whatever lateral force that needs.
@@ -208,10 +208,10 @@ class PairContact:
 
 def pair_on_grid(problem: ContactProblem, grid: Grid) -> PairOnGrid:
     """Return the bodies of a problem on a grid."""
-    return PairOnGrid(problem.pair, undeformed_of(problem), grid, problem.specification.extra_gap)
+    return PairOnGrid(problem.pair, undeformed_surfaces(problem), grid, problem.specification.extra_gap)
 
 
-def undeformed_of(problem: ContactProblem) -> Undeformed:
+def undeformed_surfaces(problem: ContactProblem) -> Undeformed:
     """Return the surfaces of a problem, the upper one moved along y as it says."""
     lower, upper = problem.bodies["lower"].surface, problem.bodies["upper"].surface
     return _undeformed(upper, lower, _reach(problem), problem.specification.shift)

@@ -1,52 +1,47 @@
-"""Two bodies on a grid with friction: ICs by name, and the contact problem with each.
+"""Two bodies on a grid with friction: ICs by name, the contact problem with each, and what estimates need.
 
 For estimates of errors a motion is solved again: on larger elements, and with ICs plus their estimated
-errors.
+errors. What the distance of the bodies, which is linearised in the approach, does to the numbers is known
+from contact without friction (`Linearisation`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
 
-from femic.contact.estimates import Numbers
+from femic.contact.estimates import Kind, Measured, Numbers, changes
 from femic.contact.friction.motion import Pairs, RollingKinematics, friction_factors
-from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
-from femic.contact.motions import MOTIONS, ContactMotion
+from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.protocols import FullOperator
-from femic.contact.pairs.grids import grids_of, on_fitting_grid
-from femic.contact.pairs.ics import (
-    NONE_GIVEN,
-    C,
-    GivenICs,
-    ReferenceICs,
-    approximation,
-    full_reference_ics,
-    select_given,
-)
+from femic.contact.pairs.ics import C, GivenICs, ReferenceICs, approximation, full_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
-from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
+from geometries.patches import N
 
 # --- bodies and contact problems ---
-
-Outcome = TypeVar("Outcome")
 
 
 @dataclass(frozen=True, eq=False)
 class PairWithFriction:
-    """Two bodies on a grid, and ICs of the caller by name; raises WrongInput without friction."""
+    """Two bodies on a grid, and ICs of the caller by name; raises WrongInput without friction.
+
+    `wheel_rolls`: the rail sees the displacements of the wheel as it rolls. `femic.contact.motions` knows
+    which motions have this: `pair_in_motion`.
+    """
 
     problem: ContactProblem
     on_grid: PairOnGrid
+    wheel_rolls: bool
     options: RunOptions = DEFAULT
     given: Mapping[str, GivenICs] = field(default_factory=dict)
 
@@ -57,19 +52,13 @@ class PairWithFriction:
     @cached_property
     def reference(self) -> ReferenceICs:
         """C on the grid, computed when it is needed for the first time."""
-        rolls = self.motion.wheel_rolls
-        return full_reference_ics(self.problem, self.on_grid, self.options, wheel_rolls=rolls)
+        return full_reference_ics(self.problem, self.on_grid, self.options, wheel_rolls=self.wheel_rolls)
 
     @property
     def specification(self) -> FrictionSpecification:
         """The specification of friction and motion."""
         assert self.problem.specification.friction is not None
         return self.problem.specification.friction
-
-    @property
-    def motion(self) -> ContactMotion:
-        """The motion."""
-        return MOTIONS[self.problem.specification.motion]
 
     @property
     def loads(self) -> tuple[float, ...]:
@@ -125,44 +114,10 @@ def rolling_problem(on_grid: PairOnGrid, problem: FrictionalProblem) -> RollingP
     return RollingProblem(problem, RollingKinematics(contour, radius, on_grid.x, strips, height))
 
 
-def solve_with_friction(
-    problem: ContactProblem,
-    solve: Callable[[PairWithFriction], Outcome],
-    options: RunOptions = DEFAULT,
-    given: Mapping[str, GivenICs] = NONE_GIVEN,
-) -> Outcome:
-    """Return the solution of `solve` on a grid that fits the largest load, made longer where needed.
-
-    `given` are ICs of the caller by name; with some of them among those of the problem, the grid is theirs.
-    """
-    own = select_given(problem.specification.ics, given)
-    ((grid, loadings),) = grids_of(problem, own)
-
-    def solve_on(on_grid: PairOnGrid) -> Outcome:
-        n_x, n_s = on_grid.grid.n_x, on_grid.grid.n_s
-        size = f"{on_grid.grid.dx:.3g} x {on_grid.grid.ds:.3g} mm"
-        options.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
-        return solve(PairWithFriction(problem, on_grid, options, own))
-
-    return on_fitting_grid(problem, grid, solve_on, longer=not own)
-
-
 # --- solved again for estimates ---
 
 Solution = TypeVar("Solution")
 Solve = Callable[[PairWithFriction, FrictionalProblem, str], Solution]  # the last is a label for messages
-ELEMENTS = ("larger elements", "still larger elements")
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """By how much a solution changes when the estimated errors of its ICs are added to these.
-
-    0 where no errors of ICs are known, NaN where the changed ICs have no solution.
-    """
-
-    points: Sequence[Numbers]  # by creepage or load
-    p: Array  # of tractions in the contact that has maps [MPa], (n_x, n_s, 3)
 
 
 def if_possible(pair: PairWithFriction, consequence: str, solve: Callable[[], Solution]) -> Solution | None:
@@ -181,7 +136,7 @@ def on_larger_elements(
 ) -> list[Solution | None]:
     """Return the solutions on elements twice and four times as large, None where there is none."""
     solutions: list[Solution | None] = []
-    for elements in ELEMENTS:
+    for elements in ("larger elements", "still larger elements"):
         if not problem.has_coarser:
             break
         problem = problem.coarsened
@@ -205,6 +160,57 @@ def differences(numbers: Numbers, changed: Numbers | None) -> dict[str, float]:
     return {name: np.nan if changed is None else changed[name] - value for name, value in numbers.items()}
 
 
-def change_of_tractions(contact: FrictionalContact, changed: FrictionalContact | None) -> Array:
-    """Return changed tractions less those of a contact [MPa], (n_x, n_s, 3); NaN where there are none."""
-    return np.full_like(contact.p, np.nan) if changed is None else changed.p - contact.p
+# --- distance of the displaced body ---
+
+OWN_SHARES = "F_y", "M_x", "area"  # change by the share of p_max, besides what they do without friction
+SCALE_SHARES = {"F_x": 1.0, "M_z": 1.0, "sliding_share": 1.0, "dissipation": 3.0}  # of it, of their scales
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """What the linearised distance does to a contact: to that without friction under the same load.
+
+    `changes` are those of `OF_FRICTIONLESS`, `share` is that of p_max. Tangential tractions, which follow the
+    size of the patch, are taken to change by this share, and their work, which follows the slip by spin on a
+    wider patch, too, by three times as much (docs/theory/errors.md). NaN where the displaced bodies have no
+    contact on the grid.
+    """
+
+    changes: Numbers
+    share: float
+
+    @classmethod
+    def measure(cls, on_grid: PairOnGrid, operator: FullOperator, load: float) -> "Linearisation":
+        """Return what it does with some ICs under a load [N]."""
+        normal = operator.restricted((N,))
+        try:
+            linear, exact = (
+                on_grid.solve(normal, Loading(load), exact=exact).normal for exact in (False, True)
+            )
+        except Failure:
+            return cls(dict.fromkeys(OF_FRICTIONLESS, np.nan), np.nan)
+        fine = measured(on_grid, linear, prescribed=("load", "position"))
+        away = changes(fine, kinds(OF_FRICTIONLESS), numbers(on_grid, exact))
+        return cls(away, away["p_max"] / fine.numbers["p_max"])
+
+    def part(self, fine: Measured, of_all: Mapping[str, Kind]) -> dict[str, float]:
+        """Return the part of the estimates of a contact with friction."""
+        tangential = {name: self.share * abs(fine.numbers[name]) for name in OWN_SHARES} | {
+            name: times * self.share * fine.scale(name, of_all[name]).changes
+            for name, times in SCALE_SHARES.items()
+            if name in of_all and name not in fine.exact
+        }
+        return {name: self.changes.get(name, 0.0) + tangential.get(name, 0.0) for name in of_all}
+
+    def part_of_curve(self, fine: Measured, zero_creepage: float) -> dict[str, float]:
+        """Return the part of the estimates of a curve, from its creepage without force as displaced."""
+        free = fine.numbers
+        moved = abs(zero_creepage - free["zero_creepage"])
+        if not np.isfinite(moved):
+            moved = self.share * fine.scales["creepage"].changes
+        apart = abs(free["equal_creepage"] - free["zero_creepage"])
+        return {
+            "zero_creepage": moved,
+            "slope": self.share * abs(free["slope"]),
+            "equal_creepage": moved + self.share * apart,
+        }

@@ -117,7 +117,7 @@ def deviations(of, factor=1.0, perturbed=None):
     """Deviations of A and B-hat, with B-hat times a factor in the place of C."""
     ((grid, _),) = grids_of(of)
     on_grid = pair_on_grid(of, grid)
-    b_hat = GridOperator.of_convolution(on_grid.operator("Bhat"))
+    b_hat = GridOperator.from_convolution(on_grid.operator("Bhat"))
 
     def times(factor):
         return replace(b_hat, transformed=factor * b_hat.transformed)

@@ -5,8 +5,8 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
-from femic.contact.pairs.feasibility import impossible
-from femic.contact.pairs.solved_curve import BEYOND
+from femic.contact.feasibility import impossible
+from femic.contact.motions.rolling import BEYOND
 from femic.results.contact import compute_contact, require_solvable
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene

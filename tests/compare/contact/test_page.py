@@ -21,8 +21,8 @@ from compare.pages.contact import (
 from compare.pages.contact_answers import NO_BREAK, answer_table, case_labels, numbers_table
 from compare.report import interactive
 from compare.report.tables import with_estimate
+from femic.contact.motions.none import mapped, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.supports import mapped, sensitivities
 from femic.results.contact import compute_contact, pressures, to_dataset
 from femic.scenes.load import load_scene, scene_from_table
 from tests.femic.scenes.changes import arc

@@ -9,7 +9,7 @@ from approx.pair import matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.supports import (
+from femic.contact.supports import (
     FLATTER,
     NEARER,
     changed_supports,
@@ -22,7 +22,7 @@ from geometries.patches import N
 from tests.compare.contact.test_contact import scene
 
 FIVE = np.radians(5.0)
-SUPPORTS = "femic.contact.pairs.supports"
+SUPPORTS = "femic.contact.supports"
 
 
 @pytest.mark.parametrize("contour", [arc(10.0, 1.1, 0.9), ellipse(8.0, 12.0, 0.7, 1.2)])
@@ -38,7 +38,7 @@ def test_flatter_flanks_begin_where_the_core_inclines_by_as_much_less(contour):
 def stiffer(on_grid, factor):
     """B-hat in the place of C."""
     nn = matrix("Bhat", on_grid.pair, on_grid.grid)[..., 2:, 2:]
-    return GridOperator.of(factor * nn, (N,))
+    return GridOperator.from_ics(factor * nn, (N,))
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def in_place_of_c(monkeypatch):
     def reference(_, on_grid, __):
         return ReferenceICs(*[stiffer(on_grid, 1.0)] * 2, 0.0, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
-    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", reference)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", reference)
     monkeypatch.setattr(f"{SUPPORTS}.matrices", lambda *_, **__: {})
     monkeypatch.setattr(
         f"{SUPPORTS}.pair_operator",

@@ -9,7 +9,7 @@ from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
 from geometries.patches import N
 
-SOLVERS = ("femic.contact.pairs.frictionless", "compare.studies.contact_ways")
+SOLVERS = ("femic.contact.pairs.ics", "compare.studies.contact_ways")
 WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.studies.contact_ways")
 BODY = """
 [{name}]
@@ -45,12 +45,14 @@ def as_c(variant, share=0.01):
 
     def normal(of, on_grid, *_):
         ics = approximate_matrix(variant, of.pair, on_grid.grid)[..., N, N]
-        operators = (GridOperator.of(factor * ics[..., None, None], (N,)) for factor in (1.0, 1 + share))
+        operators = (
+            GridOperator.from_ics(factor * ics[..., None, None], (N,)) for factor in (1.0, 1 + share)
+        )
         return ReferenceICs(*operators, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
     def full(of, on_grid, *_, **__):
         ics = approximate_matrix(variant, of.pair, on_grid.grid)
-        operators = (GridOperator.of(factor * ics) for factor in (1.0, 1 + share))
+        operators = (GridOperator.from_ics(factor * ics) for factor in (1.0, 1 + share))
         return ReferenceICs(*operators, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
     return normal, full

@@ -11,14 +11,15 @@ from compare.studies.contact_advice import ContactQuestion, advise_contact
 from compare.studies.contact_frontier import best_reference, frontier_dataset, worst_estimate
 from compare.studies.contact_ways import APPROXIMATION, Solution, Way, worst
 from compare.studies.frontier import AS_CHEAP
+from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification
-from femic.scenes.wants import WANTS, chosen_wants, default_names, wants_of
+from femic.scenes.wants import chosen_wants, default_names, wants_of
 from geometries.errors import Failure, WrongInput
 
 LOAD, FRICTIONS, CREEPAGES = 1000.0, (0.2, 0.5), (-0.01, 0.0, 0.01)
 BEST = Way("C", 20, "harmonic", 0.01)
 CLOSE, FAR = Way("Bhat", 10, APPROXIMATION), Way("A", 10, APPROXIMATION)
-ROLLING = {want.name: want for want in WANTS["rolling"]}
+ROLLING = {want.name: want for want in MOTIONS["rolling"].wants}
 
 
 def numbers(**changes):

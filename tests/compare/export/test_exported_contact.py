@@ -45,7 +45,7 @@ def by_file(path, folder, ics, grid=None):
         nn[:, observed, loaded] = file.values[loaded, observed - loaded + grid.n_s - 1, :, N, N]
     nn = (nn + np.swapaxes(nn, 1, 2)) / 2 / scene.pair.constants.G
     on_grid = pair_on_grid(scene.contact_problem, grid)
-    operator = GridOperator.of(nn[..., None, None], (N,))
+    operator = GridOperator.from_ics(nn[..., None, None], (N,))
     problem = NormalProblem(grid, operator, on_grid.flat, on_grid.distance, on_grid.cosine)
     contact = solve(problem, load=LOAD)
     return contact, on_grid.resultant(contact.p[..., None] * [0.0, 0.0, 1.0]).force[1]

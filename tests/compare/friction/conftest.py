@@ -26,5 +26,5 @@ def in_place_of_c():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(REFERENCE_ICS, bhat_as_c())
-        patch.setattr("femic.contact.pairs.supports.other_supports", others)
+        patch.setattr("femic.contact.supports.other_supports", others)
         yield

@@ -31,7 +31,7 @@ def bhat_as_c(share=0.02):
     """Return a function for `full_reference_ics` that gives B-hat, with an estimate of a share of it."""
 
     def reference_ics(of, on_grid, *_, **__):
-        operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
+        operator = GridOperator.from_ics(matrix("Bhat", of.pair, on_grid.grid))
         perturbed = GridOperator((1 + share) * operator.transformed, operator.n_x)
         return ReferenceICs(operator, perturbed, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 

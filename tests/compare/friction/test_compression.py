@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from femic.contact.loading import Loading
+from femic.contact.motions import compression, pair_in_motion
+from femic.contact.motions.compression import in_halves
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs import solved_compression
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.solved_compression import in_halves
 from femic.contact.rolling import compressed
 from femic.results.contact import compute_contact
 from femic.results.contact import to_dataset as frictionless_dataset
@@ -90,7 +89,7 @@ def test_estimates_bound_the_effect_of_steps_of_load(friction, monkeypatch):
     by_steps = np.abs(few.sliding_share.values - many.sliding_share.values)
     assert np.all(by_steps > 0.01)
     assert np.all(by_steps < few.estimate_sliding_share)
-    monkeypatch.setattr(solved_compression, "changes", lambda _, kinds, __: dict.fromkeys(kinds, 0.0))
+    monkeypatch.setattr(compression, "changes", lambda _, kinds, __: dict.fromkeys(kinds, 0.0))
     by_elements = in_equal_steps(2).estimate_sliding_share
     assert float((few.estimate_sliding_share - by_elements)[0]) > by_steps[0]
 
@@ -100,7 +99,7 @@ def test_failures_name_friction_ics_and_load(monkeypatch):
         raise Failure("no solution")
         yield
 
-    monkeypatch.setattr("femic.contact.pairs.solved_compression.compressed", failing)
+    monkeypatch.setattr("femic.contact.rolling.compressed", failing)
     with pytest.raises(Failure, match=r"friction 0\.2, A, 1000 N: no solution"):
         compute_with_friction(pressed())
 
@@ -117,7 +116,7 @@ def test_ns_matters_in_compression_and_nx_does_not():
         ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
-        problem = PairWithFriction(of.contact_problem, on_grid).frictional(GridOperator.of(ics), 0.4)
+        problem = pair_in_motion(of.contact_problem, on_grid).frictional(GridOperator.from_ics(ics), 0.4)
         *_, last = compressed(problem, [Loading(load) for load in (2e4, 4e4, 6e4, 8e4)])
         p_max[left_out] = float(np.max(last.p[..., N]))
     assert p_max["ns"] / p_max["nothing"] > 1.03

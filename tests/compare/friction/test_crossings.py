@@ -9,9 +9,9 @@ from compare.studies.contact_crossings import crossing
 from compare.studies.friction_crossings import HALF, NUMBERS, RollingDeviations
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
+from femic.contact.motions import pair_in_motion
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.scenes.load import load_scene
 
 LOAD, FRICTION = 1e5, 0.4
@@ -23,7 +23,7 @@ def rolled():
     """The mix in the place of C: it has xn."""
     of = load_scene("rolling", {"contact": {"elements": 8, "ics": ["A", "Bhat", "mix"]}}).contact_problem
     ((grid, _),) = grids_of(of)
-    pair = PairWithFriction(of, pair_on_grid(of, grid))
+    pair = pair_in_motion(of, pair_on_grid(of, grid))
     operators = {"A": pair.operator("A"), "C": pair.operator("mix"), "same": pair.operator("mix")}
     return RollingDeviations(pair, operators, FRICTION)
 

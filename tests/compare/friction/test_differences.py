@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from femic.contact.estimates import SAFETY, Measured, Scale
-from femic.contact.pairs.quantities import OF_ROLLING, kinds
-from femic.results.friction_dataset import (
+from femic.contact.datasets import (
     MISSED,
+    common_floors,
     estimate_of_difference,
-    floors,
     on_larger_elements,
-    with_changed_ics,
+    with_variation,
 )
+from femic.contact.estimates import SAFETY, Measured, Scale
+from femic.contact.motions.rolling import OF_ROLLING
+from femic.contact.pairs.quantities import kinds
 
 VARIED = {"a": 10.0, "b": 20.0, "C": 40.0}
 
@@ -56,9 +57,11 @@ def test_contacts_on_larger_elements_have_the_same_names_and_their_own_places():
 def test_only_the_named_ics_change():
     given = contacts(change=(1.0, 0.0, 3.0))
     for sign in (1, -1):
-        np.testing.assert_allclose(with_changed_ics(given, "C", sign).q, [10.0, 20.0, 40.0 + 3 * sign])
-        np.testing.assert_allclose(with_changed_ics(given, "a", sign).q, [10.0 + sign, 20.0, 40.0])
-    assert with_changed_ics(given, "C", 1).seconds.equals(given.seconds)
+        np.testing.assert_allclose(
+            with_variation(given, "change_", "C", sign).q, [10.0, 20.0, 40.0 + 3 * sign]
+        )
+        np.testing.assert_allclose(with_variation(given, "change_", "a", sign).q, [10.0 + sign, 20.0, 40.0])
+    assert with_variation(given, "change_", "C", 1).seconds.equals(given.seconds)
 
 
 def test_an_error_in_common_is_no_error_of_a_difference():
@@ -77,7 +80,7 @@ def test_two_contacts_have_most_of_their_floors_in_common_but_not_all():
     floors_of = {floor for kind in of_all.values() for floor in kind.floors}
     scales = {kind.scale: Scale(2.0, 2.0) for kind in of_all.values()}
     contact = Measured(dict.fromkeys(OF_ROLLING, 2.0), scales, dict.fromkeys(floors_of, 0.1), ("p_max",))
-    apart = floors(contact, OF_ROLLING)
+    apart = common_floors(contact, OF_ROLLING)
     assert apart.pop("p_max") == 0  # it is exact
     for name, part in apart.items():
         assert 0.01 < part / contact.floor(name, of_all[name]) < 0.2, name

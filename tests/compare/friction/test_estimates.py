@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from femic.contact.datasets import MISSED
 from femic.contact.estimates import SAFETY, Measured
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
-from femic.contact.pairs.solved_curve import between, deciding
-from femic.results.friction import _distances, compute_with_friction
-from femic.results.friction_dataset import MISSED
+from femic.contact.motions.compression import OF_COMPRESSION
+from femic.contact.motions.rolling import OF_CURVE, OF_ROLLING, between, curve_distances, deciding_creepages
+from femic.results.friction import compute_with_friction
 from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
 
 XI = [-1e-3, 0.0, 2e-3]
@@ -64,7 +64,7 @@ def test_all_estimates_are_positive(solved):
 def test_changes_are_solved_at_the_creepage_nearest_0_and_at_the_largest_forces():
     forces = {-3e-3: -80.0, -1e-3: -90.0, 2e-4: 5.0, 1e-3: 60.0, 4e-3: 59.0}
     points = {xi: Measured({"F_x": force}, {}, {}) for xi, force in forces.items()}
-    assert deciding(SimpleNamespace(points=points)) == [-1e-3, 2e-4, 1e-3]
+    assert deciding_creepages(SimpleNamespace(points=points)) == [-1e-3, 2e-4, 1e-3]
 
 
 def test_changes_are_linear_between_creepages_and_constant_beyond():
@@ -163,7 +163,7 @@ def random_errors(seed):
 
 def test_distances_of_curves_are_root_mean_squares_and_maxima():
     force, _ = random_errors(3)
-    of = _distances(curves(force))
+    of = curve_distances(curves(force))
     for name, size in sizes(force[:, 0] - force[:, 1]).items():
         np.testing.assert_allclose(of[name].sel(ics="A"), size)
         assert np.all(of[name].sel(ics="C") == 0)
@@ -177,7 +177,7 @@ def test_errors_of_elements_that_all_curves_have_in_common_do_not_count():
     """F(h) = F + c h with the same c of both, h = 1 and 2."""
     force, c = random_errors(3)
     alike = c[:, :1]
-    of = _distances(curves(force + alike, larger=force + 2 * alike))
+    of = curve_distances(curves(force + alike, larger=force + 2 * alike))
     for name, size in sizes(force[:, 0] - force[:, 1]).items():
         np.testing.assert_allclose(of[name].sel(ics="A"), size)
         np.testing.assert_allclose(beside_itself(of, name), 0.0, atol=1e-12)
@@ -187,7 +187,7 @@ def test_errors_of_elements_that_all_curves_have_in_common_do_not_count():
 def test_estimates_bound_errors_of_the_first_order_also_where_differences_change_their_sign(seed):
     """F(h) = F + c h, h = 1 and 2: the differences of curves are off by the difference of c at most."""
     force, c = random_errors(seed)
-    of, true = _distances(curves(force + c, larger=force + 2 * c)), sizes(force[:, 0] - force[:, 1])
+    of, true = curve_distances(curves(force + c, larger=force + 2 * c)), sizes(force[:, 0] - force[:, 1])
     for name, size in sizes(c[:, 0] - c[:, 1]).items():
         estimate = of[f"estimate_{name}"]
         assert np.all(abs(of[name].sel(ics="A") - true[name]) <= estimate.sel(ics="A"))
@@ -198,12 +198,12 @@ def test_estimates_bound_errors_of_the_first_order_also_where_differences_change
 def test_a_change_of_c_alone_counts_as_much_as_it_changes_distances():
     force, change = random_errors(5)
     change[:, 0] = 0.0
-    of = _distances(curves(force, change=change))
+    of = curve_distances(curves(force, change=change))
     for name, size in sizes(change[:, 1]).items():
         np.testing.assert_allclose(beside_itself(of, name).sel(ics="A"), size)
         assert np.all(of[f"estimate_{name}"].sel(ics="C") == 0)
         for sign in (1, -1):
-            moved = _distances(curves(force + sign * change))[name]
+            moved = curve_distances(curves(force + sign * change))[name]
             assert np.all(abs(moved - of[name]) <= of[f"estimate_{name}"] + 1e-12)
 
 
@@ -211,7 +211,7 @@ def test_parts_of_the_estimate_are_added():
     force, c = random_errors(7)
     _, change = random_errors(8)
     both, by_elements, by_c = (
-        beside_itself(_distances(curves(force, **given)), "rms")
+        beside_itself(curve_distances(curves(force, **given)), "rms")
         for given in ({"larger": c, "change": change}, {"larger": c}, {"change": change})
     )
     np.testing.assert_allclose(both, by_elements + by_c)
@@ -221,7 +221,7 @@ def test_creepages_without_contact_do_not_count_in_distances():
     force = np.ones((2, 2, 3)) * [[[1.0], [3.0]]]
     larger = force + np.array([[[0.0], [1.0]]])
     force[:, 0, 1] = larger[:, 0, 1] = larger[:, 1, 2] = MISSING
-    of = _distances(curves(force, larger))
+    of = curve_distances(curves(force, larger))
     np.testing.assert_allclose(of["rms"].sel(ics="A"), 2 / np.array([200, 500]))
     np.testing.assert_allclose(beside_itself(of, "rms").sel(ics="A"), SAFETY / np.array([200, 500]))
 
@@ -230,7 +230,7 @@ def test_creepages_without_contact_do_not_count_in_distances():
 def test_curves_of_unknown_errors_have_distances_without_estimates(unknown):
     """Except the reference, which is no distance from itself."""
     force = np.ones((2, 2, 3))
-    of = _distances(curves(force, **{unknown: np.full_like(force, MISSING)}))
+    of = curve_distances(curves(force, **{unknown: np.full_like(force, MISSING)}))
     for name in ("rms", "largest"):
         assert np.all(of[name] == 0)
         assert np.all(np.isnan(of[f"estimate_{name}"].sel(ics="A")))

@@ -21,24 +21,19 @@ COSTS = ["seconds"]
 def solved(monkeypatch):
     """By which friction and ICs parts were solved, in their order; raises at those in `interrupted`.
 
-    With `once` a solution is that of all scenes with its friction and ICs.
+    Solutions are one number each: which ones are solved does not depend on what they are.
     """
-    of = SimpleNamespace(calls=[], interrupted=set(), once=False)
-    solutions = {}
+    of = SimpleNamespace(calls=[], interrupted=set())
 
-    def counted(solve):
-        def counting(pair, *case):
-            if case in of.interrupted:
-                raise KeyboardInterrupt
-            of.calls.append(case)
-            if not (of.once and case in solutions):
-                solutions[case] = solve(pair, *case)
-            return solutions[case]
+    def solve(_, *case):
+        if case in of.interrupted:
+            raise KeyboardInterrupt
+        of.calls.append(case)
+        return xr.Dataset({"number": ((), hash(case) % 1000), "seconds": ((), 1.0)})
 
-        return counting
-
-    motions = {name: replace(motion, solve=counted(motion.solve)) for name, motion in MOTIONS.items()}
-    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.MOTIONS", motions)
+    for name, motion in MOTIONS.items():
+        alone = replace(motion, solve=solve, complete=lambda dataset, _: dataset)
+        monkeypatch.setitem(MOTIONS, name, alone)
     return of
 
 
@@ -49,16 +44,9 @@ def same(first, second):
     xr.testing.assert_equal(first.drop_vars(COSTS), second.drop_vars(COSTS))
 
 
-@pytest.mark.parametrize(
-    "keys",
-    [
-        pytest.param(ROLLING, id="rolling", marks=pytest.mark.slow),
-        pytest.param(COMPRESSION, id="compression"),
-    ],
-)
-def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path):
+def test_interrupted_run_resumes_after_finished_solutions(solved, tmp_path):
     calls, interrupted = solved.calls, solved.interrupted
-    of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
+    of, options = scene(13.0, **COMPRESSION), RunOptions(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
     with pytest.raises(KeyboardInterrupt):
         compute_with_friction(of, options)
@@ -72,8 +60,7 @@ def test_interrupted_run_resumes_after_finished_solutions(keys, solved, tmp_path
 
 
 def test_scenes_share_equal_solutions_only(solved, tmp_path):
-    """Which ones are solved does not depend on what they are: equal frictions and ICs are solved once."""
-    options, calls, solved.once = RunOptions(store=Store(tmp_path)), solved.calls, True
+    options, calls = RunOptions(store=Store(tmp_path)), solved.calls
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
     compute_with_friction(scene(13.0, **alone), options)
     for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):

@@ -5,12 +5,12 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
+from femic.contact.motions import pair_in_motion, solve_with_friction
+from femic.contact.motions.rolling import Continuation, scaled_force
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.results.friction import compute_with_friction, scaled_force
+from femic.results.friction import compute_with_friction
 from geometries.errors import Failure
 from geometries.materials import both_bodies
 from geometries.patches import Grid
@@ -108,8 +108,8 @@ def test_estimates_with_c_include_the_change_by_its_error(conforming):
 def test_search_over_creepages_agrees_with_prescribed_forces(conforming):
     of, dataset = conforming
     on_grid = pair_on_grid(of.contact_problem, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    pair = PairWithFriction(of.contact_problem, on_grid)
-    along = Continuation.of(pair, pair.frictional(approximation(on_grid, "A"), 0.3), "A")
+    pair = pair_in_motion(of.contact_problem, on_grid)
+    along = Continuation(pair, pair.rolling(pair.frictional(approximation(on_grid, "A"), 0.3)), "A")
     begun = along.first()
     searched = along.search_force(0.0, begun)
     expected = float(dataset.zero_creepage.sel(ics="A")[0])
@@ -127,7 +127,7 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
         labels.append(label)
         raise Failure("no contact")
 
-    monkeypatch.setattr("femic.contact.pairs.solved_curve._curve", failing)
+    monkeypatch.setattr("femic.contact.motions.rolling._curve", failing)
     dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[-1e-3, 0.0, 1e-3]))
     assert labels == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
@@ -143,7 +143,8 @@ def test_forces_beyond_the_curve_are_refused():
 
 def path_of(of):
     return solve_with_friction(
-        of.contact_problem, lambda pair: Continuation.of(pair, pair.frictional(pair.operator("A"), 0.3), "A")
+        of.contact_problem,
+        lambda pair: Continuation(pair, pair.rolling(pair.frictional(pair.operator("A"), 0.3)), "A"),
     )
 
 

@@ -5,10 +5,10 @@ import pytest
 from compare.pages.friction import quantity_label, support_tables, vanishes
 from compare.pages.friction_pages import PAGES
 from femic.contact import motions
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
+from femic.contact.motions.compression import OF_COMPRESSION
+from femic.contact.motions.rolling import OF_ROLLING
 from femic.reference.run_options import RunOptions
-from femic.results.friction import compute_with_friction
-from femic.results.friction_dataset import with_supports
+from femic.results.friction import compute_with_friction, with_supports
 from tests.compare.friction.conftest import SAME, SOFTER
 from tests.compare.friction.scenes import scene
 

@@ -9,10 +9,9 @@ from compare.campaigns.results.contact import contact as numbers_of
 from compare.pages import transient as transient_page
 from compare.pages.friction import worst_friction
 from compare.pages.transient import TRANSIENT, settling_distance, summary
-from femic.contact.pairs.quantities import OF_ROLLING
+from femic.contact.motions.rolling import OF_ROLLING
 from femic.reference.run_options import RunOptions
-from femic.results.friction import compute_with_friction
-from femic.results.friction_dataset import with_supports
+from femic.results.friction import compute_with_friction, with_supports
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from tests.compare.friction.scenes import scene

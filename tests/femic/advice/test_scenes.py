@@ -6,7 +6,7 @@ import pytest
 from femic.advice.knowledge import ics_errors, packaged, reference_estimates
 from femic.advice.scenes import ANGLES, ELEMENTS, random_scene
 from femic.advice.study import FEATURES, contact_features, saturation, solve_scene
-from femic.contact.pairs.pair_on_grid import undeformed_of
+from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends
 SOLVED_AGAIN = 2
@@ -27,7 +27,7 @@ def test_patches_turn_by_angles_in_their_range_between_the_flanks(number):
     assert 0.9 * ANGLES[0] < features["angle"] < 1.1 * ANGLES[1]
     assert features["beyond"] > 0
     lower = scene.problem.bodies["lower"].contour
-    touching = undeformed_of(scene.problem).touching[0]
+    touching = undeformed_surfaces(scene.problem).touching[0]
     middle = np.degrees(float(lower.inclination(touching)))
     # patches go further on the side of the smaller curvature
     assert abs(abs(middle) - features["middle"]) < 0.35 * features["angle"]

@@ -304,9 +304,7 @@ def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
     computed = recorded("femic.results.friction.compute_with_friction", returns="contact")
-    supported = recorded(
-        "femic.results.friction_dataset.with_supports", returns=xr.Dataset(attrs={"given": "yes"})
-    )
+    supported = recorded("femic.results.friction.with_supports", returns=xr.Dataset(attrs={"given": "yes"}))
     written = []
     page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
     monkeypatch.setitem(PAGES, motion, page)
@@ -320,7 +318,7 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
 
 def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, command, tmp_path):
     recorded("femic.results.contact.compute_contact", SimpleNamespace(solved=None))
-    recorded("femic.contact.pairs.supports.changed_supports")
+    recorded("femic.contact.supports.changed_supports")
     recorded("compare.pages.finite_elements.stored_solution")
     written = recorded("compare.pages.contact.write_contact", Path("there"))
     maps = recorded("compare.pages.contact.write_sensitivity", Path("there"))

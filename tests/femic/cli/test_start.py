@@ -17,8 +17,11 @@ OF_SCENES = sorted(set(COMMANDS) - {"validate", "extremes", "scenes", "sweep"})
 RUN = """
 import json, sys
 from femic.cli.main import exit_code
+from femic.late import Deferred
 for command in json.loads(sys.argv[1]):
-    print(json.dumps([exit_code(command), sorted(sys.modules)]))
+    code = exit_code(command)
+    loaded = [name for name, module in sys.modules.items() if not issubclass(type(module), Deferred)]
+    print(json.dumps([code, sorted(loaded)]))
 """
 WRONG = {
     "not there": None,
@@ -79,6 +82,21 @@ def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
         import lazily as again  # noqa: PLC0415
     assert again is sys.modules["lazily"]
     assert lazily.hls_to_rgb is sys.modules["colorsys"].hls_to_rgb
+
+
+def test_two_modules_may_defer_the_same_library(tmp_path, monkeypatch):
+    """The second import does not run it; once it runs, what it imports itself is there."""
+    (tmp_path / "twice").mkdir()
+    (tmp_path / "twice/__init__.py").write_text("from twice.parts import answer\n")
+    (tmp_path / "twice/parts.py").write_text("answer = 42\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with lazy_imports():
+        import twice  # noqa: PLC0415
+    with lazy_imports():
+        import twice as again  # noqa: PLC0415
+
+        assert "twice.parts" not in sys.modules
+        assert again.answer == twice.answer == 42
 
 
 def test_a_lazy_import_of_no_module_is_an_error():

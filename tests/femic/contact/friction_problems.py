@@ -104,7 +104,7 @@ def law_errors(contact, rigid, *, order=None, dx=1.0, before=0.0):
     """
     problem = contact.problem
     u, bound = problem.operator(contact.p), problem.coefficients * contact.p[..., N]
-    edge = LeadingEdge.of(bound, DEPTH if order == 2 else 0)
+    edge = LeadingEdge.find(bound, DEPTH if order == 2 else 0)
     if order is None:
         sides = (rigid + u[..., :2] - before,) * 2
         own = 1.0
@@ -171,4 +171,4 @@ def by_matrix(problem, materials=STEELS):
     """The same problem of `groove` with its ICs as a matrix."""
     wheel, rail = Surface(UPPER, arc(10.2, 1.3, 1.1)), Surface(LOWER, arc(10.0, 1.3, 1.1))
     pair = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
-    return replace(problem, operator=GridOperator.of(matrix("Bhat", pair, problem.grid)))
+    return replace(problem, operator=GridOperator.from_ics(matrix("Bhat", pair, problem.grid)))

@@ -129,7 +129,7 @@ TURN = 0.15  # of the traction from element to element [rad]
 def turning(depth, turn=TURN):
     """Sliding whose direction turns along x; at the leading edge tractions follow those behind."""
     angle = turn * X
-    edge = LeadingEdge.of(FRICTION * P, depth)
+    edge = LeadingEdge.find(FRICTION * P, depth)
     angle = np.take_along_axis(angle, edge.followed, axis=0)
     p = np.stack([FRICTION * P * np.cos(angle), FRICTION * P * np.sin(angle), P], axis=-1)
     slip = -1e-3 * np.stack([np.cos(angle), np.sin(angle)], axis=-1) * (P > 0)[..., None]

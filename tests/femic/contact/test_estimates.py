@@ -19,9 +19,9 @@ from femic.contact.estimates import (
     Measured,
     Scale,
     changes,
+    errors,
     estimates,
     from_grids,
-    summed,
 )
 
 RELATED_NUMBERS = Kind("creepage", related=(("creepage", RELATED),))
@@ -115,8 +115,11 @@ def test_equal_areas_on_all_grids_keep_the_floor():
 
 
 def test_parts_of_an_estimate_are_added():
-    assert summed([{"a": 1.0, "b": 2.0}, {"a": 0.5, "b": 3.0}, {"a": 0.0, "b": 1.0}]) == {"a": 1.5, "b": 6.0}
-    assert np.isnan(summed([{"a": 1.0}, {"a": np.nan}])["a"])
+    fine, coarse = measured_numbers(), measured_numbers()
+    alone = errors(KINDS, fine, [coarse])
+    parts = [dict.fromkeys(KINDS, 1.0), dict.fromkeys(KINDS, 0.5)]
+    assert errors(KINDS, fine, [coarse], parts) == pytest.approx({name: alone[name] + 1.5 for name in KINDS})
+    assert np.isnan(errors(KINDS, fine, [coarse], [dict.fromkeys(KINDS, np.nan)])["F_x"])
 
 
 def test_changes_are_no_less_than_those_of_related_numbers():

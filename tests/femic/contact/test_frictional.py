@@ -108,7 +108,9 @@ def test_friction_takes_energy_wherever_elements_slip(problem, order):
     motion = shifted(problem, 3e-3, -1e-3) if order is None else rolls(problem, order)
     contact = solve(problem, motion, Loading(LOAD))
     bound = problem.friction * contact.p[..., N]
-    slips = contact.in_contact & ~contact.stick & (motion.depth == 0 or frictional.LeadingEdge.of(bound).free)
+    slips = (
+        contact.in_contact & ~contact.stick & (motion.depth == 0 or frictional.LeadingEdge.find(bound).free)
+    )
     assert np.count_nonzero(slips) > 3
     assert np.min(contact.dissipation[slips]) > 0
     assert np.all(contact.dissipation[~contact.in_contact] == 0)

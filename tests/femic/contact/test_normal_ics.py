@@ -23,7 +23,7 @@ TIGHT = 1e-11
 
 
 def with_ics(ics, problem=GROOVE):
-    return replace(problem, operator=GridOperator.of(ics, (N,)))
+    return replace(problem, operator=GridOperator.from_ics(ics, (N,)))
 
 
 def test_matrix_of_half_spaces_gives_the_contact_of_a():
@@ -58,7 +58,7 @@ def damage_of():
 
 def dense(ics, elements):
     """The matrix between elements in contact."""
-    operator, n = GridOperator.of(ics, (N,)), np.count_nonzero(elements)
+    operator, n = GridOperator.from_ics(ics, (N,)), np.count_nonzero(elements)
     columns = []
     for at in np.argwhere(elements):
         unit = np.zeros((*elements.shape, 1))

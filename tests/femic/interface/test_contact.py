@@ -114,7 +114,7 @@ def test_a_matrix_named_c_gives_the_contact_of_that_c(c, monkeypatch):
     own = ReferenceICs(
         normal_operator(nn), normal_operator(nn + estimate), 0.02, Asymmetry(0.0, "nn"), 1.0, 0.0
     )
-    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", lambda *_: own)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", lambda *_: own)
     setup = replace(SETUP, grid=GRID)
     ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
     for name in ("p_max", "approach", "a", "b", "estimate_p_max", "estimate_approach"):

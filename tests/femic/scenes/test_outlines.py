@@ -10,7 +10,7 @@ import xarray as xr
 import femic
 from compare.campaigns.maps import _inputs_of_c
 from femic.cache.store import Store
-from femic.contact.pairs.supports import flatter_problem
+from femic.contact.supports import flatter_problem
 from femic.results.finite_elements import require_suitable, stored_fe_contact
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table

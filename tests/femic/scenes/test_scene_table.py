@@ -61,11 +61,10 @@ def test_friction_keys_are_in_the_contact_table():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, transient, compression"),
         ({"motion": "rolling"}, "give `friction`"),
         ({"friction": FrictionSpecification()}, "give `friction`"),
     ],
 )
-def test_a_motion_is_known_and_has_friction_where_friction_is_specified(keys, message):
+def test_friction_is_specified_for_motions_that_have_it_alone(keys, message):
     with pytest.raises(WrongInput, match=message):
         ContactSpecification(**keys)

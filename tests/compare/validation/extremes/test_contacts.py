@@ -32,8 +32,9 @@ from compare.validation.extremes.contacts import (
 )
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
+from femic.contact.motions.rolling import OF_ROLLING
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.quantities import OF_FRICTIONLESS, OF_ROLLING
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.reference.run_options import RunOptions
 from geometries.patches import Grid
 

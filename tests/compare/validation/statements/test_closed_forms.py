@@ -17,7 +17,7 @@ from tests.compare.validation.statements.friction_makers import BY_CLOSED_FORMS
 
 CRITERIA = {criterion.name: criterion for criterion in STATEMENTS[44].criteria}
 VELOCITY, BOUND = RollingKinematics.rigid_velocity, frictional.FrictionalProblem.bound
-SLIP, GIVEN, WEIGHTS = SteadyRolling.slip_of, Shift.given.fget, RollingProblem.weights.func
+SLIP, GIVEN, WEIGHTS = SteadyRolling.elastic_slip, Shift.given.fget, RollingProblem.weights.func
 HEIGHT = Undeformed.upper_height
 
 
@@ -80,7 +80,7 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
     ),
     "displacements count twice in slip": (
         SteadyRolling,
-        "slip_of",
+        "elastic_slip",
         lambda self, u: 2 * SLIP(self, u),
         {"Carter", "Kalker"},
     ),

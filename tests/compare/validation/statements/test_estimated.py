@@ -14,7 +14,7 @@ from compare.validation.statements.page import (
     entry,
 )
 from compare.validation.statements.registry import STATEMENTS
-from femic.results.friction_dataset import MISSED
+from femic.contact.datasets import MISSED
 from tests.compare.validation.statements import friction_makers
 from tests.compare.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
 from tests.compare.validation.statements.normal_makers import EXACT, KNOWN

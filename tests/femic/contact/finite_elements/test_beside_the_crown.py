@@ -12,7 +12,7 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
-from femic.contact.finite_elements.result import numbers_of
+from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -57,21 +57,21 @@ def result():
 
 def test_small_contact_on_the_flank_agrees_with_hertz(result):
     """Largest pressure and half-lengths, at 4 cells along the shorter one."""
-    numbers = numbers_of(result)
+    numbers = compute_numbers(result)
     assert numbers.p_max == pytest.approx(HERTZ.p_max, rel=0.03)
     assert [numbers.a, numbers.b] == pytest.approx([HERTZ.a, HERTZ.b], rel=0.06)
 
 
 def test_lateral_force_is_the_load_times_the_tangent(result):
     """The centre of pressure is known to a twentieth of a cell, which turns the force by 1/6000."""
-    numbers = numbers_of(result)
+    numbers = compute_numbers(result)
     assert numbers.s_centre == pytest.approx(MIDDLE, abs=0.05 * HERTZ.b / CELLS)
     assert numbers.F_y == pytest.approx(LOAD * np.tan(DELTA), rel=1e-3)
 
 
 def test_moment_is_that_of_a_force_through_the_centre_of_the_arc(result):
     """All normals of an arc meet at its centre, which is R below the crown: M_x = R F_y."""
-    numbers = numbers_of(result)
+    numbers = compute_numbers(result)
     assert numbers.M_x == pytest.approx(R_LOWER * numbers.F_y, rel=1e-9)
 
 
@@ -84,7 +84,7 @@ def test_supports_of_both_bodies_balance_the_lateral_force(result):
 
 def test_mirrored_contact_has_the_opposite_lateral_force(result):
     """Meshes are no mirror images: numbers agree as well as each of them is known."""
-    numbers, mirrored = numbers_of(result), numbers_of(level(-1))
+    numbers, mirrored = compute_numbers(result), compute_numbers(level(-1))
     assert mirrored.F_y == pytest.approx(-numbers.F_y, rel=2e-3)
     assert mirrored.M_x == pytest.approx(-numbers.M_x, rel=2e-3)
     assert mirrored.s_centre == pytest.approx(-numbers.s_centre, abs=0.1 * HERTZ.b / CELLS)

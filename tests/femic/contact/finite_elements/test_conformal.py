@@ -5,7 +5,7 @@ import pytest
 
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
-from femic.contact.finite_elements.result import numbers_of
+from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -25,7 +25,7 @@ def level():
 
 
 def test_the_patch_is_conformal(level):
-    assert numbers_of(level).angle > np.radians(55)
+    assert compute_numbers(level).angle > np.radians(55)
     assert np.all(level.p >= 0)
 
 

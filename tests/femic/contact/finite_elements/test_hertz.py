@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.contact.finite_elements.meshed_contact import ZoneTooSmall, mesh_bodies, solved
-from femic.contact.finite_elements.result import numbers_of
+from femic.contact.finite_elements.result import compute_numbers
 from femic.reference.job import NotConverged
 from tests.femic.contact.finite_elements.ellipse import (
     HERTZ,
@@ -31,7 +31,7 @@ def level(meshes):
 
 def test_numbers_agree_with_hertz(level):
     """Measured: half-lengths within 2.2 %, the pressure within 0.7 %, of 5 cells per half-width."""
-    numbers = numbers_of(level)
+    numbers = compute_numbers(level)
     assert [numbers.a, numbers.b] == pytest.approx([HERTZ.a, HERTZ.b], rel=0.035)
     assert numbers.p_max == pytest.approx(HERTZ.p_max, rel=0.015)
 
@@ -63,7 +63,7 @@ def test_far_bodies_add_a_displacement_in_proportion_to_the_load(level, meshes):
     """The approach is Hertz's, less what clamped far arcs take away: the same per load at half of it."""
     half = solved(bodies(far=FAR), meshes, LOAD / 2, level)
     added = [
-        (numbers_of(solution).approach - SURFACES.at_load(solution.load).approach) / solution.load
+        (compute_numbers(solution).approach - SURFACES.at_load(solution.load).approach) / solution.load
         for solution in (level, half)
     ]
     assert added[0] < 0
@@ -77,10 +77,10 @@ def test_shifted_wheel_has_the_shifted_contact(level):
     whole = bodies(symmetric=False, far=FAR, shift=aside)
     middle = aside * OF_LOWER / (OF_LOWER + OF_UPPER)
     solution = solved(whole, mesh_bodies(whole, expected(middle), 4.0), LOAD)
-    numbers = numbers_of(solution)
+    numbers = compute_numbers(solution)
     assert whole.share == 0.5
     assert np.mean(solution.s_range) == pytest.approx(middle, abs=0.03)
-    of_half = numbers_of(level)
+    of_half = compute_numbers(level)
     assert numbers.p_max == pytest.approx(of_half.p_max, rel=0.02)
     assert [numbers.a, numbers.b] == pytest.approx([of_half.a, of_half.b], rel=0.05)
     assert numbers.approach == pytest.approx(of_half.approach, rel=0.01)  # other cells, far away, too
@@ -103,7 +103,7 @@ def test_errors_fall_with_the_cell_size():
     errors = []
     for cells in (5.0, 10.0):
         fine = bodies()
-        numbers = numbers_of(solved(fine, mesh_bodies(fine, expected(), cells), LOAD))
+        numbers = compute_numbers(solved(fine, mesh_bodies(fine, expected(), cells), LOAD))
         errors.append(abs(numbers.p_max / HERTZ.p_max - 1))
         for result, true in ((numbers.a, HERTZ.a), (numbers.b, HERTZ.b)):
             assert abs(result - true) < 0.2 * HERTZ.b / cells

@@ -8,7 +8,7 @@ from femic.contact.finite_elements import coupling
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.coupling import couple, select_zone
 from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
-from femic.contact.finite_elements.result import numbers_of
+from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.errors import Failure
@@ -44,7 +44,7 @@ def test_a_ball_on_a_block_converges_to_hertz(coarse):
     errors = []
     for meshes in (coarse, at(6.5)):
         level = solved(bodies(), meshes, LOAD)
-        numbers = numbers_of(level)
+        numbers = compute_numbers(level)
         errors.append(abs(numbers.p_max / HERTZ.p_max - 1))
         assert [numbers.a, numbers.b] == pytest.approx([HERTZ.a, HERTZ.a], abs=0.2 * HERTZ.a / meshes.cells)
         assert level.reactions == pytest.approx((LOAD, -LOAD), rel=1e-5)

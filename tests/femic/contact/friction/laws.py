@@ -22,11 +22,11 @@ HALF_SPACES = Pair(Solid(MATERIAL, Surface(UPPER, plane())), Solid(MATERIAL, Sur
 def law(operator, motion, bound):
     """The problem of a motion with given bounds."""
     return Coulomb(
-        lambda p: motion.slip_of(operator(p)),
+        lambda p: motion.elastic_slip(operator(p)),
         Strips.on_half_spaces(operator, motion),
         motion.given,
         bound,
-        LeadingEdge.of(bound, motion.depth),
+        LeadingEdge.find(bound, motion.depth),
         motion,
         no_forces(bound),
     )

@@ -197,14 +197,20 @@ def test_mirrored_reversed_rolling_is_mirrored():
     here = coulomb.tractions(law(operator, MOTIONS["first"], g), tolerance=1e-9)
 
     class Backwards(Shift):
-        def slip_of(self, u):
+        def elastic_slip(self, u):
             return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
 
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
-    motion, edge = Backwards(w), LeadingEdge.of(g[mirror], 0)
+    motion, edge = Backwards(w), LeadingEdge.find(g[mirror], 0)
     strips = Strips.on_half_spaces(operator, motion)
     problem = Coulomb(
-        lambda p: motion.slip_of(operator(p)), strips, sign * w[mirror], g[mirror], edge, motion, no_forces(g)
+        lambda p: motion.elastic_slip(operator(p)),
+        strips,
+        sign * w[mirror],
+        g[mirror],
+        edge,
+        motion,
+        no_forces(g),
     )
     there = coulomb.tractions(problem, tolerance=1e-9)
     np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())

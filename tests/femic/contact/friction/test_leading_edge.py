@@ -43,7 +43,7 @@ def test_the_last_elements_of_each_run_follow_the_one_behind_them(seed, depth):
     assert {1, 2, 3, 6, 7, 60} <= lengths
     assert any(2 * LEAST_PER_DEPTH <= length < 60 for length in lengths)
     given = bound.copy()
-    edge = LeadingEdge.of(given, depth)
+    edge = LeadingEdge.find(given, depth)
     np.testing.assert_array_equal(given, bound)
     expected = followed_by_loops(bound, depth)
     np.testing.assert_array_equal(edge.followed, expected)
@@ -58,7 +58,7 @@ def test_the_last_elements_of_each_run_follow_the_one_behind_them(seed, depth):
 def test_in_short_runs_fewer_elements_follow(length, following):
     bound = np.zeros((length + 5, 1))
     bound[2 : 2 + length] = 1.0
-    moved = np.arange(length + 5) - LeadingEdge.of(bound).followed[:, 0]
+    moved = np.arange(length + 5) - LeadingEdge.find(bound).followed[:, 0]
     expected = np.zeros(length + 5)
     expected[2 + length - following : 2 + length] = np.arange(1, following + 1)
     np.testing.assert_array_equal(moved, expected)
@@ -66,7 +66,7 @@ def test_in_short_runs_fewer_elements_follow(length, following):
 
 def test_tractions_take_the_same_share_of_their_bounds():
     bound = many_runs(4)
-    edge = LeadingEdge.of(bound, 2)
+    edge = LeadingEdge.find(bound, 2)
     p = np.random.default_rng(0).normal(size=(*bound.shape, 2))
     spread = edge.spread(p)
     np.testing.assert_array_equal(spread[edge.free], p[edge.free])
@@ -82,6 +82,6 @@ def test_tractions_take_the_same_share_of_their_bounds():
 def test_free_are_elements_with_bounds_that_follow_no_other():
     bound = many_runs(5)
     expected = (bound > 0) & (followed_by_loops(bound, 2) == np.arange(60)[:, None])
-    np.testing.assert_array_equal(LeadingEdge.of(bound, 2).free, expected)
-    np.testing.assert_array_equal(LeadingEdge.of(bound, 0).free, bound > 0)
-    assert not np.any(LeadingEdge.of(np.zeros((4, 3)), 2).free)
+    np.testing.assert_array_equal(LeadingEdge.find(bound, 2).free, expected)
+    np.testing.assert_array_equal(LeadingEdge.find(bound, 0).free, bound > 0)
+    assert not np.any(LeadingEdge.find(np.zeros((4, 3)), 2).free)

@@ -16,8 +16,8 @@ DX = 0.3
 
 def test_slip_of_a_shift_is_the_shift_plus_the_growth_of_displacements():
     result = Shift(W, before=BEFORE)
-    np.testing.assert_allclose(result.slip_of(U) + result.given, W + U - BEFORE)
-    np.testing.assert_allclose(Shift(W).slip_of(U) + Shift(W).given, W + U)
+    np.testing.assert_allclose(result.elastic_slip(U) + result.given, W + U - BEFORE)
+    np.testing.assert_allclose(Shift(W).elastic_slip(U) + Shift(W).given, W + U)
     np.testing.assert_array_equal(result.at_elements(U), U)
     assert result.depth == 0
 
@@ -38,7 +38,7 @@ def test_a_vertical_approach_shifts_by_its_component_along_s():
 @pytest.mark.parametrize("order", [1, 2])
 def test_steady_rolling_takes_displacements_from_the_next_element_ahead(order):
     motion = SteadyRolling(W, dx=DX, order=order)
-    result = motion.slip_of(U) + motion.given
+    result = motion.elastic_slip(U) + motion.given
     for row, column in np.ndindex(7, 6):
         w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
         expected = w + (U[row, column] - U[row + 1, column]) / DX
@@ -49,18 +49,20 @@ def test_steady_rolling_takes_displacements_from_the_next_element_ahead(order):
 @pytest.mark.parametrize("order", [1, 2])
 def test_step_of_rolling_takes_displacements_of_the_step_before(order):
     motion = RollingStep(W, dx=DX, order=order, before=BEFORE)
-    result = motion.slip_of(U) + motion.given
+    result = motion.elastic_slip(U) + motion.given
     for row, column in np.ndindex(7, 6):
         w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
         expected = w + (U[row, column] - BEFORE[row + 1, column]) / DX
         np.testing.assert_allclose(result[row, column], expected)
     first = RollingStep(W, dx=DX, order=order)
-    np.testing.assert_allclose(result - first.given - first.slip_of(U), -np.r_[BEFORE[1:], BEFORE[-1:]] / DX)
+    np.testing.assert_allclose(
+        result - first.given - first.elastic_slip(U), -np.r_[BEFORE[1:], BEFORE[-1:]] / DX
+    )
 
 
 def test_step_with_current_displacements_is_steady_rolling():
     step, steady = RollingStep(W, dx=DX, before=U), SteadyRolling(W, dx=DX)
-    np.testing.assert_allclose(step.slip_of(U) + step.given, steady.slip_of(U) + steady.given)
+    np.testing.assert_allclose(step.elastic_slip(U) + step.given, steady.elastic_slip(U) + steady.given)
 
 
 def smooth(n):
@@ -77,7 +79,7 @@ def largest_errors(order):
     for n in (40, 80):
         dx, x, u, w, exact = smooth(n)
         motion = SteadyRolling(w, dx=dx, order=order)
-        slip = motion.slip_of(u) + motion.given
+        slip = motion.elastic_slip(u) + motion.given
         between = x if order == 1 else x + dx / 2
         centred = motion.at_elements(slip)
         errors.append([
@@ -112,7 +114,7 @@ def test_in_a_box_slip_is_that_of_its_elements(motion):
     """But for its last row, which has no neighbour ahead."""
     part = motion.within(BOX)
     for here, there in (
-        (part.slip_of(BOX.crop(U)), motion.slip_of(U)),
+        (part.elastic_slip(BOX.crop(U)), motion.elastic_slip(U)),
         (part.given_at(0.3), motion.given_at(0.3)),
         *zip(part.free_slips, motion.free_slips, strict=True),
     ):

@@ -56,7 +56,7 @@ def springs(bound=LENGTHS, rigid=RIGID, compliance=0.25, free=None):
         AsGiven(lambda slip: slip / own),
         rigid,
         bound,
-        LeadingEdge.of(bound, 0),
+        LeadingEdge.find(bound, 0),
         Shift(rigid),
         no_forces(bound) if free is None else free,
     )
@@ -149,7 +149,7 @@ def of_random_numbers(scale=0.8):
         AsGiven(lambda slip: (K @ slip.ravel()).reshape(slip.shape)),
         rigid,
         BOUND,
-        LeadingEdge.of(BOUND, 2),
+        LeadingEdge.find(BOUND, 2),
         SteadyRolling(rigid, dx=1.0),
         FreeAmplitudes(modes, weights, np.array([0.3, -0.2])),
     )

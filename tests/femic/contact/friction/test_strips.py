@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from femic.contact.friction.law import Law, Strips
+from femic.contact.friction.law import Law, StripInverse, Strips
 from femic.contact.friction.motion import LeadingEdge, RollingStep, Shift, SteadyRolling
 from geometries.patches import Grid
 from tests.femic.contact.friction.laws import on_half_spaces
@@ -29,7 +29,7 @@ def state(name, grid, holes=(), seed=0):
     bound[1:-1] = random.uniform(50.0, 150.0, (grid.n_x - 2, grid.n_s))
     for hole in holes:
         bound[hole] = 0.0
-    edge = LeadingEdge.of(bound, motion.depth)
+    edge = LeadingEdge.find(bound, motion.depth)
     own = operator(np.ones((grid.n_x, grid.n_s, 2)) * (np.arange(grid.n_x) == 3)[:, None, None])[3, 0, 0]
     scale = 1 / own * (1 if name == "shift" else grid.dx)
     q = random.normal(size=(np.count_nonzero(edge.free), 2)) * 60
@@ -41,7 +41,7 @@ def state(name, grid, holes=(), seed=0):
     def derivative(v):
         p = np.zeros((grid.n_x, grid.n_s, 2))
         p[edge.free] = v.reshape(-1, 2)
-        return law.derivative(v.reshape(-1, 2), motion.slip_of(operator(edge.spread(p)))).ravel()
+        return law.derivative(v.reshape(-1, 2), motion.elastic_slip(operator(edge.spread(p)))).ravel()
 
     return law, edge, operator, derivative
 
@@ -53,7 +53,7 @@ def test_on_one_strip_it_is_the_inverse_but_for_what_couples_x_with_s(name, hole
     matrix = np.stack([derivative(unit) for unit in np.eye(2 * len(law.q))], axis=1)
     for i in range(2):
         matrix[i::2, 1 - i :: 2] = 0.0
-    inverse = Strips.on_half_spaces(operator, law.motion).inverse(law, edge)
+    inverse = StripInverse(Strips.on_half_spaces(operator, law.motion), law, edge)
     for v in np.random.default_rng(1).normal(size=(3, 2 * len(law.q))):
         expected = np.linalg.solve(matrix, v)
         result = inverse(v.reshape(-1, 2)).ravel()
@@ -76,7 +76,7 @@ def test_waves_over_all_strips_are_accounted_for(name):
             count[0] += 1
             p = np.zeros((grid.n_x, grid.n_s, 2))
             p[edge.free] = v.reshape(-1, 2)
-            return law.derivative(v.reshape(-1, 2), law.motion.slip_of(operator(edge.spread(p)))).ravel()
+            return law.derivative(v.reshape(-1, 2), law.motion.elastic_slip(operator(edge.spread(p)))).ravel()
 
         linear = [LinearOperator((size, size), matvec=of, dtype=float) for of in (counted, inverse)]
         x, failed = gmres(linear[0], b, M=linear[1], rtol=1e-5, restart=size)
@@ -84,8 +84,8 @@ def test_waves_over_all_strips_are_accounted_for(name):
         np.testing.assert_allclose(counted(x), b, atol=1e-3 * np.max(np.abs(b)))
         return count[0]
 
-    both = strips.inverse(law, edge)
-    alone = replace(strips, alone=lambda slip: slip).inverse(law, edge)
+    both = StripInverse(strips, law, edge)
+    alone = StripInverse(replace(strips, alone=lambda slip: slip), law, edge)
     counts = [products(lambda v, of=of: of(v.reshape(-1, 2)).ravel()) for of in (both, alone)]
     assert counts[0] < 0.75 * counts[1]
 
@@ -95,10 +95,10 @@ def test_a_contact_at_the_ends_of_the_grid_has_finite_tractions(name):
     """In steady rolling the last element has no slip of its own there."""
     grid = Grid(8, 3, 0.4, 0.5)
     motion, operator, bound = motion_of(name, grid), on_half_spaces(grid), np.full((8, 3), 100.0)
-    edge = LeadingEdge.of(bound, 0)
+    edge = LeadingEdge.find(bound, 0)
     q, slip = np.zeros((24, 2)), np.ones((8, 3, 2))
     law = Law(motion, 1.0, edge.free, q, bound[edge.free][:, None], slip, sticking=True)
-    result = Strips.on_half_spaces(operator, motion).inverse(law, edge)(np.ones((24, 2)))
+    result = StripInverse(Strips.on_half_spaces(operator, motion), law, edge)(np.ones((24, 2)))
     assert np.all(np.isfinite(result))
     assert np.max(np.abs(result)) > 0
 
@@ -106,7 +106,7 @@ def test_a_contact_at_the_ends_of_the_grid_has_finite_tractions(name):
 def test_without_free_elements_there_is_nothing_to_invert():
     grid = Grid(4, 3, 0.4, 0.5)
     motion, bound = motion_of("shift", grid), np.zeros((4, 3))
-    edge = LeadingEdge.of(bound, 0)
+    edge = LeadingEdge.find(bound, 0)
     law = Law(motion, 1.0, edge.free, np.zeros((0, 2)), np.zeros((0, 1)), np.zeros((4, 3, 2)))
-    inverse = Strips.on_half_spaces(on_half_spaces(grid), motion).inverse(law, edge)
+    inverse = StripInverse(Strips.on_half_spaces(on_half_spaces(grid), motion), law, edge)
     assert inverse(np.zeros((0, 2))).shape == (0, 2)

@@ -57,7 +57,7 @@ def assert_dense(variant, bodies, directions):
     """The operator is that of the matrix, to rounding of its largest components."""
     ics = matrix(variant, bodies, GRID)[..., directions, :][..., directions]
     tractions = TRACTIONS[..., directions]
-    expected = GridOperator.of(ics, directions)(tractions)
+    expected = GridOperator.from_ics(ics, directions)(tractions)
     u = approximate_operator(variant, bodies, GRID, directions)(tractions)
     np.testing.assert_allclose(u, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
 
@@ -126,7 +126,7 @@ def test_the_matrix_has_the_ics_of_the_operator(variant, bodies):
     ics = approximate_matrix(variant, bodies, GRID, upper_offset=0.3)
     expected = approximate_operator(variant, bodies, GRID, upper_offset=0.3)(TRACTIONS)
     tolerance = 1e-14 * np.max(np.abs(expected))
-    np.testing.assert_allclose(GridOperator.of(ics)(TRACTIONS), expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(GridOperator.from_ics(ics)(TRACTIONS), expected, rtol=0, atol=tolerance)
 
 
 @pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
@@ -141,7 +141,7 @@ def test_half_spaces_have_the_operator_of_a(bodies):
 @pytest.mark.parametrize("variant", ["A", "B", "Bbar", "Bhat", "mix"])
 def test_operator_is_the_same_dense_between_strips(variant, bodies, directions):
     fast = approximate_operator(variant, bodies, GRID, directions, upper_offset=0.3)
-    of_strips = GridOperator.of_convolution(fast)
+    of_strips = GridOperator.from_convolution(fast)
     p = TRACTIONS[..., directions]
     np.testing.assert_allclose(of_strips(p), fast(p), rtol=0, atol=1e-14 * np.max(np.abs(fast(p))))
     assert of_strips.directions == directions
@@ -279,7 +279,7 @@ def test_an_upper_body_that_lies_aside_rotates_with_its_own_inclinations(variant
     )
     aside = approximate_operator(variant, of_both, grid, upper_offset=offset)
     tractions = np.random.default_rng(0).normal(size=(5, 4, 3))
-    expected = GridOperator.of(matrix(variant, moved, grid))(tractions)
+    expected = GridOperator.from_ics(matrix(variant, moved, grid))(tractions)
     np.testing.assert_allclose(aside(tractions), expected, atol=1e-13 * np.max(np.abs(expected)))
     assert np.max(np.abs(approximate_operator(variant, of_both, grid)(tractions) - expected)) > 1e-4 * np.max(
         expected

@@ -7,7 +7,7 @@ from approx.pair import Pair, Solid, matrix
 from femic.contact.operators import dense as part
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.dense import GridOperator, Part, coarsened, part_of
+from femic.contact.operators.dense import GridOperator, Part, coarsened, restrict_to
 from femic.contact.patch import Box
 from geometries.contours import arc
 from geometries.patches import Grid, N, S, X
@@ -43,7 +43,7 @@ def operators():
     return {
         "convolution": fast,
         "flat": approximate_operator("A", PAIR, GRID),
-        "dense": GridOperator.of(matrix("Bhat", PAIR, GRID)),
+        "dense": GridOperator.from_ics(matrix("Bhat", PAIR, GRID)),
         "unknown": Unknown(fast),
     }
 
@@ -55,7 +55,7 @@ def test_part_moves_elements_as_the_whole_does(name, box, directions):
     operator, m = operators()[name].restricted(directions), len(directions)
     p = np.random.default_rng(0).normal(size=(*box.shape, m))
     expected = box.crop(operator(box.embed(p, SHAPE)))
-    result = part_of(operator, box, SHAPE)
+    result = restrict_to(operator, box, SHAPE)
     np.testing.assert_allclose(result(p), expected, atol=1e-13 * np.max(np.abs(expected)))
     fewer = result.restricted(directions[-1:])(p[..., -1:])
     alone = operator.restricted(directions[-1:])(box.embed(p[..., -1:], SHAPE))
@@ -66,8 +66,8 @@ def test_part_moves_elements_as_the_whole_does(name, box, directions):
 def test_part_on_larger_elements_is_the_part_of_the_coarsened_operator(name):
     box, operator = Box((2, 8), (4, 10)), operators()[name]
     p = np.random.default_rng(1).normal(size=(3, 3, 3))
-    expected = part_of(operator.coarsened(), box.coarsened, (6, 5))(p)
-    result = part_of(operator, box, SHAPE).coarsened()(p)
+    expected = restrict_to(operator.coarsened(), box.coarsened, (6, 5))(p)
+    result = restrict_to(operator, box, SHAPE).coarsened()(p)
     np.testing.assert_allclose(result, expected, atol=1e-12 * np.max(np.abs(expected)))
 
 
@@ -85,14 +85,14 @@ def test_larger_elements_have_mean_displacements_due_to_equal_tractions(name):
 def test_the_form_is_the_fastest_one(monkeypatch):
     """Many convolutions become a matrix between strips, few do not, and no matrix of very many strips."""
     box, of = Box((2, 8), (4, 10)), operators()
-    assert isinstance(part_of(of["convolution"], box, SHAPE), GridOperator)
-    assert isinstance(part_of(of["flat"], box, SHAPE), Convolution)
-    assert isinstance(part_of(of["dense"], box, SHAPE), GridOperator)
-    assert isinstance(part_of(of["unknown"], box, SHAPE), Part)
+    assert isinstance(restrict_to(of["convolution"], box, SHAPE), GridOperator)
+    assert isinstance(restrict_to(of["flat"], box, SHAPE), Convolution)
+    assert isinstance(restrict_to(of["dense"], box, SHAPE), GridOperator)
+    assert isinstance(restrict_to(of["unknown"], box, SHAPE), Part)
     monkeypatch.setattr(part, "MOST_DENSE", 5)
-    assert isinstance(part_of(of["convolution"], box, SHAPE), Convolution)
+    assert isinstance(restrict_to(of["convolution"], box, SHAPE), Convolution)
 
 
 def test_a_matrix_is_its_own_part_on_the_whole_grid():
     dense = operators()["dense"]
-    assert part_of(dense, Box.whole(SHAPE), SHAPE) is dense
+    assert restrict_to(dense, Box.whole(SHAPE), SHAPE) is dense

@@ -3,7 +3,7 @@
 import numpy as np
 
 from approx.pair import Pair, Solid
-from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
 from femic.reference.engines import HARMONIC

@@ -9,11 +9,11 @@ from approx.pair import matrix
 from compare.validation.extremes import bodies
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs import grids as first_touch
-from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.grids import MOST_STRIPS, contact_size, grids_of, sizing_of
+from femic.contact.pairs.grids import MOST_STRIPS, contact_size, grids_of, make_sizing
 from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.patch import MARGIN
@@ -33,14 +33,14 @@ def hertz(of=None):
 
 def test_curvatures_are_taken_at_first_contact_for_any_length_of_contours():
     """Also beyond the wheel, as with a unit of length of a kilometre."""
-    ellipse = first_touch.hertz(sizing_of(replace(problem(), reference_length=1e6)).bodies, Loading(SMALL))
+    ellipse = first_touch.hertz(make_sizing(replace(problem(), reference_length=1e6)).bodies, Loading(SMALL))
     expected = hertz().at_load(SMALL)
     assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
 
 
 def test_grids_fit_their_contacts():
     of = problem(10.2, loads=(5e2, 5e3))
-    ((grid, cases),) = sizing_of(of).grids([Loading(load) for load in of.specification.loads])
+    ((grid, cases),) = make_sizing(of).grids([Loading(load) for load in of.specification.loads])
     assert [case.load for case in cases] == [5e2, 5e3]
     on_grid = pair_on_grid(of, grid)
     small, large = (on_grid.solve_in_place(on_grid.operator("Bhat"), case) for case in cases)
@@ -51,7 +51,7 @@ def test_grids_fit_their_contacts():
 
 
 def test_loads_that_are_decades_apart_have_grids_of_their_own():
-    grids = sizing_of(problem()).grids([Loading(load) for load in (1e-3, 1e3)])
+    grids = make_sizing(problem()).grids([Loading(load) for load in (1e-3, 1e3)])
     assert [[case.load for case in cases] for _, cases in grids] == [[1e-3], [1e3]]
     assert max(grid.n_s for grid, _ in grids) <= MOST_STRIPS
 
@@ -59,14 +59,14 @@ def test_loads_that_are_decades_apart_have_grids_of_their_own():
 def test_sizes_grow_like_hertz_over_ten_decades():
     of = problem()
     for load in (1e-8, 1e-4, 1e0):
-        size, expected = contact_size(sizing_of(of).bodies, Loading(load)), hertz(of).at_load(load)
+        size, expected = contact_size(make_sizing(of).bodies, Loading(load)), hertz(of).at_load(load)
         assert size.x[1] == pytest.approx(expected.a, rel=0.1)
         assert size.s[1] - size.s[0] == pytest.approx(2 * expected.b, rel=0.1)
 
 
 def test_grids_of_symmetric_pairs_are_symmetric_and_others_lie_about_the_contact():
-    ((middle, _),) = sizing_of(problem()).grids([Loading(SMALL)])
-    shifted = sizing_of(problem(shift=0.5))
+    ((middle, _),) = make_sizing(problem()).grids([Loading(SMALL)])
+    shifted = make_sizing(problem(shift=0.5))
     ((aside, _),) = shifted.grids([Loading(SMALL)])
     assert middle.s == 0.0
     assert aside.s == pytest.approx(shifted.bodies.undeformed.touching[0], abs=2 * aside.ds)
@@ -77,7 +77,7 @@ def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy(
     with pytest.raises(
         Failure, match=r"contact at 50000 N: it reaches the end of a contour at s < 0 and s > 0"
     ):
-        contact_size(sizing_of(of).bodies, Loading(5e4))
+        contact_size(make_sizing(of).bodies, Loading(5e4))
 
 
 def test_grid_grows_where_c_needs_it(monkeypatch):
@@ -85,11 +85,11 @@ def test_grid_grows_where_c_needs_it(monkeypatch):
 
     def much_softer(of, on_grid, _):
         nn = 8 * matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.of(nn, (N,))] * 2, 0.0, EXACT, 1.0, 0.0)
+        return ReferenceICs(*[GridOperator.from_ics(nn, (N,))] * 2, 0.0, EXACT, 1.0, 0.0)
 
     of = problem(10.2, loads=(5e3,), ics=("Bhat", "C"))
     ((first, _),) = grids_of(of)
-    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", much_softer)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", much_softer)
     results = solve_frictionless(of)
     (grid,) = results.references
     assert (grid.dx, grid.ds) == (first.dx, first.ds)
@@ -106,7 +106,7 @@ def test_given_grid_is_used():
 
 def test_search_for_a_grid_ends_with_a_failure():
     """Of a solver that is never content along x, where no contour ends."""
-    sizing = sizing_of(problem(loads=(SMALL,)))
+    sizing = make_sizing(problem(loads=(SMALL,)))
 
     def short(_):
         raise PotentialAreaTooSmall(("x > 0",), Loading(SMALL))

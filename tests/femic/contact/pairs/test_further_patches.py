@@ -14,10 +14,10 @@ from scipy.optimize import brentq
 from compare.validation.extremes.bodies import BUMP_RADIUS, bumps
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs import grids as sizes
 from femic.contact.pairs.areas import touching_beyond
-from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.grids import COUNTS, FEWEST, contact_size, sizing_of
+from femic.contact.pairs.grids import COUNTS, FEWEST, contact_size, make_sizing
 from femic.contact.specification import Profile
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
@@ -76,12 +76,12 @@ class Bumps:
 
     @property
     def size(self):
-        return contact_size(sizing_of(self.problem).bodies, Loading(LOAD))
+        return contact_size(make_sizing(self.problem).bodies, Loading(LOAD))
 
     @property
     def beyond(self):
         """What is touched beyond a grid about the first bump, under the load on it alone."""
-        first, bodies = self.alone(0), sizing_of(self.problem).bodies
+        first, bodies = self.alone(0), make_sizing(self.problem).bodies
         grid = Grid(48, 48, 3 * first.a / 48, 3 * first.b / 48, self.first)
         on_grid = replace(bodies, grid=grid)
         return touching_beyond(on_grid, on_grid.solve(on_grid.operator("A"), Loading(LOAD)).normal)
@@ -154,13 +154,13 @@ def test_small_patches_do_not_make_elements_smaller():
 
 @pytest.mark.parametrize("shift", [0.0, 0.1])
 def test_contact_with_one_patch_has_the_size_that_it_has_alone(shift):
-    bodies = sizing_of(problem(10.4, shift=shift)).bodies
+    bodies = make_sizing(problem(10.4, shift=shift)).bodies
     for load in (SMALL, 3e3):
         assert contact_size(bodies, Loading(load)) == contact_size(bodies, Loading(load), all_patches=False)
 
 
 def test_place_without_a_patch_changes_no_size(monkeypatch):
-    bodies = sizing_of(problem(10.4)).bodies
+    bodies = make_sizing(problem(10.4)).bodies
     monkeypatch.setattr(sizes, "touching_beyond", lambda *_: np.array([-4.0, 4.0]))
     assert contact_size(bodies, Loading(5.0)) == contact_size(bodies, Loading(5.0), all_patches=False)
 
@@ -174,7 +174,7 @@ def test_second_patch_at_the_end_of_a_contour_is_refused():
 def test_without_a_load_what_is_touched_is_where_two_circles_overlap(approach):
     """A groove that is lowered onto an arc, to first order of the approach over the radius."""
     groove = 10.1
-    bodies = sizing_of(problem(groove)).bodies
+    bodies = make_sizing(problem(groove)).bodies
     on_grid = replace(bodies, grid=Grid(8, 8, 0.1, 0.1))
     nearly_none = SimpleNamespace(p=np.full((8, 8), 1e-12), approach=approach)
     beyond = touching_beyond(on_grid, nearly_none)
@@ -192,7 +192,7 @@ def test_patches_on_the_other_side_are_found_alike(load, alone):
 
     def size(place, load):
         gap = Profile(s, np.minimum((s - place) ** 2 / 4 - 0.06, 0.0))
-        return contact_size(sizing_of(problem(10.4, extra_gap=gap)).bodies, Loading(load))
+        return contact_size(make_sizing(problem(10.4, extra_gap=gap)).bodies, Loading(load))
 
     left, right = (size(place, load) for place in (-5.0, 5.0))
     assert right.s[1] > 5.0

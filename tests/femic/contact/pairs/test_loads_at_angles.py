@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.pairs.frictionless import load_at_angle
+from femic.contact.motions.none import load_at_angle
 from geometries.errors import Failure
 
 

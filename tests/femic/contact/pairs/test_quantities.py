@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from femic.contact.motions.compression import OF_COMPRESSION
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.quantities import OF_COMPRESSION, main_patch
+from femic.contact.pairs.quantities import main_patch
 from femic.contact.patch import extents
 from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import problem

@@ -7,11 +7,11 @@ import pytest
 
 from approx.pair import matrix
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
-from femic.contact.pairs.frictionless import solve_frictionless
-from femic.contact.pairs.grids import sizing_of
+from femic.contact.pairs.grids import make_sizing
 from femic.contact.pairs.ics import (
     ALL,
     BodyICs,
@@ -24,7 +24,7 @@ from femic.contact.pairs.ics import (
     smallest_eigenvalue,
     sum_of_bodies,
 )
-from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_surfaces
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
@@ -35,7 +35,7 @@ from tests.femic.contact.pairs.problems import problem
 def test_c_of_the_upper_body_lies_opposite_the_lower_strips(monkeypatch):
     """Where the wheel is moved aside, both strips of a pair have the same y."""
     of = problem(12.0, shift=0.7)
-    grid = Grid(8, 6, 0.2, 0.2, undeformed_of(of).touching[0])
+    grid = Grid(8, 6, 0.2, 0.2, undeformed_surfaces(of).touching[0])
     submitted = {}
 
     def recorded(jobs, *_, **__):
@@ -55,13 +55,13 @@ def test_c_of_the_upper_body_lies_opposite_the_lower_strips(monkeypatch):
 def test_rigid_compliance_along_z_changes_the_approach_alone():
     """As the discount's M_zz does: by itself times the load; also where ICs are not positive with it."""
     of = problem(10.2, loads=(2e3,))
-    ((grid, (case,)),) = sizing_of(of).grids([Loading(2e3)])
+    ((grid, (case,)),) = make_sizing(of).grids([Loading(2e3)])
     on_grid = pair_on_grid(of, grid)
     nn = matrix("Bhat", of.pair, grid)[..., N, N]
     give = -3e-7 * grid.area  # mm/MPa: more than B-hat has over the grid
     moved = nn + give * np.outer(on_grid.cosine, on_grid.cosine)
     plain, given = (
-        on_grid.solve_in_place(GridOperator.of(ics[..., None, None], (N,)), case) for ics in (nn, moved)
+        on_grid.solve_in_place(GridOperator.from_ics(ics[..., None, None], (N,)), case) for ics in (nn, moved)
     )
     np.testing.assert_allclose(given.p, plain.p, atol=1e-5 * plain.p.max())
     assert given.approach - plain.approach == pytest.approx(give / grid.area * 2e3, rel=1e-6)
@@ -78,7 +78,7 @@ def without_a_turn(on_grid, nn):
 def test_c_that_is_not_positive_for_the_pressures_is_refused_before_the_solution():
     """Symmetric contact has no antisymmetric pressures, which alone do negative work here."""
     of = problem(10.2, loads=(2e3,))
-    ((grid, _),) = sizing_of(of).grids([Loading(2e3)])
+    ((grid, _),) = make_sizing(of).grids([Loading(2e3)])
     on_grid = pair_on_grid(of, grid)
     nn = without_a_turn(on_grid, matrix("Bhat", of.pair, grid)[..., N, N])
     assert smallest_eigenvalue(nn, on_grid.cosine[None]) < 0
@@ -118,7 +118,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     )
     total = estimates["lower"] + estimates["upper"]
     np.testing.assert_allclose(
-        c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12
+        c.perturbed(p) - c.operator(p), GridOperator.from_ics(total)(p), rtol=1e-6, atol=1e-12
     )
     assert c.estimate == pytest.approx(np.max(total) / np.max(np.abs(size[..., 2, 2])), rel=1e-6)
 

@@ -252,7 +252,7 @@ def test_raw_and_summed_matrices_are_positive_definite(on_arcs):
     raw = {name: all_columns(result, raw=True) for name, result in on_arcs.items()}
     together = sum(all_columns(result) for result in on_arcs.values())
     for ics in (*raw.values(), together):
-        assert GridOperator.of(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
+        assert GridOperator.from_ics(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
 
 
 def test_sum_is_assessed_on_its_own_scale(on_arcs):

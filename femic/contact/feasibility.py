@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femic.contact.exact.hertz import combined_modulus
-from femic.contact.motions import MOTIONS
+from femic.contact.motions import find_motion
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.pairs.grids import Sizing, distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -37,10 +37,14 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
         )
         return
     sizing = Sizing(pair_on_grid(problem, problem.grid), specification.elements)
-    misfits = [*_of_place(sizing), *_of_size(problem, sizing), *_of_lateral_force(problem, sizing)]
+    misfits = [
+        *_place_misfits(sizing),
+        *_size_misfits(problem, sizing),
+        *_lateral_force_misfits(problem, sizing),
+    ]
     yield from misfits
     if not misfits:
-        yield from MOTIONS[specification.motion].misfits(problem, sizing)
+        yield from find_motion(specification).misfits(problem, sizing)
 
 
 def without_operator(problem: ContactProblem, variants: Sequence[str]) -> Iterator[str]:
@@ -53,7 +57,7 @@ def without_operator(problem: ContactProblem, variants: Sequence[str]) -> Iterat
             yield f"contact.ics: {refusal}: leave it out"
 
 
-def _of_place(sizing: Sizing) -> Iterator[str]:
+def _place_misfits(sizing: Sizing) -> Iterator[str]:
     """Yield why bodies do not touch at one place between the ends of both contours."""
     (start, end), undeformed = sizing.extent, sizing.bodies.undeformed
     step, nearby = distances_nearby(sizing.bodies)
@@ -74,7 +78,7 @@ def _of_place(sizing: Sizing) -> Iterator[str]:
         )
 
 
-def _of_size(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
+def _size_misfits(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     """Yield which loads and approaches are enormous: strains would be larger than 1."""
     width = sizing.extent[1] - sizing.extent[0]
     modulus = combined_modulus(*(problem.bodies[name].material for name in ("upper", "lower")))
@@ -94,7 +98,7 @@ def _of_size(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
             )
 
 
-def _of_lateral_force(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
+def _lateral_force_misfits(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     """Yield which lateral force no pressures have: on the steepest flank it is the largest."""
     specification, contour = problem.specification, problem.bodies["lower"].contour
     if specification.lateral_force is None:

@@ -7,18 +7,21 @@ import pytest
 
 from femic.contact.estimates import Measured
 from femic.contact.loading import Loading
-from femic.contact.pairs.creep_force import (
+from femic.contact.motions import pair_in_motion
+from femic.contact.motions.compression import OF_COMPRESSION
+from femic.contact.motions.rolling import (
+    OF_CURVE,
+    OF_ROLLING,
     Continuation,
     CreepForceCurve,
-    Linearisation,
     displaced,
     displaced_numbers,
 )
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING, kinds, measured
+from femic.contact.pairs.pair_with_friction import Linearisation
+from femic.contact.pairs.quantities import kinds, measured
 from femic.contact.rolling import compressed
 from femic.results.friction import compute_with_friction
 from femic.scenes.load import load_scene
@@ -33,8 +36,9 @@ GRID = Grid(24, 36, 0.7, 0.5)
 
 
 def path_of(friction, of=SCENE, grid=GRID):
-    pair = PairWithFriction(of.contact_problem, pair_on_grid(of.contact_problem, grid))
-    return Continuation.of(pair, pair.frictional(approximation(pair.on_grid, "Bhat"), friction), "a path")
+    pair = pair_in_motion(of.contact_problem, pair_on_grid(of.contact_problem, grid))
+    problem = pair.frictional(approximation(pair.on_grid, "Bhat"), friction)
+    return Continuation(pair, pair.rolling(problem), "a path")
 
 
 def test_zero_friction_gives_the_contact_with_the_exact_distance():
@@ -88,7 +92,7 @@ def test_what_linearisation_does_without_friction_tells_what_it_does_with_it(shi
 def test_what_linearisation_does_without_friction_tells_what_it_does_in_compression(shift):
     """Pressed on beside the crown, with the distance at the last approach."""
     of = scene(10.4, 500.0, motion="compression", loads=[5e4], friction=[0.3], shift=shift, elements=16)
-    pair = PairWithFriction(
+    pair = pair_in_motion(
         of.contact_problem, pair_on_grid(of.contact_problem, grids_of(of.contact_problem)[0][0])
     )
     operator = approximation(pair.on_grid, "Bhat")
@@ -161,9 +165,7 @@ def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
     first = along.solve(0.0, None)
     curve = CreepForceCurve({}, {}, Measured({"zero_creepage": -1e-3, "slope": 1e7}, {}, {}), first)
     simpler = replace(first.contact, motion=replace(first.contact.motion, followers=followers))
-    monkeypatch.setattr(
-        "femic.contact.pairs.creep_force.displaced", lambda *_: replace(first, contact=simpler)
-    )
+    monkeypatch.setattr("femic.contact.motions.rolling.displaced", lambda *_: replace(first, contact=simpler))
     known = displaced_numbers(along, curve)
     assert np.isnan(known["zero_creepage"]) == np.isnan(known["p_max"]) == (followers != 2)
 

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.pages import friction_pages as pages
 from compare.pages.friction_pages import require_page
-from femic.contact.motions import MOTIONS
-from femic.contact.pairs.pair_with_friction import solve_with_friction
-from femic.contact.pairs.solved_curve import solve_curve
-from femic.contact.specification import FrictionSpecification
-from femic.results import friction as compute
+from femic.contact.motions import MOTIONS, find_motion, solve_with_friction
+from femic.contact.motions.rolling import solve_curve
+from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
@@ -23,8 +22,12 @@ LOADS = [1e3, 2e3]
 
 @pytest.fixture
 def again(monkeypatch):
-    """A motion that is compression by another name."""
-    monkeypatch.setitem(MOTIONS, "again", replace(MOTIONS["compression"], slip_unit="m"))
+    """A motion with the keys of compression, whose solutions are one number."""
+
+    def solve(pair, friction, _):
+        return xr.Dataset({"number": ((), friction), "seconds": ((), pair.on_grid.grid.dx)})
+
+    monkeypatch.setitem(MOTIONS, "again", replace(MOTIONS["compression"], title="Again", solve=solve))
 
 
 def pressed(motion):
@@ -32,18 +35,14 @@ def pressed(motion):
 
 
 @pytest.mark.usefixtures("again")
-def test_registered_motion_is_solved(monkeypatch):
-    monkeypatch.setitem(compute.LABELS, "again", compute.LABELS["compression"])
-    known, other = (compute_with_friction(pressed(motion)) for motion in ("compression", "again"))
-    for name in MOTIONS["again"].quantities:
-        np.testing.assert_array_equal(other[name], known[name])
-    assert other.slip.attrs["units"] == "m"
+def test_registered_motion_is_solved():
+    dataset = compute_with_friction(pressed("again"))
+    assert dataset.number.values.tolist() == [[0.3]]
+    assert dataset.attrs["title"].startswith("Again: ")
 
 
 @pytest.mark.usefixtures("again")
-def test_missing_parts_of_a_motion_are_reported_before_any_work(monkeypatch):
-    with pytest.raises(BadScene, match=r"contact\.motion = 'again': its solutions have no labels"):
-        compute_with_friction(pressed("again"))
+def test_a_missing_page_of_a_motion_is_reported_before_any_work(monkeypatch):
     with pytest.raises(BadScene, match=r"contact\.motion = 'again': no page: register one"):
         require_page(pressed("again"))
     monkeypatch.setitem(pages.PAGES, "again", pages.PAGES["compression"])
@@ -67,17 +66,14 @@ def test_unknown_motions_are_refused():
         BadScene, match=r"contact\.motion = 'sliding': Input should be 'none', 'rolling', 'transient' or"
     ):
         scene(motion="sliding", loads=LOADS)
+    sliding = ContactSpecification("sliding", friction=FrictionSpecification((0.3,)))
     with pytest.raises(WrongInput, match="motion = 'sliding': one of none, rolling, transient, compression"):
-        problem(loads=(1e3,), motion="sliding", friction=FrictionSpecification((0.3,)))
+        find_motion(sliding)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_all_late_names_resolve(motion):
-    """Names of what is imported late, and of the numbers that have a function."""
-    of = MOTIONS[motion]
-    assert all(quantity.evaluate for quantity in of.quantities.values())
-    assert all(callable(one.resolved) for one in (of.solve, of.one_point) if one)
-    assert (of.solve is not None) == of.has_friction
+def test_every_number_of_a_motion_has_a_function():
+    for motion in MOTIONS.values():
+        assert all(quantity.evaluate for quantity in motion.quantities.values())
 
 
 def test_rolling_needs_no_scene():
@@ -86,7 +82,6 @@ def test_rolling_needs_no_scene():
     of = problem(loads=(SMALL,), motion="rolling", friction=friction, ics=("A",), elements=8)
     result = solve_with_friction(of, lambda pair: solve_curve(pair, 0.3, "A"))
     for xi in (-4e-3, 4e-3):
-        numbers = result.curve.points[xi].numbers
-        assert numbers["sliding_share"] == 1.0
-        assert numbers["F_x"] == pytest.approx(np.sign(xi) * 0.3 * SMALL, rel=5e-3)
-    assert 0 < result.curve.free.numbers["equal_creepage"] < 4e-3
+        assert result.sliding_share.sel(xi=xi) == 1.0
+        assert float(result.F_x.sel(xi=xi)) == pytest.approx(np.sign(xi) * 0.3 * SMALL, rel=5e-3)
+    assert 0 < float(result.equal_creepage) < 4e-3

@@ -6,10 +6,11 @@ import pytest
 from femic.contact.estimates import errors
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
+from femic.contact.motions import pair_in_motion
+from femic.contact.motions.rolling import EDGE_SHARE, OF_ROLLING, measured_rolling
 from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_EDGE, OF_ROLLING, kinds, measured, measured_rolling
+from femic.contact.pairs.quantities import kinds, measured
 from geometries.patches import Grid
 from tests.compare.friction.scenes import scene
 
@@ -22,7 +23,7 @@ SCENE = scene(
 def rolled(xi, n_x=20, n_s=28):
     """The grid's bodies, the problem and the contact at a creepage, on 14 by 16.8 mm."""
     problem = SCENE.contact_problem
-    pair = PairWithFriction(problem, pair_on_grid(problem, Grid(n_x, n_s, 14.0 / n_x, 16.8 / n_s)))
+    pair = pair_in_motion(problem, pair_on_grid(problem, Grid(n_x, n_s, 14.0 / n_x, 16.8 / n_s)))
     rolling = pair.rolling(pair.frictional(approximation(pair.on_grid, "Bhat"), 0.3))
     return pair.on_grid, rolling, rolling.contact(Creepages(xi), LOAD)
 
@@ -49,7 +50,9 @@ def test_the_estimate_of_work_is_at_least_what_slip_misses():
     missed = abs(rolling.power(contact) - rolling.climbing(contact) - known.numbers["dissipation"])
     assert missed > 0.3 * known.numbers["dissipation"]
     assert estimate(plain) < 0.9 * missed  # without it, grids that agree would hide it
-    assert missed <= estimate(known) < (1.01 + OF_EDGE / 0.3) * missed  # and a share of the work at the edge
+    assert (
+        missed <= estimate(known) < (1.01 + EDGE_SHARE / 0.3) * missed
+    )  # and a share of the work at the edge
 
 
 def test_nothing_else_changes():
@@ -64,12 +67,12 @@ def test_where_all_slides_the_slip_misses_little():
     on_grid, rolling, contact = rolled(0.05)
     assert rolling.missed_work(contact) < 2e-3 * rolling.power(contact)
     known = measured_rolling(on_grid, rolling, contact)
-    assert known.floors["work"] < 2e-3 + OF_EDGE * 0.3  # shares of all of it; less than 0.3 is at the edge
+    assert known.floors["work"] < 2e-3 + EDGE_SHARE * 0.3  # shares of all of it; less than 0.3 is at the edge
 
 
 def test_without_friction_there_is_no_work():
     problem = SCENE.contact_problem
-    pair = PairWithFriction(problem, pair_on_grid(problem, Grid(20, 28, 0.7, 0.6)))
+    pair = pair_in_motion(problem, pair_on_grid(problem, Grid(20, 28, 0.7, 0.6)))
     rolling = pair.rolling(pair.frictional(approximation(pair.on_grid, "Bhat"), 0.0))
     known = measured_rolling(pair.on_grid, rolling, rolling.contact(Creepages(1e-3), LOAD))
     assert known.numbers["dissipation"] == pytest.approx(0.0, abs=1e-12)

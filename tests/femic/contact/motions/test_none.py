@@ -8,8 +8,8 @@ import pytest
 from approx.pair import matrix
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
+from femic.contact.motions.none import solve_frictionless
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.ics import GivenICs, ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import numbers
@@ -121,9 +121,9 @@ def test_estimate_of_c_is_added_to_the_estimate_by_elements(monkeypatch):
 
     def known(of, on_grid, _):
         nn = matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, EXACT, 1.0, 0.0)
+        return ReferenceICs(*[GridOperator.from_ics(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, EXACT, 1.0, 0.0)
 
-    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", known)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", known)
     contact = contacts_of(problem(10.2, loads=(3e3,), ics=("C",), elements=12))["C"]
     assert contact.perturbed.normal.approach > 1.02 * contact.normal.approach
     both, of_elements = (one.estimated_errors() for one in (contact, replace(contact, perturbed=None)))

@@ -7,19 +7,18 @@ import pytest
 
 from femic.contact.estimates import Measured
 from femic.contact.loading import Loading
-from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs import solved_transient
-from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.solved_transient import (
+from femic.contact.motions import pair_in_motion, transient
+from femic.contact.motions.transient import (
     GROUP,
     TransientPath,
     interpolated,
-    last_distance,
     rolled_distance,
+    solve_last_distance,
     solve_path,
     solve_transient,
 )
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import FrictionSpecification
 from geometries.errors import Failure, WrongInput
@@ -33,7 +32,7 @@ GRID = Grid(24, 24, 0.6, 0.13)
 def pair(grid=GRID, **keys):
     friction = FrictionSpecification((0.3,), **keys)
     of = problem(loads=(LOAD,), motion="transient", friction=friction, ics=("Bhat",), grid=grid)
-    return PairWithFriction(of, pair_on_grid(of, grid))
+    return pair_in_motion(of, pair_on_grid(of, grid))
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +41,8 @@ def solved():
 
 
 def test_distances_are_steps_of_an_element_up_to_a_multiple_of_four(solved):
-    np.testing.assert_allclose(solved.path.distances, 0.6 * np.arange(9))
-    assert len(solved.path.steps) == len(solved.errors) == len(solved.path.simplified) == 9
+    np.testing.assert_allclose(solved.distance, 0.6 * np.arange(9))
+    assert solved.F_x.shape == solved.estimate_F_x.shape == solved.simplified.shape == (9,)
     assert rolled_distance(pair(distance=4.8)) == pytest.approx(4.8)
     assert rolled_distance(pair(distance=4.81)) == pytest.approx(7.2)
 
@@ -72,10 +71,10 @@ def test_a_long_transient_ends_at_the_steady_numbers():
 
 
 def test_forces_grow_from_rest(solved):
-    rest, first = solved.path.steps[:2]
-    assert rest.numbers["F_x"] == pytest.approx(0.0, abs=1e-5 * LOAD)
-    assert rest.numbers["sliding_share"] == rest.numbers["dissipation"] == 0.0
-    assert first.numbers["F_x"] > 0.05 * 0.3 * LOAD
+    rest, first = solved.isel(distance=0), solved.isel(distance=1)
+    assert float(rest.F_x) == pytest.approx(0.0, abs=1e-5 * LOAD)
+    assert rest.sliding_share == rest.dissipation == 0.0
+    assert first.F_x > 0.05 * 0.3 * LOAD
 
 
 def test_creepages_of_the_specification_are_used():
@@ -97,7 +96,7 @@ def test_creepages_of_the_specification_are_used():
 
 def last_numbers(**creepages):
     of = pair(distance=2.4, **creepages)
-    place, numbers = last_distance(of, of.frictional(of.operator("A"), 0.3), "A")
+    place, numbers = solve_last_distance(of, of.frictional(of.operator("A"), 0.3), "A")
     assert place == pytest.approx(2.4)
     return numbers
 
@@ -112,12 +111,11 @@ def test_numbers_on_larger_elements_are_interpolated_between_steps():
 def test_estimates_hold_against_elements_half_as_large(solved):
     fine = pair(Grid(48, 48, 0.3, 0.065), distance=4.7)
     path = solve_path(fine, fine.frictional(fine.operator("Bhat"), 0.3), "fine")
-    finer = interpolated(path, solved.path.distances)
+    finer = interpolated(path, solved.distance.values)
     for name in ("F_x", "F_y", "M_z", "p_max", "area", "sliding_share", "approach"):
-        away = [abs(a.numbers[name] - b.numbers[name]) for a, b in zip(solved.path.steps, finer, strict=True)]
-        known = [errors[name] for errors in solved.errors]
-        assert np.mean(np.array(away) <= known) >= 0.85, name
-    assert solved.errors[4]["F_x"] < 0.2 * solved.path.steps[4].numbers["F_x"]
+        away = abs(solved[name] - [step.numbers[name] for step in finer])
+        assert np.mean(away <= solved[f"estimate_{name}"]) >= 0.85, name
+    assert solved.estimate_F_x[4] < 0.2 * solved.F_x[4]
 
 
 def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
@@ -129,11 +127,11 @@ def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
     )
     with_c = solve_transient(of, 0.3, "C")
     for name in ("approach", "F_x"):
-        assert with_c.path.steps[2].numbers[name] == solved.path.steps[2].numbers[name]
-        assert with_c.errors[2][name] > solved.errors[2][name]
-    growth = with_c.errors[2]["approach"] - solved.errors[2]["approach"]
-    assert growth == pytest.approx((1.1 ** (2 / 3) - 1) * solved.path.steps[2].numbers["approach"], rel=0.1)
-    assert with_c.steady_errors["approach"] > solved.steady_errors["approach"]
+        assert with_c[name][2] == solved[name][2]
+        assert with_c[f"estimate_{name}"][2] > solved[f"estimate_{name}"][2]
+    growth = float((with_c.estimate_approach - solved.estimate_approach)[2])
+    assert growth == pytest.approx((1.1 ** (2 / 3) - 1) * float(solved.approach[2]), rel=0.1)
+    assert with_c.estimate_steady_approach > solved.estimate_steady_approach
 
 
 class Scaled:
@@ -175,9 +173,9 @@ def test_missing_steady_rolling_leaves_its_numbers_unknown_and_short_grids_raise
             solve_transient(of, 0.3, "A")
         return
     result = solve_transient(of, 0.3, "A")
-    assert result.path.steady is None
-    assert np.isnan(result.steady_errors["F_x"])
-    assert result.errors[2]["F_x"] > 0
+    assert np.isnan(result.steady_F_x)
+    assert np.isnan(result.estimate_steady_F_x)
+    assert result.estimate_F_x[2] > 0
 
 
 def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
@@ -186,6 +184,6 @@ def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
             raise Failure("no")
         return solve_path(pair, problem, label)
 
-    monkeypatch.setattr(solved_transient, "solve_path", fine_only)
+    monkeypatch.setattr(transient, "solve_path", fine_only)
     result = solve_transient(pair(distance=2.4), 0.3, "A")
-    assert all(np.isnan(errors["F_x"]) for errors in result.errors)
+    assert np.all(np.isnan(result.estimate_F_x))
