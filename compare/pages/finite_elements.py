@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.contact import FurtherSolution
-from compare.pages.contact_answers import answer_sentences, answer_table, case_labels, numbers_table
 from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
+from compare.pages.contact_numbers import answer_sentence, answer_table, case_labels, numbers_table
 from compare.report.charts import Chart, Panel, chart_of
 from compare.report.looks import symbol_of
 from compare.report.parts import (
@@ -94,7 +94,7 @@ def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
 
 def summary(dataset: xr.Dataset) -> str:
     """Return the answer: pressure and patch by finite elements, deviations of ICs, and loads without one."""
-    sentences = [*answer_sentences(dataset, FE, _compared_ics(dataset))]
+    sentences = [answer_sentence(dataset, FE)]
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)

@@ -22,7 +22,7 @@ with lazy_imports():
     from compare.pages import contact as page
     from compare.pages import finite_elements as fe_page
     from compare.pages import friction_pages
-    from compare.studies import contact_advice, contact_frontier
+    from compare.studies import contact_advice, contact_frontier, frontier
     from femic.advice import expected
     from femic.contact.pairs import supports
     from femic.results import contact as compute
@@ -57,7 +57,7 @@ def contact(
                 "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
             )
         if loaded.name in questions:
-            contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
+            contact_frontier.require_comparable(loaded, questions[loaded.name].names)
     mapped = [loaded.name for loaded in scenes if page.is_mapped(loaded) and loaded.name not in questions]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.folders_of(scenes, map_folders)
@@ -92,18 +92,16 @@ def is_chosen(scene: Scene) -> bool:
     return scene.ics == AUTO and bool(scene.want)
 
 
-def question_of(scene: Scene) -> contact_advice.ContactQuestion:
+def question_of(scene: Scene) -> frontier.Question:
     """Return the question that a scene asks the adviser."""
-    return contact_advice.ContactQuestion(scene.want, scene.ics_tolerance)
+    return frontier.Question(scene.want, scene.ics_tolerance)
 
 
-def _chosen(
-    name: str, scene: Scene, question: contact_advice.ContactQuestion, options: RunOptions
-) -> tuple[Scene, str]:
+def _chosen(name: str, scene: Scene, question: frontier.Question, options: RunOptions) -> tuple[Scene, str]:
     """Return the scene with the cheapest ICs that are good enough, and why these."""
-    maps, effort = c_map.maps_of_scene(scene), contact_advice.Effort(expect=expected.expect)
-    chosen = contact_advice.answer(name, question, options, maps, effort).advice
-    return load_scene(name, chosen.changes), contact_advice.sentence(chosen)
+    maps = c_map.maps_of_scene(scene)
+    chosen, _ = contact_advice.advise_contact(name, question, options, maps, expect=expected.expect)
+    return load_scene(name, chosen.changes), chosen.text
 
 
 def _write_frictionless(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.contact_answers import answer_table
+from compare.pages.contact_numbers import answer_table
 from compare.pages.finite_elements import (
     answer_chart,
     approach_note,
@@ -89,12 +89,10 @@ def sentences(text):
     return re.split(r"(?<=\.) ", text)
 
 
-def test_summary_states_pressure_and_patch_by_finite_elements_and_deviations(dataset):
-    first, second = sentences(summary(dataset))
+def test_summary_states_pressure_and_patch_by_finite_elements(dataset):
+    first = summary(dataset)
     assert first.startswith("At 100 kN the largest pressure is 10.000 ± 0.050 MPa with FE, on a patch of 2a")
     assert "2a × 2b = 20 × 20 mm over 100°" in first
-    assert "A +20.0% (beyond 5% from between 20 and 60 degrees on)" in second
-    assert "C +0.4% (within 5% everywhere)" in second
 
 
 def listed(dataset):
@@ -191,7 +189,7 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
     assert "carry the load to 0.002" in cost(some)
     text = summary(some.assign_attrs(left_out="100000 N: too much"))
     assert text.endswith("Finite elements did not solve 100000 N: too much")
-    assert len(sentences(text)) == 3
+    assert len(sentences(text)) == 2
     assert "At 10 kN the largest pressure is 10.000" in text
     assert "A: at worst +6.0% in p_max" in listed(some)
     assert answer_chart(some).first == 1
