@@ -35,9 +35,10 @@ def verdict(off: float | xr.DataArray, estimate: float | xr.DataArray, limit: fl
     off, estimate = abs(float(off)), float(estimate)
     if np.isnan(off):
         return ""
+    off_text, estimate_text = (f"{float(f'{value:.2g}'):g}" for value in (off, estimate))
     if abs(off - limit) < estimate:
-        return f"not decided: ± {estimate:.1g} %"
-    return f"within {limit:g} %" if off <= limit else f"off by {off:.2g} %"
+        return f"not decided: ± {estimate_text} %"
+    return f"within {limit:g} %" if off <= limit else f"off by {off_text} %"
 
 
 def answer_sentence(dataset: xr.Dataset, reference: str) -> str:

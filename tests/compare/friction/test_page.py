@@ -12,7 +12,6 @@ from compare.pages.contact_numbers import verdict
 from compare.pages.friction import (
     abscissa,
     contact_maps,
-    cost,
     difference,
     number_tables,
     numbers_chart,
@@ -20,8 +19,8 @@ from compare.pages.friction import (
     vanishes,
     worst_friction,
 )
-from compare.pages.friction_pages import PAGES, main_chart
-from compare.report import interactive, static
+from compare.pages.friction_pages import PAGES
+from compare.report import interactive
 from compare.report.looks import symbol_of
 from compare.report.tables import MINUS, number_text
 from femic.results.friction import compute_with_friction
@@ -107,11 +106,6 @@ def test_one_ics_alone_has_a_page_that_compares_nothing(rolled):
     alone = rolled.sel(ics=["A"])
     assert [len(cells) for cells in rolling_page.creep_force(alone).steps.values()] == [1, 1]
     assert [row.name for row in rolling_page.answer(alone).rows] == ["A"]
-
-
-@pytest.mark.slow
-def test_the_page_of_one_ics_alone_is_written(rolled, tmp_path):
-    assert rolling_page.ROLLING.write(rolled.sel(ics=["A"]), tmp_path).is_file()
 
 
 def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
@@ -268,15 +262,6 @@ def test_the_verdict_of_compression_says_how_much_slides(pressed):
     assert f"{min(shares):.0f} ... {max(shares):.0f} % of the contact area slides with B̂" in text
 
 
-@pytest.mark.slow
-def test_the_page_of_compression_has_its_verdict_and_a_figure(pressed, tmp_path):
-    """By default tests/compare/friction/test_supports.py writes this page."""
-    page = compression_page.COMPRESSION.write(pressed, tmp_path).read_text(encoding="utf-8")
-    assert compression_page.parts(pressed).summary in page
-    assert {path.name for path in (tmp_path / "figures").glob("*.svg")} >= {"contact_sliding.svg"}
-    assert (tmp_path / "contact.nc").is_file()
-
-
 def test_the_verdict_of_compression_knows_what_estimates_cover(pressed):
     share = xr.zeros_like(pressed.sliding_share)
     for off, known, said in (
@@ -327,37 +312,12 @@ def test_sliding_shares_are_drawn_in_percent_and_their_band_ends_at_0_and_100(pr
     assert abscissa(pressed).title == "load [kN]"
 
 
-@pytest.mark.parametrize("of", ["rolled", "pressed"])
-def test_the_figure_has_a_row_per_friction(of, request):
-    dataset = request.getfixturevalue(of)
-    figure = static.picture(main_chart(dataset))
-    columns = len(
-        next(iter(PAGES["rolling" if of == "rolled" else "compression"].main_chart(dataset).steps.values()))
-    )
-    assert len(figure.axes) == 2 * columns
-    assert "B̂" in {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("of", ["rolled", "pressed"])
 def test_nothing_is_wider_than_the_window(of, request, browser, tmp_path):
     dataset = request.getfixturevalue(of)
     page = PAGES["rolling" if of == "rolled" else "compression"].write(dataset, tmp_path)
     assert max(widest(browser, page, 800)) <= 800
-
-
-def test_cost_states_seconds_and_quality_of_c(rolled):
-    dataset = rolled.copy()
-    assert "C on this grid" not in cost(dataset)
-    dataset.attrs |= {
-        "C_seconds": 12.3,
-        "C_estimate": 0.012,
-        "C_asymmetry": 0.061,
-        "C_asymmetry_component": "sn",
-    }
-    text = cost(dataset)
-    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in text
-    assert "both differ by up to 6.1% of the largest C_sn" in text
 
 
 # ---- friction that depends on the contact angle

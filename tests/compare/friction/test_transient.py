@@ -16,7 +16,6 @@ from femic.results.friction_dataset import with_supports
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from tests.compare.friction.scenes import scene
-from tests.pages import widest
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
 
@@ -132,11 +131,6 @@ def test_small_forces_are_not_drawn_and_steady_forces_are_lines(dataset):
         np.testing.assert_allclose(drawn.y, 100 * expected / limit)
         (drawn,) = (curve for curve in sliding.curves if curve.label == symbol and len(curve.y) > 2)
         np.testing.assert_allclose(drawn.y, 100 * of_friction.sliding_share.sel(ics=ics))
-
-
-@pytest.mark.slow
-def test_nothing_is_wider_than_the_window(dataset, browser, tmp_path):
-    assert max(widest(browser, TRANSIENT.write(dataset, tmp_path), 800)) <= 800
 
 
 @pytest.mark.usefixtures("in_place_of_c")

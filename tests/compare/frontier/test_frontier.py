@@ -212,10 +212,6 @@ def test_b_hat_prime_is_computed_where_effective_properties_are_given(made, tmp_
     frontier_report.write_frontier(with_fit, tmp_path / "out")
 
 
-def test_way_without_result_is_not_on_front():
-    assert list(front(np.array([1.0, np.nan, 2.0]), np.array([0.2, np.nan, 0.1]))) == [True, False, True]
-
-
 def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path, monkeypatch):
     path, *_ = made
     soft = tmp_path / "soft.toml"
@@ -376,35 +372,3 @@ def test_ways_keep_domain_and_limit_of_scene(made, tmp_path):
     assert scene.first_cells.smallest != 0.01
     other = request.scene(str(mine), next(engine_methods("solid")).changes["engine"])
     assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
-
-
-@pytest.mark.slow
-def test_run_and_export_print_and_use_choice_of_auto(made, tmp_path, capsys):
-    path, store, _ = made
-    mine = tmp_path / "mine.toml"
-    auto = 'ics = "auto"\nics_tolerance = 0.5\n'
-    grid = "\n[grid]\nn_x = 4\nn_s = 3\n"
-    mine.write_text(
-        auto + path.read_text(encoding="utf-8").replace("check = true", "") + grid, encoding="utf-8"
-    )
-    place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
-    assert exit_code(["export", str(mine), *place]) == DONE
-    said = capsys.readouterr().out
-    assert "tolerance 50.00%" in said
-    nine = Question(tuple(i + j for i in "xsn" for j in "xsn"), 0.5, "combined")
-    chosen = choose(str(mine), nine, RunOptions(2, store))
-    assert f"contact_{chosen.ics}.txt" in said
-    assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
-    assert exit_code(["run", str(mine), *place]) == DONE
-    of_run = choose(str(mine), question_of(load_scene(str(mine))), RunOptions(2, store))
-    assert f"Use {of_run.label}" in capsys.readouterr().out
-
-
-def test_export_refuses_scene_before_choosing_ics(made, tmp_path, monkeypatch, capsys):
-    path, *_ = made
-    mine = tmp_path / "mine.toml"
-    text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
-    mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("compare.studies.frontier.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
-    assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
-    assert "add 'combined'" in capsys.readouterr().err
