@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.looks import OWN, Look, symbol_of
 from compare.report.static import RC, draw_panel, line_style
-from compare.studies.friction_crossings import HALF
+from compare.studies.validity_limits import HALF
 
 SHOWN = 0.05  # the tolerance whose crossings the figure marks
 OF_RATIOS = {1.01: "#440154", 1.02: "#3b528b", 1.05: "#21918c", 1.1: "#5ec962", 1.25: "#e0b000"}

@@ -13,16 +13,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from compare.studies import friction_crossings as rolling
-from compare.studies.contact_crossings import (
+from compare.studies.validity_limits import (
     LOAD_ACCURACY,
     NUMBERS,
     Crossing,
     Ladder,
     Law,
     PairDeviations,
-    crossing,
-    on_pair,
+    RollingDeviations,
+    find_crossing,
+    solve_deviations,
 )
 from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
@@ -194,7 +194,7 @@ def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
     def deviations(pair: PairDeviations) -> dict[str, Any]:
         laws = {ics: {number: pair.law(number, ics) for number in TOLERANCES} for ics in ICS}
         return {
-            "p_max": [pair.value(load, "C", "p_max") for load in loads],
+            "p_max": [pair.levels(load, "C")[0].numbers["p_max"] for load in loads],
             "own_loads": own,
         } | _of_laws(laws, loads, TOLERANCES)
 
@@ -205,7 +205,7 @@ def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
         "ratio": case.ratio,
         "flanks": case.flanks,
     }
-    return facts | on_pair(problem, loads, ICS, deviations, options)
+    return facts | solve_deviations(problem, loads, ICS, deviations, options)
 
 
 def _rolling_scene(case: RollingCase, largest_load: float) -> Scene:
@@ -230,9 +230,7 @@ def _rolling(case: RollingCase, options: RunOptions) -> dict[str, Any]:
         operators = {name: pair.operator(name) for name in (*WITH_FRICTION, "C")}
         by_friction = {}
         for friction in case.frictions:
-            rolled = rolling.RollingDeviations(
-                pair, operators, friction, pair.perturbed("C"), tuple(loads[::2])
-            )
+            rolled = RollingDeviations(pair, operators, friction, pair.perturbed("C"), tuple(loads[::2]))
             laws = {ics: {number: rolled.law(number, ics) for number in OF_FORCES} for ics in WITH_FRICTION}
             creepages = [rolled.solved(load, "C").creepages for load in loads]
             by_friction[f"{friction:g}"] = {
@@ -269,7 +267,7 @@ def _of_laws(
         "crossings": {
             ics: {
                 number: {
-                    f"{tolerance:g}": _record(crossing(law, loads, tolerance, accuracy))
+                    f"{tolerance:g}": _record(find_crossing(law, loads, tolerance, accuracy))
                     for tolerance in tolerances[number]
                 }
                 for number, law in of.items()

@@ -26,7 +26,7 @@ from command_line import command_line
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 from scene_keys import scene_keys
 
-from compare.studies.frontier import Question, advise, front, resolved_errors
+from compare.studies.frontier import Question, advise, front
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cli.main import exit_code
 from geometries.errors import Failure
@@ -89,7 +89,9 @@ def rounded(values: Any) -> Any:
 def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Return a frontier: every way, and the advice for some tolerances."""
     body = str(dataset.body.values[0])
-    worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    of_best = dataset.estimate.sel(body=body, way=dataset.attrs["best"], drop=True)
+    worst = np.maximum(dataset.error.sel(body=body), of_best).max("component")
+    seconds = dataset.seconds.sel(body=body)
     chosen = front(seconds.values, worst.values)
     ways = [
         {
@@ -140,9 +142,10 @@ def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], b
     requested = components or tuple(str(component) for component in dataset.component.values)
     advised = None
     with suppress(Failure):
-        advised = advise(dataset, Question(body, requested, tolerance))
+        advised = advise(dataset, Question(requested, tolerance, body))
     return {"tolerance": tolerance} | {
-        key: getattr(advised, key, None) for key in ("label", "error", "seconds")
+        key: getattr(advised, name, None)
+        for key, name in (("label", "label"), ("error", "bound"), ("seconds", "seconds"))
     }
 
 

@@ -1,14 +1,14 @@
 """Charts of contacts: pressures and numbers over the angle of the patch, patches, pressures on the rail."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.pages.contact_answers import case_labels, largest_case
-from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface, chart_of
+from compare.pages.contact_numbers import case_labels, largest_case
+from compare.report.charts import Chart, Curve, Map, Panel, Surface, chart_of
 from compare.report.looks import drawing_order, looks_of, symbol_of, without_marker
 from compare.report.tables import Column
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
@@ -24,13 +24,27 @@ LIFTED = 0.02  # drawn height of pressures of 0 over the height of the largest
 LOAD = "load"  # the name of sliders
 Line = tuple[Array, Array]  # arc lengths [mm] and pressures [MPa], (n,)
 
+# --- pressures along s, and numbers over the angle ------------------------------------------------------
+
 
 def answer_chart(dataset: xr.Dataset) -> Chart:
     """Return pressures across the patch by load beside numbers over the angle; differences below them."""
-    reference = reference_of(dataset)
-    profiles = {
-        label: _profile(dataset, number, reference) for number, label in enumerate(case_labels(dataset))
-    }
+    reference, profiles = reference_of(dataset), {}
+    for number, label in enumerate(case_labels(dataset)):
+        p = pressures(dataset, number)
+        middle = p.sizes["x"] // 2
+        with_reference = p.sel(ics=reference).values
+        at = middle if (with_reference[middle] > 0).any() else int(np.argmax(with_reference.max(axis=1)))
+        place = "x = 0" if at == middle else f"x = {float(p.x[at]):.2g} mm"
+        across = p.isel(x=at)
+        part = loaded_part(across)
+        s = across.s.values[part]
+        lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
+        differences = {name: (s, own - lines[reference][1]) for name, (_, own) in lines.items()}
+        angle = float(dataset.angle.sel(ics=reference)[number])
+        title = f"pressure at {place}, patch over {angle:.0f}°"
+        panels = profile_panels(title, lines, differences, reference)
+        profiles[label] = panels if len(lines) > 1 else panels[:1]
     return beside_numbers(dataset, profiles, reference)
 
 
@@ -46,7 +60,7 @@ def beside_numbers(dataset: xr.Dataset, profiles: Mapping[str, Sequence[Panel]],
 
 
 def _start(dataset: xr.Dataset, reference: str) -> str:
-    """Return the case that charts show first, the one that sentences are about."""
+    """Return the case that charts show first, the one that the summary is about."""
     return case_labels(dataset)[largest_case(dataset, reference)]
 
 
@@ -65,14 +79,10 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
         nonzero = np.where(exact == 0, np.nan, exact)
         values, differences = [], []
         for name in drawing_order(looks):
-            with_ics, is_reference = cases[key].sel(ics=name).values, name == reference
-            values.append(
-                Curve(symbol_of(name), angle, with_ics, looks[name], estimate if is_reference else None)
-            )
-            band = 100 * np.abs(estimate / nonzero) if is_reference else None
-            differences.append(
-                Curve(symbol_of(name), angle, 100 * (with_ics / nonzero - 1), looks[name], band)
-            )
+            with_ics, symbol, look = cases[key].sel(ics=name).values, symbol_of(name), looks[name]
+            bands = (estimate, 100 * np.abs(estimate / nonzero)) if name == reference else (None, None)
+            values.append(Curve(symbol, angle, with_ics, look, bands[0]))
+            differences.append(Curve(symbol, angle, 100 * (with_ics / nonzero - 1), look, bands[1]))
         quantity = OF_FRICTIONLESS[key]
         title = f"{quantity.symbol} over the angle"
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
@@ -83,25 +93,8 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
 
 def further_numbers(dataset: xr.Dataset) -> Chart:
     """Return further numbers over the angle of the patch, and below them their differences."""
-    return chart_of(
-        "numbers", list(chain(*over_angle(dataset, FURTHER, reference_of(dataset)))), len(FURTHER)
-    )
-
-
-def _profile(dataset: xr.Dataset, number: int, reference: str) -> list[Panel]:
-    """Return pressures along s through the largest, and below them their differences to the reference."""
-    p = pressures(dataset, number)
-    at = _section(p.sel(ics=reference).values)
-    across, middle = p.isel(x=at), at == p.sizes["x"] // 2
-    place = "x = 0" if middle else f"x = {float(p.x[at]):.2g} mm"
-    part = loaded_part(across)
-    s = across.s.values[part]
-    lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
-    differences = {name: (s, p - lines[reference][1]) for name, (_, p) in lines.items()}
-    angle = float(dataset.angle.sel(ics=reference)[number])
-    title = f"pressure at {place}, patch over {angle:.0f}°"
-    panels = profile_panels(title, lines, differences, reference)
-    return panels if len(lines) > 1 else panels[:1]
+    panels = chain(*over_angle(dataset, FURTHER, reference_of(dataset)))
+    return chart_of("numbers", list(panels), len(FURTHER))
 
 
 def profile_panels(
@@ -130,27 +123,41 @@ def _around(loaded: Mask) -> slice:
     return slice(max(at[0] - 1, 0), at[-1] + 2)
 
 
-def _section(p: Array) -> int:
-    """Return the index along x of the drawn section: the middle, or the largest pressure."""
-    middle = len(p) // 2
-    return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
+# --- patches --------------------------------------------------------------------------------------------
 
 
 def surfaces(dataset: xr.Dataset) -> Chart:
     """Return pressures of the reference on the developed surface, with contact edges of all ICs."""
     labels = case_labels(dataset)
-    steps = {label: [_pressures(dataset, number)] for number, label in enumerate(labels)}
+    steps = {label: patch_maps(dataset, number)[:1] for number, label in enumerate(labels)}
     return Chart("patches", steps, min(len(labels), 3), LOAD)
 
 
 def patches(dataset: xr.Dataset) -> Chart:
     """Return the same by load, and how far the pressures with other ICs are from it."""
-    steps = {
-        label: [_pressures(dataset, number), *_differences(dataset, number)]
-        for number, label in enumerate(case_labels(dataset))
-    }
+    steps = {label: patch_maps(dataset, number) for number, label in enumerate(case_labels(dataset))}
     start = _start(dataset, reference_of(dataset))
     return Chart("patches", steps, min(len(ics_of(dataset)), 2), LOAD, start=start)
+
+
+def patch_maps(dataset: xr.Dataset, number: int) -> list[Map]:
+    """Return the pressures of a case with the reference, and the differences to them with other ICs."""
+    p, reference, looks = _on_patch(dataset, number), reference_of(dataset), looks_of(ics_of(dataset))
+    x, s, exact = p.x.values, p.s.values, p.sel(ics=reference)
+    edges = [
+        Curve(symbol_of(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
+        for name in drawing_order(looks)
+    ]
+    symbol, across, up = symbol_of(reference), "x [mm]", "s [mm]"
+    title = f"pressure with {symbol}, edges with all ICs"
+    maps = [Map(title, across, up, x, s, exact.where(exact > 0).values, "MPa", curves=edges)]
+    largest = max(float(abs(p - exact).max()), np.finfo(float).tiny)
+    for name in others_of(dataset):
+        own = p.sel(ics=name)
+        difference = (own - exact).where((own > 0) | (exact > 0)).values
+        title, limits = f"pressure with {symbol_of(name)} minus {symbol}", (-largest, largest)
+        maps.append(Map(title, across, up, x, s, difference, "MPa", "diverging", limits))
+    return maps
 
 
 def _on_patch(dataset: xr.Dataset, number: int) -> xr.DataArray:
@@ -158,32 +165,6 @@ def _on_patch(dataset: xr.Dataset, number: int) -> xr.DataArray:
     p = pressures(dataset, number)
     loaded = (p > 0).any("ics")
     return p.isel(x=_around(loaded.any("s").values), s=_around(loaded.any("x").values))
-
-
-def _pressures(dataset: xr.Dataset, number: int) -> Map:
-    p, reference, looks = _on_patch(dataset, number), reference_of(dataset), looks_of(ics_of(dataset))
-    x, s = p.x.values, p.s.values
-    edges = [
-        Curve(symbol_of(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
-        for name in drawing_order(looks)
-    ]
-    title = f"pressure with {symbol_of(reference)}, edges with all ICs"
-    with_reference = p.sel(ics=reference)
-    return Map(
-        title, "x [mm]", "s [mm]", x, s, with_reference.where(with_reference > 0).values, "MPa", curves=edges
-    )
-
-
-def _differences(dataset: xr.Dataset, number: int) -> Iterator[Map]:
-    p, reference = _on_patch(dataset, number), reference_of(dataset)
-    with_reference = p.sel(ics=reference)
-    largest = max(float(abs(p - with_reference).max()), np.finfo(float).tiny)
-    for name in others_of(dataset):
-        with_ics = p.sel(ics=name)
-        difference = (with_ics - with_reference).where((with_ics > 0) | (with_reference > 0)).values
-        title = f"pressure with {symbol_of(name)} minus {symbol_of(reference)}"
-        limits = -largest, largest
-        yield Map(title, "x [mm]", "s [mm]", p.x.values, p.s.values, difference, "MPa", "diverging", limits)
 
 
 def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
@@ -197,23 +178,21 @@ def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
 def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
     """Return pressures on the lower surface, as heights and colours, by load and ICs; the reference first."""
     names = [reference_of(dataset), *others_of(dataset)]
-    steps = {
-        label: [_raised(dataset, number, name, lower) for name in names]
-        for number, label in enumerate(case_labels(dataset))
-    }
+    steps: dict[str, list[Surface]] = {}
+
+    def points(x: Array, s: Array) -> Array:
+        """Return points of a grid on the surface, (3, n_x, n_s)."""
+        position = lower.position(*map(np.ravel, np.meshgrid(x, s, indexing="ij")))
+        return np.reshape(position, (3, len(x), len(s)))
+
+    for number, label in enumerate(case_labels(dataset)):
+        whole, on_patch = pressures(dataset, number), _on_patch(dataset, number)
+        x, s = on_patch.x.values, on_patch.s.values
+        body = points(whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 200))
+        steps[label] = []
+        for name in names:
+            p = on_patch.sel(ics=name)
+            height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
+            raised = points(x, s) + height * lower.axes(0.0, s)[N][:, None]
+            steps[label].append(Surface(symbol_of(name), body, raised, p.where(p > 0).values, "p [MPa]"))
     return Chart("rail", steps, 1, LOAD, start=_start(dataset, names[0]), choice="ICs")
-
-
-def _raised(dataset: xr.Dataset, number: int, name: str, lower: BodySurface) -> Cell:
-    whole, p = pressures(dataset, number), _on_patch(dataset, number).sel(ics=name)
-    x, s = p.x.values, p.s.values
-    body = _points(lower, whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 200))
-    height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
-    raised = _points(lower, x, s) + height * lower.axes(0.0, s)[N][:, None]
-    return Surface(symbol_of(name), body, raised, p.where(p > 0).values, "p [MPa]")
-
-
-def _points(surface: BodySurface, x: Array, s: Array) -> Array:
-    """Return points of a grid on a surface, (3, n_x, n_s)."""
-    points = surface.position(*map(np.ravel, np.meshgrid(x, s, indexing="ij")))
-    return np.reshape(points, (3, len(x), len(s)))

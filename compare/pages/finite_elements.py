@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.contact import FurtherSolution
-from compare.pages.contact_answers import answer_table, case_labels, largest_case, numbers_table
 from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
+from compare.pages.contact_numbers import answer_table, case_labels, largest_case, numbers_table
 from compare.report.charts import Chart, Panel, chart_of
 from compare.report.looks import symbol_of
 from compare.report.parts import (

@@ -1,8 +1,7 @@
 """The pages of motions with friction: what they have in common, and what each motion adds."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -46,12 +45,12 @@ class QuantityLabel:
         return f"{self.symbol} [{self.unit}]"
 
 
-def motion_of(dataset: xr.Dataset) -> str:
+def motion_name(dataset: xr.Dataset) -> str:
     """Return the name of the motion along whose dimension the numbers are."""
     return next(name for name, motion in MOTIONS.items() if motion.dimension in dataset.dims)
 
 
-def load_of(dataset: xr.Dataset) -> float:
+def largest_load(dataset: xr.Dataset) -> float:
     """Return the load [N], or the largest one."""
     return float(dataset["load"].max()) if "load" in dataset.coords else float(dataset.attrs["load"])
 
@@ -60,7 +59,7 @@ def quantity_label(dataset: xr.Dataset, name: str) -> QuantityLabel:
     """Return how a number is shown: creepages and shares in percent, forces of large loads in kN."""
     quantity = (dict(ALL) | dict(OF_CURVE))[name]
     symbol, meaning = quantity.symbol, quantity.meaning
-    force, factor = ("kN", 1e-3) if load_of(dataset) >= KILO else ("N", 1.0)
+    force, factor = ("kN", 1e-3) if largest_load(dataset) >= KILO else ("N", 1.0)
     if name in PERCENT:
         return QuantityLabel(symbol, "%", 100.0, meaning)
     if name in FORCES:
@@ -72,18 +71,17 @@ def quantity_label(dataset: xr.Dataset, name: str) -> QuantityLabel:
 
 def abscissa(dataset: xr.Dataset) -> QuantityLabel:
     """Return how the places along the dimension of the motion are shown."""
-    if motion_of(dataset) == "compression":
-        load = quantity_label(dataset, "load")
-        return QuantityLabel("load", load.unit, load.factor)
+    load = quantity_label(dataset, "load")
     return {
+        "compression": QuantityLabel("load", load.unit, load.factor),
         "rolling": QuantityLabel("creepage", "%", 100.0),
         "transient": QuantityLabel("rolled distance", "mm"),
-    }[motion_of(dataset)]
+    }[motion_name(dataset)]
 
 
 def places(dataset: xr.Dataset) -> xr.DataArray:
     """Return the places along the dimension of the motion in the unit shown."""
-    return dataset[MOTIONS[motion_of(dataset)].dimension] * abscissa(dataset).factor
+    return dataset[MOTIONS[motion_name(dataset)].dimension] * abscissa(dataset).factor
 
 
 def place_text(dataset: xr.Dataset, place: float) -> str:
@@ -92,9 +90,10 @@ def place_text(dataset: xr.Dataset, place: float) -> str:
     return f"{place * across.factor:.4g}{'' if across.unit == '%' else ' '}{across.unit}"
 
 
-def step(friction: float) -> str:
-    """Return the step of a slider for a coefficient of friction."""
-    return f"μ\u00a0=\u00a0{friction:g}"
+def load_text(dataset: xr.Dataset) -> str:
+    """Return the load, or the largest one, with its unit."""
+    load = quantity_label(dataset, "load")
+    return f"{largest_load(dataset) * load.factor:g} {load.unit}"
 
 
 def reference_symbol(dataset: xr.Dataset) -> str:
@@ -107,28 +106,25 @@ def vanishes(dataset: xr.Dataset, name: str) -> bool:
     if name not in BY_SYMMETRY:
         return False
     arm = float(dataset.a.max()) if BY_SYMMETRY[name] == "N mm" else 1.0
-    return float(abs(dataset[name]).max()) < NOISE * load_of(dataset) * arm
+    return float(abs(dataset[name]).max()) < NOISE * largest_load(dataset) * arm
 
 
-def main_name(dataset: xr.Dataset) -> str:
-    """Return the name of the number that ICs are judged by."""
-    return "sliding_share" if motion_of(dataset) == "compression" else "F_x"
+# --- the number that ICs are judged by ------------------------------------------------------------------
 
 
-def main_number(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the number that ICs are judged by [%]: force over friction times load, or sliding share."""
-    return _main(dataset, "")
+def main_number(dataset: xr.Dataset, prefix: str = "") -> xr.DataArray:
+    """Return the number that ICs are judged by [%]: force over friction times load, or sliding share.
+
+    With the prefix `estimate_` its estimated error.
+    """
+    if motion_name(dataset) == "compression":
+        return 100 * dataset[f"{prefix}sliding_share"].drop_attrs()
+    return 100 * scaled_force(dataset, f"{prefix}F_x")
 
 
 def main_estimate(dataset: xr.Dataset) -> xr.DataArray:
     """Return the estimated error of the main number [%]."""
-    return _main(dataset, "estimate_")
-
-
-def _main(dataset: xr.Dataset, prefix: str) -> xr.DataArray:
-    if motion_of(dataset) == "compression":
-        return 100 * dataset[f"{prefix}sliding_share"].drop_attrs()
-    return 100 * scaled_force(dataset, f"{prefix}F_x")
+    return main_number(dataset, "estimate_")
 
 
 def difference(dataset: xr.Dataset) -> xr.DataArray:
@@ -137,48 +133,26 @@ def difference(dataset: xr.Dataset) -> xr.DataArray:
     return number - number.sel(ics=reference_of(dataset))
 
 
+def difference_unit(dataset: xr.Dataset) -> str:
+    """Return the unit of differences of the main number."""
+    return "% of contact area" if motion_name(dataset) == "compression" else "% of friction load"
+
+
 def largest_differences(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
     """Return the largest difference of each ICs at any friction and place [%], and its estimate there.
 
     By the triangle inequality, the estimate of a difference is the sum of those of both.
     """
-    known = main_estimate(dataset)
+    known, away = main_estimate(dataset), abs(difference(dataset))
     both = known + known.sel(ics=reference_of(dataset))
-    at = abs(difference(dataset)).fillna(0.0).argmax(["friction", MOTIONS[motion_of(dataset)].dimension])
-    return abs(difference(dataset)).isel(at), both.isel(at)
+    at = away.fillna(0.0).argmax(["friction", MOTIONS[motion_name(dataset)].dimension])
+    return away.isel(at), both.isel(at)
 
 
 def worst_friction(dataset: xr.Dataset) -> float:
     """Return the coefficient of friction at which ICs differ most from the reference."""
-    away = abs(difference(dataset)).max(["ics", MOTIONS[motion_of(dataset)].dimension])
+    away = abs(difference(dataset)).max(["ics", MOTIONS[motion_name(dataset)].dimension])
     return float(dataset.friction[np.argmax(away.fillna(0.0).values)])
-
-
-def curves_by_ics(at: ArrayLike, values: xr.DataArray, estimate: xr.DataArray | None = None) -> list[Curve]:
-    """Return curves of values by ICs over an abscissa; the reference's has its estimate as a band."""
-    names = [str(name) for name in values.ics.values]
-    looks, reference = looks_of(names), reference_name(names)
-    return [
-        Curve(
-            symbol_of(name),
-            at.sel(ics=name) if isinstance(at, xr.DataArray) and "ics" in at.dims else at,
-            values.sel(ics=name),
-            looks[name],
-            estimate.sel(ics=name) if estimate is not None and name == reference else None,
-        )
-        for name in drawing_order(names)
-    ]
-
-
-def share_curves(at: ArrayLike, share: xr.DataArray, estimate: xr.DataArray) -> list[Curve]:
-    """Return curves of shares [%] by ICs; the band of the reference's ends at 0 and 100."""
-    below, above = (estimate.where(estimate < most, most) for most in (share, 100 - share))
-    return curves_by_ics(at, share, xr.concat([below, above], "side").transpose("side", ...))
-
-
-def difference_unit(dataset: xr.Dataset) -> str:
-    """Return the unit of differences of the main number."""
-    return "% of contact area" if motion_of(dataset) == "compression" else "% of friction load"
 
 
 def percent_change(value: xr.DataArray, before: xr.DataArray) -> float:
@@ -192,53 +166,95 @@ def signed_text(value: float | xr.DataArray, estimate: float | xr.DataArray) -> 
     return text if text.startswith((MINUS, "–")) or text == "0" else f"+{text}"
 
 
-def load_text(dataset: xr.Dataset) -> str:
-    """Return the load, or the largest one, with its unit."""
-    load = quantity_label(dataset, "load")
-    return f"{load_of(dataset) * load.factor:g} {load.unit}"
+# --- charts ---------------------------------------------------------------------------------------------
 
 
-# --- maps of the contact area ---------------------------------------------------------------------------
+def by_friction(
+    dataset: xr.Dataset,
+    name: str,
+    cells: Callable[[xr.Dataset], Sequence[ChartCell]],
+    columns: int = 3,
+    heights: float = 1.0,
+    alt: str = "",
+) -> Chart:
+    """Return a chart of cells with a slider over friction, which begins where ICs differ most."""
+    labels = {friction: f"μ\u00a0=\u00a0{friction:g}" for friction in dataset.friction.values.tolist()}
+    steps = {label: cells(dataset.sel(friction=friction)) for friction, label in labels.items()}
+    return Chart(name, steps, columns, "friction", heights, labels[worst_friction(dataset)], alt=alt)
 
 
-KINDS = "sticks", "slides"
+def curves_by_ics(
+    at: ArrayLike, values: xr.DataArray, estimate: xr.DataArray | None = None, *, share: bool = False
+) -> list[Curve]:
+    """Return curves of values by ICs over an abscissa; the reference's has its estimate as a band.
+
+    The band of a share [%] ends at 0 and 100.
+    """
+    names = [str(name) for name in values.ics.values]
+    looks, reference = looks_of(names), reference_name(names)
+    if share and estimate is not None:
+        sides = [estimate.where(estimate < most, most) for most in (values, 100 - values)]
+        estimate = xr.concat(sides, "side").transpose("side", ...)
+    return [
+        Curve(
+            symbol_of(name),
+            at.sel(ics=name) if isinstance(at, xr.DataArray) and "ics" in at.dims else at,
+            values.sel(ics=name),
+            looks[name],
+            estimate.sel(ics=name) if estimate is not None and name == reference else None,
+        )
+        for name in drawing_order(names)
+    ]
 
 
-def pressure_maps(contacts: xr.Dataset) -> list[Map]:
-    """Return the pressures [MPa], a map per ICs, with the same colours."""
-    return _maps(contacts, contacts.p.sel(direction="n"), contacts.p.attrs["units"])
+def difference_panel(dataset: xr.Dataset, contacts: xr.Dataset, title: str) -> Panel:
+    """Return the differences of the main number of contacts at one friction, with estimates."""
+    curves = curves_by_ics(places(dataset), difference(contacts), main_estimate(contacts))
+    return Panel(title, abscissa(dataset).title, f"difference [{difference_unit(dataset)}]", curves)
 
 
-def work_maps(contacts: xr.Dataset) -> list[Map]:
-    """Return the work of friction per area, a map per ICs, with the same colours."""
-    return _maps(contacts, contacts.work, contacts.work.attrs["units"])
+def numbers_chart(dataset: xr.Dataset) -> Chart:
+    """Return the chart of all numbers over the dimension of the motion."""
+    names = [name for name in MOTIONS[motion_name(dataset)].quantities if not vanishes(dataset, name)]
+    across = abscissa(dataset)
+
+    def panels(contacts: xr.Dataset) -> Iterator[Panel]:
+        for name in names:
+            number = quantity_label(dataset, name)
+            values, estimate = (number.factor * contacts[key] for key in (name, f"estimate_{name}"))
+            curves = curves_by_ics(places(dataset), values, estimate, share=name == "sliding_share")
+            yield Panel(number.meaning, across.title, number.title, curves)
+
+    alt = f"all numbers of the contact over the {across.symbol}"
+    return by_friction(dataset, "numbers", lambda contacts: list(panels(contacts)), 3, 0.85, alt)
 
 
-def stick_maps(contacts: xr.Dataset) -> list[Map]:
-    """Return where the contact sticks and where it slides, a map per ICs."""
-    return _maps(contacts, 1.0 - contacts.stick, "", KINDS)
+def contact_maps(contacts: xr.Dataset, name: str) -> list[Map]:
+    """Return maps of the contact area, one per ICs, in the same colours, as far as any contact goes.
 
-
-def _maps(contacts: xr.Dataset, values: xr.DataArray, unit: str, classes: tuple[str, ...] = ()) -> list[Map]:
-    """Return values in the contact area with each ICs, as far as any contact goes."""
-    pressed = contacts.p.sel(direction="n") > 0
-    area = covered_ranges(pressed)
-    drawn = values.where(pressed).isel(area)
-    limits = (0.0, float(drawn.max()))
+    `name`: pressures [MPa], work of friction per area, or stick, where the contact sticks or slides.
+    """
+    pressure = contacts.p.sel(direction="n")
+    values, unit, classes = {
+        "pressures": (pressure, contacts.p.attrs["units"], ()),
+        "work": (contacts.work, contacts.work.attrs["units"], ()),
+        "stick": (1.0 - contacts.stick, "", ("sticks", "slides")),
+    }[name]
+    drawn = values.where(pressure > 0).isel(covered_ranges(pressure > 0))
     return [
         Map(
-            symbol_of(name),
+            symbol_of(ics),
             "x [mm]",
             "s [mm]",
             drawn.x.values,
             drawn.s.values,
-            drawn.sel(ics=name).transpose("x", "s").values,
+            drawn.sel(ics=ics).transpose("x", "s").values,
             unit,
-            limits=limits,
+            limits=(0.0, float(drawn.max())),
             classes=classes,
             to_scale=True,
         )
-        for name in ics_of(contacts)
+        for ics in ics_of(contacts)
     ]
 
 
@@ -264,164 +280,119 @@ BELOW = (
 
 
 @dataclass(frozen=True)
-class MotionPage:
-    """What the page of a motion has of its own, each made from the labelled arrays.
+class PageParts:
+    """What the page of a motion has of its own.
 
-    `note` explains the main chart; `remarks` are sentences on the limits of the numbers.
+    `note` explains the main chart, `contact` says of which contact the maps are, `work` what the work of
+    friction on them is; `remarks` are sentences on the limits of the numbers. `steady` is before the names of
+    numbers of steady rolling, which then have rows of their own.
     """
 
-    summary: Callable[[xr.Dataset], str]
-    answer: Callable[[xr.Dataset], Table]
+    summary: str
+    answer: Table
+    note: str
+    contact: str
+    work: str
+    sections: Sequence[Section] = ()
+    tables: Sequence[Folded] = ()
+    remarks: Sequence[str] = ()
+    steady: str = ""
+
+
+@dataclass(frozen=True)
+class MotionPage:
+    """The main chart and the other parts of the page of a motion, made from the dataset."""
+
     main_chart: Callable[[xr.Dataset], Chart]
-    note: Callable[[xr.Dataset], str]
-    contact: Callable[[xr.Dataset], str]  # of which contact the maps are
-    work: str  # what the work of friction on the maps is
-    sections: Callable[[xr.Dataset], Sequence[Section]] = lambda _: ()
-    tables: Callable[[xr.Dataset], Sequence[Folded]] = lambda _: ()
-    remarks: Callable[[xr.Dataset], Iterator[str]] = lambda _: iter(())
-    steady: str = ""  # before the names of numbers of steady rolling, which then have rows of their own
+    parts: Callable[[xr.Dataset], PageParts]
 
     def write(self, dataset: xr.Dataset, out: Path) -> Path:
         """Write `contact.nc`, figures and `contact.html` into a folder; return the path of the page."""
-        sections = chain(
-            [Section("", [self.main_chart(dataset), Note(self.explained(dataset))])],
-            self.sections(dataset),
-            map_sections(dataset, self.contact(dataset), self.work),
-            self.tables(dataset),
-            [
-                Folded("All numbers", [numbers_chart(dataset), BELOW, *self.number_tables(dataset)]),
-                Folded("Limits, supports, grid and cost", self.details(dataset)),
-                Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))]),
-            ],
-        )
-        page = Page(str(dataset.attrs["title"]), self.summary(dataset), sections, self.answer(dataset))
+        own = self.parts(dataset)
+        note = filter(None, [own.note, dataset.attrs["friction_by_angle"], dataset.attrs.get("choice", "")])
+        largest = f"Colours end at the largest value with any ICs. {own.contact}"
+
+        def maps(name: str) -> Chart:
+            return by_friction(dataset, name, lambda contacts: contact_maps(contacts, name))
+
+        numbers = [numbers_chart(dataset), BELOW, *number_tables(dataset, own.steady)]
+        sections: list[Section | Folded] = [
+            Section("", [self.main_chart(dataset), Note(" ".join(note))]),
+            *own.sections,
+            Section("Where the contact sticks", [own.contact, maps("stick")]),
+            Folded("Pressures", [largest, maps("pressures")]),
+            Folded("Work of friction", [f"{largest} {own.work}", maps("work")]),
+            *own.tables,
+            Folded("All numbers", numbers),
+            Folded(
+                "Limits, supports, grid and cost",
+                [*own.remarks, *support_tables(dataset), cost(dataset)],
+            ),
+            Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))]),
+        ]
+        page = Page(str(dataset.attrs["title"]), own.summary, sections, own.answer)
         return write_results(page, out, "contact", dataset)
 
-    def explained(self, dataset: xr.Dataset) -> str:
-        """Return what the main chart shows, how friction depends on the angle, and why ICs were chosen."""
-        texts = self.note(dataset), dataset.attrs["friction_by_angle"], dataset.attrs.get("choice", "")
-        return " ".join(filter(None, texts))
 
-    def number_tables(self, dataset: xr.Dataset) -> list[Block]:
-        """Return the tables of each number, one per friction, and which numbers vanish."""
-        symmetric = [name for name in BY_SYMMETRY if name in dataset and vanishes(dataset, name)]
-        names = [name for name in MOTIONS[motion_of(dataset)].quantities if name not in symmetric]
-        blocks: list[Block] = []
-        for name in names:
-            tables = [self._number_table(dataset, name, friction) for friction in dataset.friction.values]
-            number = quantity_label(dataset, name)
-            blocks.append(Folded(f"{number.title}: {number.meaning}", tables))
-        return [*blocks, _symmetry(dataset, symmetric)]
+def number_tables(dataset: xr.Dataset, steady: str = "") -> list[Block]:
+    """Return the tables of each number, one per friction: a row for each place listed, a column per ICs.
 
-    def _number_table(self, dataset: xr.Dataset, name: str, friction: float) -> Table:
-        """Return a number at one friction: a row for each place listed, a column per ICs."""
-        of_friction, number = dataset.sel(friction=friction), quantity_label(dataset, name)
-        dimension = MOTIONS[motion_of(dataset)].dimension
-        listed = _list_places(of_friction, MOST if name == main_name(dataset) else FEW)
-        rows = [
-            Row(place_text(dataset, place), _cells(listed.sel({dimension: place}), name, number.factor))
-            for place in listed[dimension].values
-        ]
-        if self.steady:
-            rows.append(Row("steady", _cells(of_friction, self.steady + name, number.factor)))
-        return Table(
-            f"friction {friction:g}: {number.title}", [symbol_of(ics) for ics in ics_of(dataset)], rows
-        )
+    Below them, which numbers vanish.
+    """
+    motion = MOTIONS[motion_name(dataset)]
+    main = "sliding_share" if motion_name(dataset) == "compression" else "F_x"
+    size = dataset.sizes[motion.dimension]
+    symmetric = [name for name in BY_SYMMETRY if name in dataset and vanishes(dataset, name)]
 
-    def details(self, dataset: xr.Dataset) -> list[Block]:
-        """Return remarks, changes with other supports, and cost."""
-        return [*self.remarks(dataset), *support_tables(dataset), cost(dataset)]
+    def row(title: str, contacts: xr.Dataset, name: str, factor: float) -> Row:
+        cells = []
+        for value, estimate in zip(contacts[name].values, contacts[f"estimate_{name}"].values, strict=True):
+            known = 0.0 if estimate <= EXACT * abs(value) else float(estimate)
+            text, _, error = with_estimate(factor * float(value), factor * known).partition(" ± ")
+            cells.append(Cell(text, below=f"± {error}" if error else ""))
+        return Row(title, cells)
 
-
-def _list_places(dataset: xr.Dataset, most: int) -> xr.Dataset:
-    """Return the numbers at some places, from the first to the last."""
-    dimension = MOTIONS[motion_of(dataset)].dimension
-    size = dataset.sizes[dimension]
-    return dataset.isel({dimension: np.linspace(0, size - 1, min(size, most)).astype(int)})
-
-
-def _symmetry(dataset: xr.Dataset, names: Sequence[str]) -> str:
-    """Return a sentence on numbers that vanish by symmetry; empty without them."""
-    if not names:
-        return ""
-    texts = [
+    blocks: list[Block] = []
+    for name in (name for name in motion.quantities if name not in symmetric):
+        number, tables = quantity_label(dataset, name), list[Table]()
+        most = MOST if name == main else FEW
+        for friction in dataset.friction.values:
+            contacts = dataset.sel(friction=friction)
+            listed = contacts.isel({motion.dimension: np.linspace(0, size - 1, min(size, most)).astype(int)})
+            rows = [
+                row(place_text(dataset, place), listed.sel({motion.dimension: place}), name, number.factor)
+                for place in listed[motion.dimension].values
+            ]
+            if steady:
+                rows.append(row("steady", contacts, steady + name, number.factor))
+            caption = f"friction {friction:g}: {number.title}"
+            tables.append(Table(caption, [symbol_of(ics) for ics in ics_of(dataset)], rows))
+        blocks.append(Folded(f"{number.title}: {number.meaning}", tables))
+    zeros = join_words(
         f"{quantity_label(dataset, name).symbol} (estimated error at most "
         f"{float(dataset[f'estimate_{name}'].max()):.2g} {BY_SYMMETRY[name]})"
-        for name in names
-    ]
-    return f"0 by symmetry: {join_words(texts)}."
-
-
-def _cells(contacts: xr.Dataset, name: str, factor: float) -> list[Cell]:
-    """Return a number with its estimate, of each ICs."""
-    cells = []
-    for value, estimate in zip(contacts[name].values, contacts[f"estimate_{name}"].values, strict=True):
-        known = 0.0 if estimate <= EXACT * abs(value) else float(estimate)
-        text, _, error = with_estimate(factor * float(value), factor * known).partition(" ± ")
-        cells.append(Cell(text, below=f"± {error}" if error else ""))
-    return cells
-
-
-def by_friction(
-    dataset: xr.Dataset,
-    name: str,
-    cells: Callable[[xr.Dataset], Sequence[ChartCell]],
-    columns: int = 3,
-) -> Chart:
-    """Return a chart of cells with a slider over friction, which begins where ICs differ most."""
-    steps = {step(friction): cells(dataset.sel(friction=friction)) for friction in dataset.friction.values}
-    start = step(worst_friction(dataset))
-    return Chart(name, steps, columns, "friction", start=start)
-
-
-def numbers_chart(dataset: xr.Dataset) -> Chart:
-    """Return the chart of all numbers over the dimension of the motion."""
-    names = [name for name in MOTIONS[motion_of(dataset)].quantities if not vanishes(dataset, name)]
-
-    def panels(of_friction: xr.Dataset) -> list[Panel]:
-        cells = []
-        for name in names:
-            number = quantity_label(dataset, name)
-            values = number.factor * of_friction[name]
-            estimate = number.factor * of_friction[f"estimate_{name}"]
-            draw = share_curves if name == "sliding_share" else curves_by_ics
-            curves = draw(places(dataset), values, estimate)
-            cells.append(Panel(number.meaning, abscissa(dataset).title, number.title, curves))
-        return cells
-
-    alt = f"all numbers of the contact over the {abscissa(dataset).symbol}"
-    return replace(by_friction(dataset, "numbers", panels), heights=0.85, alt=alt)
-
-
-def map_sections(dataset: xr.Dataset, contact: str, work: str) -> Iterator[Section | Folded]:
-    """Yield the maps of a motion; `contact` says of which contact they are, `work` what the work is."""
-    yield Section("Where the contact sticks", [contact, by_friction(dataset, "stick", stick_maps)])
-    largest = f"Colours end at the largest value with any ICs. {contact}"
-    yield Folded("Pressures", [largest, by_friction(dataset, "pressures", pressure_maps)])
-    yield Folded("Work of friction", [f"{largest} {work}", by_friction(dataset, "work", work_maps)])
+        for name in symmetric
+    )
+    return [*blocks, f"0 by symmetry: {zeros or 'none'}."]
 
 
 def support_tables(dataset: xr.Dataset) -> list[Table]:
     """Return the changes of a contact with C on other supports; empty without them."""
     if "supports" not in dataset.coords:
         return []
-    motion = MOTIONS[motion_of(dataset)]
+    motion = MOTIONS[motion_name(dataset)]
     friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
     with_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
-    names = [name for name in motion.quantities if not vanishes(dataset, name)]
-    rows = [Row(quantity_label(dataset, name).title, _changes(dataset, with_c, name)) for name in names]
+    rows = []
+    for name in (name for name in motion.quantities if not vanishes(dataset, name)):
+        number = quantity_label(dataset, name)
+        value, estimate = (number.factor * with_c[key] for key in (name, f"estimate_{name}"))
+        changed = [changed_cell(number.factor * other, value, estimate) for other in dataset[PREFIX + name]]
+        texts = [cell.text for cell in changed]
+        rows.append(Row(number.title, [with_estimate(value, estimate), *texts]))
     caption = f"computed with C, friction {friction:g}, {place_text(dataset, place)}"
     heads = ["these supports", *(f"change with {name}" for name in dataset.supports.values)]
     return [Table(caption, heads, rows)]
-
-
-def _changes(dataset: xr.Dataset, with_c: xr.Dataset, name: str) -> list[Cell | str]:
-    """Return a number with its estimate, and its changes with other supports."""
-    factor, value, estimate = quantity_label(dataset, name).factor, with_c[name], with_c[f"estimate_{name}"]
-    changed = [
-        changed_cell(factor * other, factor * value, factor * estimate) for other in dataset[PREFIX + name]
-    ]
-    return [with_estimate(factor * value, factor * estimate), *(replace(cell, below="") for cell in changed)]
 
 
 def cost(dataset: xr.Dataset) -> str:

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from compare.pages.compression import COMPRESSION
-from compare.pages.friction import MotionPage, motion_of
+from compare.pages.friction import MotionPage, motion_name
 from compare.pages.rolling import ROLLING
 from compare.pages.transient import TRANSIENT
 from compare.report.charts import Chart
@@ -15,7 +15,7 @@ PAGES: dict[str, MotionPage] = {"rolling": ROLLING, "transient": TRANSIENT, "com
 
 def main_chart(dataset: xr.Dataset) -> Chart:
     """Return the main chart of the motion of labelled arrays, for all coefficients of friction."""
-    return PAGES[motion_of(dataset)].main_chart(dataset)
+    return PAGES[motion_name(dataset)].main_chart(dataset)
 
 
 def require_page(scene: Scene) -> None:

@@ -1,10 +1,10 @@
-"""File, figures and report of `femic frontier`, and the evidence table of `femic advise`.
+"""File, chart and page of `femic frontier`, of ICs or of a contact, and the evidence of `femic advise`.
 
-The chart has errors of all ways to ICs against their seconds, by component and body.
+The chart has errors of ways over their seconds, by component and body, or by number and case.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,81 +13,92 @@ import xarray as xr
 from matplotlib.colors import to_hex
 from rich.table import Table as Printed
 
-from compare.pages.ics import body_name, combined_first, main_body
 from compare.report.charts import Chart, Curve, Panel
-from compare.report.errors import COMPONENTS, MEASURE, VANISHING, component_cell, percent
-from compare.report.looks import INK, Look, looks_of
-from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
+from compare.report.errors import COMPONENTS, MEASURE, VANISHING, colour, percent
+from compare.report.looks import ENGINE_MARKS, INK, OTHER_ENGINE_MARK, Look, looks_of, symbol_of
+from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.static import MARKERS
-from compare.report.tables import Cell, Column, Row, Table, numbers, with_estimate
-from compare.studies.frontier import APPROXIMATION, Advice, error_bounds, front, resolved_errors, styles
+from compare.report.tables import Cell, Column, Row, Table, numbers, texts, with_estimate
+from compare.studies.contact_frontier import STAGES
+from compare.studies.frontier import Advice, by_number, case_text, cheapest, front, worst
+from femic.reference.engines import ENGINES
 from geometries.arrays import Array
 
-# --- file and report ------------------------------------------------------------------------------------
+# --- the page -------------------------------------------------------------------------------------------
 
 
+TOLERANCES = (0.1, 0.05, 0.02, 0.01)
+MAIN = {  # numbers of a contact that the answer is about, as far as they were compared
+    "none": ("p_max", "b", "stiffness", "approach"),
+    "rolling": ("p_max", "F_x", "F_x/limit", "sliding_share"),
+    "compression": ("p_max", "F_y/limit", "sliding_share"),
+}
+IN_A_TABLE = 9  # numbers beside each other
+READING = (
+    "Table: the cheapest way whose error, with the estimate of the reference, is within the tolerance in all "
+    "cases; among those within a factor of three in time the closest one; below it, its error and time. "
+    "Numbers beside points: tolerance of C, and elements across the smallest patch. Line: the front; no way "
+    "off it is as fast and closer, or as close and faster. Bars: how far the error may be off, as the "
+    "reference has one, too; below its estimate, nothing counts as closer."
+)
+SHARES = (
+    "An error is the largest over the creepages or loads of a case, and over the cases. Numbers that may "
+    "vanish have errors as shares of themselves only where the reference's number exceeds ten times its own "
+    "estimate: the last column says at how many of them. Forces have two names: the same difference is a "
+    "larger share of the force than of friction times load, by as much as the force is smaller."
+)
+APPROACH = (
+    "C has no approach of its own without supports: of the rigid motion that these allow, a convention takes "
+    "the part along z away. So errors of approaches contain what that convention leaves, which is common to "
+    "all approximations; tractions do not depend on it."
+)
 COST = (
     "Time: of an approximation at all points; of C the sum over all models that it and its estimate need, as "
     "measured when they were solved. Unknowns: of the largest model. Memory: peak of the process up to then, "
     "including earlier models."
 )
+COST_OF_CONTACT = (
+    "ICs: of C the sum over its models, as measured when they were solved. Operator: from ICs to the "
+    "operator of contact; of approximations with the ICs. Contact: all cases, without estimates. Measured "
+    "once, beside whatever else the machine did."
+)
 
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
-    """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
-    title = f"Speed against accuracy: {dataset.attrs['title']}"
-    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset))
-    return write_results(page, folder, "frontier", dataset)
+    """Write the file, the figures and the page of a frontier of ICs or of a contact; returns its path.
 
-
-def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
-    yield Section("", [chart(dataset), Note(_reading(dataset))])
-    if skipped := json.loads(dataset.attrs["skipped"]):
-        yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
-    bodies = combined_first(map(str, dataset.body.values))
-    tables = [Section(body, [_errors_table(dataset, body)]) for body in bodies]
-    yield Folded("Errors of all ways by component", [Note(_explanation(dataset)), *tables])
-    yield Folded("Time, unknowns and memory of all ways", [_cost_table(dataset, bodies), Note(COST)])
-    yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
-
-
-def _reading(dataset: xr.Dataset) -> str:
-    return (
-        f"Table: the ways on the front, {body_name(_main_body(dataset))}: no other way is as fast and "
-        "closer, or as close and faster. “All”: the worst component. Numbers beside the points of C: "
-        "tolerances. Bars: how far the error may be off, as the best C has one, too; below its estimate, "
-        "nothing counts as closer."
+    The file is `frontier.nc`, of a contact `contact_frontier.nc`, and so are the names of the others.
+    """
+    name, question = (
+        ("frontier", "Speed against accuracy")
+        if _of_ics(dataset)
+        else ("contact_frontier", "Which ICs does this contact need?")
     )
-
-
-def _explanation(dataset: xr.Dataset) -> str:
-    return (
-        f"{MEASURE} Shown: the worst line. C comes from {dataset.attrs['best']}; its row has its estimated "
-        f"error. *: on the front of that component. {COMPONENTS}"
+    page = Page(
+        f"{question}: {dataset.attrs['title']}", summary(dataset), _sections(dataset), answer_table(dataset)
     )
-
-
-def _main_body(dataset: xr.Dataset) -> str:
-    return main_body(map(str, dataset.body.values))
-
-
-def _components(dataset: xr.Dataset) -> list[str]:
-    return [str(component) for component in dataset.component.values]
+    return write_results(page, folder, name, dataset)
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return the closest approximation, the fastest C, and how good the best C is, in three sentences."""
-    body = _main_body(dataset)
-    errors = worst_errors(dataset, body, _components(dataset))
-    is_c = (errors.kind != APPROXIMATION).values
-    closest, fastest = _least(errors.isel(way=~is_c), "error"), _least(errors.isel(way=is_c), "seconds")
-    best = errors.sel(way=dataset.attrs["best"])
-    vanishing = ", or of 0.05 C_nn where it vanishes" if dataset.vanishes.sel(body=body).any() else ""
+    """Return how close the closest approximation is, the fastest C, and how well the best C is known."""
+    subjects, case = main_subjects(dataset), _main_case(dataset)
+    best = dataset.label.sel(way=dataset.attrs["best"]).item()
+    if not subjects:
+        return f"The reference, {best}, does not know any number well enough."
+    head = list(subjects)[-1 if _of_ics(dataset) else 0]
+    errors = worst(dataset, subjects[head], case).dropna("way", subset=["bound"])
+    is_c = errors.ics.values == "C"
+    closest = _least(errors.isel(way=~is_c), "bound")
+    fastest = _least(errors.isel(way=is_c), "seconds")
+    floors = {
+        name: worst(dataset, names, case).floor.sel(way=dataset.attrs["best"]).item()
+        for name, names in subjects.items()
+    }
+    known = join_words(f"{percent(floor)} in {name}" for name, floor in floors.items())
     return (
-        f"Of the approximations {body_name(body)}, {closest.label.item()} is closest: {_off(closest)} off at "
-        f"worst, in {time_text(closest.seconds.item())}. The fastest C, {fastest.way.item()}, is "
-        f"{_off(fastest)} off at worst, in {time_text(fastest.seconds.item())}. Errors are shares of the "
-        f"component{vanishing}, against C by {best.way.item()}, which is known to {_off(best)}."
+        f"For {head}: the closest approximation is {closest.label.item()}, {_off(closest)}; the fastest C is "
+        f"{fastest.label.item()}, {_off(fastest)}. Errors are against {best}, which is known to {known}."
     )
 
 
@@ -95,85 +106,183 @@ def _least(errors: xr.Dataset, name: str) -> xr.Dataset:
     return errors.isel(way=int(np.argmin(errors[name].values)))
 
 
-def _off(errors: xr.Dataset) -> str:
-    return f"{percent(errors.error.item())} ({errors.component.item()})"
+def _off(way: xr.Dataset) -> str:
+    return f"{error_text(way)} % off at worst ({way.number.item()}), in {time_text(way.seconds.item())}"
 
 
 def answer_table(dataset: xr.Dataset) -> Table:
-    """Return the ways on the front of nn or of all components: time, errors in nn and in the worst one."""
-    body, components = _main_body(dataset), _components(dataset)
-    chosen = {"error in nn": ["nn"]} if {"nn"} < set(components) else {}
-    errors = {
-        head: worst_errors(dataset, body, those)
-        for head, those in (chosen | {"worst error": components}).items()
-    }
-    fronts = {way for each in errors.values() for way in ways_on_front(each)}
+    """Return the cheapest ways for what is asked first, a row per tolerance; their errors and time below."""
+    subjects, case = main_subjects(dataset), _main_case(dataset)
     rows = []
-    for way in (way for way in dataset.way.values if way in fronts):
-        of_way = [each.sel(way=way) for each in errors.values()]
-        worst, shares = of_way[-1], map(error_text, of_way)
-        cells = [time_text(worst.seconds.item()), *shares, str(worst.component.item())]
-        rows.append(Row(str(worst.label.item()), cells))
-    return Table("ICs", [*numbers("time"), *numbers(*errors, unit="%"), *numbers("of")], rows)
+    for tolerance in TOLERANCES:
+        cells = []
+        for names in subjects.values():
+            errors = worst(dataset, names, case)
+            number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
+            way = errors.isel(way=number)
+            below = f"{error_text(way)} %, {time_text(way.seconds.item())}"
+            cells.append(Cell(str(way.label.item()), below=below) if number >= 0 else Cell("none"))
+        rows.append(Row(f"{100 * tolerance:g} %", cells))
+    return Table("cheapest ICs to", texts(*subjects), rows)
 
 
-def _errors_table(dataset: xr.Dataset, body: str) -> Table:
-    """Return the errors of all ways of a body by component, with a mark where they are on its front."""
-    of_body, components = dataset.sel(body=body), _components(dataset)
-    errors, seconds = resolved_errors(dataset, body), of_body.seconds.values
-    fronts = {c: front(seconds, errors.sel(component=c).values) for c in components}
-    rows = []
-    for k, way in enumerate(dataset.way.values):
-        is_best, result = way == dataset.attrs["best"], of_body.isel(way=k)
-        marks = {c: " *" if fronts[c][k] else "" for c in components}
-        cells = [
-            component_cell(result.sel(component=c), is_estimate=is_best, mark=marks[c]) for c in components
-        ]
-        rows.append(Row(str(result.label.item()), cells))
-    return Table("ICs by", numbers(*components), rows)
+def main_subjects(dataset: xr.Dataset) -> dict[str, list[str]]:
+    """Return what is asked first, and the numbers it is about: nn and all components; or single numbers."""
+    known = known_numbers(dataset)
+    if _of_ics(dataset):
+        return ({"nn": ["nn"]} if {"nn"} < set(known) else {}) | {"all components": known}
+    main = [name for name in MAIN[dataset.attrs["motion"]] if name in known]
+    return {name: [name] for name in main or known[: len(MAIN["none"])]}
 
 
-def _cost_table(dataset: xr.Dataset, bodies: Sequence[str]) -> Table:
-    """Return the time of all ways for each body, their unknowns and memory."""
+def known_numbers(dataset: xr.Dataset) -> list[str]:
+    """Return the numbers or components of which errors are known as shares in some case."""
+    dataset = by_number(dataset)
+    return [str(name) for name in dataset.number.values if dataset.judged.sel(number=name).any()]
+
+
+def _of_ics(dataset: xr.Dataset) -> bool:
+    return "component" in dataset.dims
+
+
+def _cases(dataset: xr.Dataset) -> list[str | float]:
+    """Return the bodies, both together first, or the cases of a contact."""
+    if not _of_ics(dataset):
+        return list(dataset.case.values.tolist())
+    return sorted(dataset.body.values.tolist(), key=lambda body: body != "combined")
+
+
+def _main_case(dataset: xr.Dataset) -> str | float | None:
+    """Return the body that the answer is about; None, all cases, of a contact."""
+    return _cases(dataset)[0] if _of_ics(dataset) else None
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    of_ics, best = _of_ics(dataset), dataset.label.sel(way=dataset.attrs["best"]).item()
+    drawn = chart(dataset)
+    yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
+    if not of_ics:
+        yield Folded("What errors are shares of", [_scales_table(dataset), Note(SHARES)])
+    cases = _cases(dataset) if of_ics else [None]
+    names = known_numbers(dataset)
+    marks = Note(
+        f"In percent, at worst. The row of the reference, {best}, has its estimate. *: on the front of that "
+        f"number. {f'{MEASURE} {COMPONENTS}' if of_ics else ''}"
+    )
+    tables = [
+        Section("" if case is None else str(case), [_errors_table(dataset, names[k : k + IN_A_TABLE], case)])
+        for case in cases
+        for k in range(0, len(names), IN_A_TABLE)
+    ]
+    yield Folded("Errors of all ways", [marks, *tables])
+    yield Folded("Time of all ways", [_cost_table(dataset), Note(COST if of_ics else COST_OF_CONTACT)])
+    if skipped := json.loads(dataset.attrs["skipped"]):
+        yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+    if not of_ics:
+        yield Folded("Rigid motions and supports of the bodies", [dataset.attrs["discounted"], APPROACH])
+    yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
+
+
+def _scales_table(dataset: xr.Dataset) -> Table:
+    judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
+    rows = [
+        Row(
+            str(name),
+            [
+                str(dataset.scale.sel(number=name).item()),
+                f"{judged.sel(number=name).item()} of {points.sel(number=name).item()}",
+            ],
+        )
+        for name in dataset.number.values
+    ]
+    return Table("number", [*texts("error is a"), *numbers("known at")], rows)
+
+
+def _errors_table(dataset: xr.Dataset, names: Sequence[str], case: str | float | None) -> Table:
+    """Return the errors of all ways by number, marked on its front; of ICs with their weight below."""
+    errors = {name: worst(dataset, [name], case) for name in names}
+    fronts = {name: set(ways_on_front(each.dropna("way", subset=["bound"]))) for name, each in errors.items()}
     rows = []
     for way in dataset.way.values:
-        at = dataset.sel(way=way)
-        sizes = (Cell(at[name].item(), form) for name, form in (("unknowns", ",d"), ("memory", ".0f")))
-        times = [time_text(at.seconds.sel(body=body).item()) for body in bodies]
-        rows.append(Row(str(at.label.item()), [*times, *(size if size.value else "" for size in sizes)]))
-    heads = [f"time, {body}" for body in bodies]
-    return Table("ICs by", [*numbers(*heads, "unknowns"), Column("memory", "MB")], rows)
+        cells = []
+        for name, each in errors.items():
+            one = each.sel(way=way)
+            weight = (
+                by_number(dataset).weight.sel(way=way, number=name, case=case) if _of_ics(dataset) else np.nan
+            )
+            cells.append(
+                Cell(
+                    error_text(one) + (" *" if way in fronts[name] else ""),
+                    below="" if np.isnan(weight) else percent(float(weight)),
+                    colour="" if np.isnan(one.error) else colour(one.error.item()),
+                )
+            )
+        rows.append(Row(str(dataset.label.sel(way=way).item()), cells))
+    heads = [name + _mark(dataset, name, case) for name in names]
+    return Table("ICs", numbers(*heads, unit="%"), rows)
+
+
+def _mark(dataset: xr.Dataset, name: str, case: str | float | None) -> str:
+    """Return the mark of a component that vanishes in C."""
+    return VANISHING if _of_ics(dataset) and dataset.vanishes.sel(component=name, body=case) else ""
+
+
+def _cost_table(dataset: xr.Dataset) -> Table:
+    """Return the seconds of all ways, by body or by stage, and the sizes of their models or grids."""
+    if _of_ics(dataset):
+        seconds = {f"time, {body}": dataset.seconds.sel(body=body) for body in _cases(dataset)}
+        sizes = {Column("unknowns"): ("unknowns", ",d"), Column("memory", "MB"): ("memory", ".0f")}
+    else:
+        heads = zip(("ICs", *STAGES[1:]), STAGES, strict=True)
+        seconds = {head: dataset[f"{stage}_seconds"] for head, stage in heads} | {"all": dataset.seconds}
+        sizes = {Column("strips"): ("strips", "d")}
+    rows = []
+    for way in dataset.way.values:
+        times = [time_text(each.sel(way=way).item()) for each in seconds.values()]
+        own = [Cell(dataset[name].sel(way=way).item(), form) for name, form in sizes.values()]
+        rows.append(
+            Row(
+                str(dataset.label.sel(way=way).item()),
+                [*times, *(cell if cell.value else "" for cell in own)],
+            )
+        )
+    return Table("ICs", [*numbers(*seconds), *sizes], rows)
 
 
 def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
     """Return the table behind the advice: upper bounds of each way's errors, and its seconds."""
-    body, components = advice.question.body, list(advice.question.components)
-    vanishing = dataset.vanishes.sel(body=body, component=components).values
-    rows = Printed(
-        title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
-        f"{dataset.attrs['best']})",
-        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(vanishing) else None,
+    names, case = list(advice.question.names), advice.question.body or None
+    errors = {name + _mark(dataset, name, case): worst(dataset, [name], case) for name in names}
+    scales = (
+        "share of 0.05 C_nn, as it vanishes in C"
+        if VANISHING in head
+        else "share of the component itself"
+        if case
+        else dataset.scale.sel(number=head).item()
+        for head in errors
     )
-    headings = [
-        name + (VANISHING if vanishes else "") for name, vanishes in zip(components, vanishing, strict=True)
-    ]
-    for heading in ("", "seconds", *headings):
-        rows.add_column(heading, justify="right")
-    errors, seconds = error_bounds(dataset, body), dataset.seconds.sel(body=body).values
-    for k in np.argsort(seconds):
-        way_errors = errors.isel(way=int(k)).sel(component=components).values
-        if np.all(np.isnan(way_errors)):
+    table = Printed(
+        title=f"{case or 'contact'}: error at most (measured, and the estimate of {dataset.attrs['best']})",
+        caption="; ".join(f"{head}: {scale}" for head, scale in zip(errors, scales, strict=True)),
+    )
+    for heading in ("", "time", *errors):
+        table.add_column(heading, justify="right")
+    first = next(iter(errors.values())).sortby("seconds")
+    for way in first.way.values:
+        bounds = [each.bound.sel(way=way).item() for each in errors.values()]
+        if np.all(np.isnan(bounds)):
             continue
-        chosen = str(dataset.way.values[k]) == advice.way
-        label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
-        rows.add_row(label, time_text(float(seconds[k])), *(f"{error:.2%}" for error in way_errors))
-    return rows
+        mark = "> " if way == advice.way else ""
+        shown = ("–" if np.isnan(bound) else f"{bound:.2%}" for bound in bounds)
+        own = first.sel(way=way)
+        table.add_row(f"{mark}{own.label.item()}", time_text(own.seconds.item()), *shown)
+    return table
 
 
 # --- the chart ------------------------------------------------------------------------------------------
 
 
-ALL = "all"  # the step of the slider that shows the worst of all components
+ALL = "all"  # the step of the slider and the panel that show the worst of all
 LEAST_DRAWN = 1e-6  # error: smaller ones vanish by symmetry and are drawn here
 FRONT = Look("#808080", width=1.0)
 FLOOR = Look("#808080", "dot", width=1.0)
@@ -181,99 +290,89 @@ FLOOR_LABEL = "estimate of the best C"
 
 
 def chart(dataset: xr.Dataset) -> Chart:
-    """Return the errors of all ways against their seconds, a step per component, with a choice of bodies."""
-    components = [str(component) for component in dataset.component.values]
-    chosen = ({ALL: components} if len(components) > 1 else {}) | {name: [name] for name in components}
-    bodies = [str(body) for body in dataset.body.values]
-    steps = {name: [_panel(dataset, body, those) for body in bodies] for name, those in chosen.items()}
-    return Chart("ways", steps, 1, "component", 1.4, next(iter(steps)), choice="body")
+    """Return the errors of all ways over their seconds, a step per number, with a choice of bodies or cases.
+
+    Numbers of a contact whose errors are rounding are left out.
+    """
+    of_ics, cases = _of_ics(dataset), _cases(dataset)
+    names = [name for name in known_numbers(dataset) if of_ics or _spread(worst(dataset, [name]))]
+    steps = ({ALL: names} if len(names) > 1 else {}) | {name: [name] for name in names}
+    shown: Sequence[str | float | None] = cases if of_ics else [None, *cases] if len(cases) > 1 else [None]
+    start = next((name for name in main_subjects(dataset) if name in names), "")
+    return Chart(
+        "ways",
+        {name: [_panel(dataset, those, case) for case in shown] for name, those in steps.items()},
+        1,
+        "component" if of_ics else "number",
+        1.4,
+        next(iter(steps)) if of_ics else start,
+        choice="body" if of_ics else "case",
+    )
 
 
-def _panel(dataset: xr.Dataset, body: str, components: Sequence[str]) -> Panel:
-    """Return the errors of a body's ways [%], with the front and the best C's estimate as lines."""
-    errors = worst_errors(dataset, body, components)
+def _spread(errors: xr.Dataset) -> bool:
+    """Return whether errors are known, larger than rounding, and not all the same."""
+    known = errors.bound.dropna("way")
+    return bool(known.size) and float(known.max()) > max(LEAST_DRAWN, 1.01 * float(known.min()))
+
+
+def _panel(dataset: xr.Dataset, names: Sequence[str], case: str | float | None) -> Panel:
+    """Return the errors of ways [%], with the front and the best C's estimate as lines."""
+    errors = worst(dataset, names, case).dropna("way", subset=["bound"])
+    title, across = (
+        "all cases" if case is None else case_text(dataset, case),
+        "time: ICs, operator, contact [s]",
+    )
+    if _of_ics(dataset):
+        across = f"time for {dataset.attrs['points']} points [s]"
+        if len(names) == 1 and _mark(dataset, names[0], case):
+            title = f"{title}: vanishes, share of 0.05 C_nn"
+    elif not _spread(errors):
+        return Panel(title, across, "error [%]: none, or not known as a share", [Curve("", [], [])])
     on_front, seconds = errors.sel(way=ways_on_front(errors)), errors.seconds.values
-    floor = drawn_percent(errors.floor.sel(way=dataset.attrs["best"]))
+    floor = _drawn(errors.floor.sel(way=dataset.attrs["best"]))
     lines = [
-        Curve("front", on_front.seconds.values, drawn_percent(on_front.error), FRONT),
+        Curve("front", on_front.seconds.values, _drawn(on_front.error), FRONT),
         Curve(FLOOR_LABEL, [seconds.min(), seconds.max()], [floor, floor], FLOOR),
     ]
-    vanishes = len(components) == 1 and dataset.vanishes.sel(body=body, component=components[0])
-    title = f"{body}: vanishes, share of 0.05 C_nn" if vanishes else body
-    across = f"time for {dataset.attrs['points']} points [s]"
     return Panel(title, across, "error [%]", [*lines, *_points(errors)], log_x=True, log_y=True)
 
 
-def drawn_percent(errors: xr.DataArray) -> Array:
+def _drawn(errors: xr.DataArray) -> Array:
     """Return errors as they are drawn on a logarithmic axis [%]."""
     return 100 * np.maximum(errors.values, LEAST_DRAWN)
 
 
-def worst_errors(dataset: xr.Dataset, body: str, components: Sequence[str]) -> xr.Dataset:
-    """Return the errors of a body's ways in their worst components, over `way`, without ways without ICs.
-
-    `error` [-] is at least `floor`, the best C's estimate; with this it is at most `bound`. `component` is
-    the worst one, `seconds` are those of the way.
-    """
-    chosen = dataset.sel(body=body, component=list(components)).dropna("way", subset=["error"])
-    errors, bounds = (
-        of(dataset, body).sel(component=list(components), way=chosen.way)
-        for of in (resolved_errors, error_bounds)
-    )
-    at = {"component": errors.idxmax("component")}
-    floor = chosen.estimate.sel(way=dataset.attrs["best"], drop=True)
-    worst = {"error": errors.sel(at), "bound": bounds.sel(at), "floor": floor.sel(at)}
-    return chosen[["seconds"]].assign(worst).assign_coords(component=at["component"])
-
-
-def error_text(errors: xr.Dataset) -> str:
-    """Return the error of a way of `worst_errors` in percent: with its estimate, or as a bound."""
-    error, bound, floor = (100 * errors[name].item() for name in ("error", "bound", "floor"))
-    return with_estimate(error, floor) if error > floor else f"≤ {bound:.2g}"
-
-
-def time_text(seconds: float) -> str:
-    """Return seconds, or milliseconds, with their unit."""
-    if np.isnan(seconds):
-        return "–"
-    return f"{seconds:.3g} s" if seconds >= 1 else f"{float(f'{1000 * seconds:.2g}'):g} ms"
-
-
-def ways_on_front(errors: xr.Dataset) -> Array:
-    """Return the names of the ways on the front of errors over seconds, the fastest first."""
-    on_front = errors.isel(way=np.flatnonzero(front(errors.seconds.values, errors.error.values)))
-    return on_front.sortby("seconds").way.values
-
-
 def _points(errors: xr.Dataset) -> Iterator[Curve]:
-    """Yield each approximation as a point, and the points of each engine with their tolerances."""
-    looks = looks_of(errors.way.values[errors.kind.values == APPROXIMATION])
-    for name, look in looks.items():
-        yield _curve(errors.sel(way=[name]), errors.label.sel(way=name).item(), look)
-    for kind, (colour, marker) in styles().items():
-        ways = errors.isel(way=np.flatnonzero(errors.kind.values == kind))
-        if kind != APPROXIMATION and ways.sizes["way"]:
-            yield replace(_curve(ways, f"C, {kind}", _look(colour, marker)), names=_names(ways, kind))
+    """Yield each approximation, map and engine as points, with bars that end at their bounds."""
+    groups = dict.fromkeys(zip(errors.kind.values.tolist(), errors.ics.values.tolist(), strict=True))
+    looks: Mapping[str, Look] = looks_of(dict.fromkeys(ics for _, ics in groups))
+    for kind, ics in groups:
+        chosen = (errors.kind.values == kind) & (errors.ics.values == ics)
+        ways = errors.isel(way=np.flatnonzero(chosen)).sortby("seconds")
+        label, look, names = symbol_of(ics), replace(looks[ics], dash=""), list[str]()
+        if kind in ENGINES:
+            colour, code = ENGINE_MARKS.get(kind, OTHER_ENGINE_MARK)
+            marker = {code: name for name, code in MARKERS.items()}.get(code, "circle")
+            look = Look(INK if colour == "black" else to_hex(colour), "", marker)
+            label, names = f"C, {kind}", _point_names(ways, kind)
+        error, bound, floor = (_drawn(ways[key]) for key in ("error", "bound", "floor"))
+        bars = np.maximum(np.stack([np.minimum(floor, error - floor), bound - error]), 0)
+        notes = [
+            f"{way.label.item()}: {error_text(way)} % of {way.number.item()} in "
+            f"{time_text(way.seconds.item())}"
+            for way in (ways.isel(way=k) for k in range(ways.sizes["way"]))
+        ]
+        yield Curve(label, ways.seconds.values, error, look, bars, bars=True, names=names, notes=notes)
 
 
-def _curve(errors: xr.Dataset, label: str, look: Look) -> Curve:
-    """Return the points of some ways, with bars that end at the best C's estimate."""
-    error, bound, floor = (drawn_percent(errors[name]) for name in ("error", "bound", "floor"))
-    bars = np.stack([np.minimum(floor, error - floor), bound - error])
-    notes = [_note(errors.sel(way=way)) for way in errors.way.values]
-    marks = replace(look, dash="")
-    return Curve(label, errors.seconds.values, error, marks, np.maximum(bars, 0), bars=True, notes=notes)
-
-
-def _note(errors: xr.Dataset) -> str:
-    time = time_text(errors.seconds.item())
-    return f"{errors.label.item()}: {error_text(errors)} % of {errors.component.item()} in {time}"
-
-
-def _names(ways: xr.Dataset, kind: str) -> list[str]:
-    """Return the tolerances of an engine's ways, with options that differ; ways at one point share a name."""
-    names = [str(name).removeprefix(f"{kind} ") for name in ways.way.values]
-    if len({options for _, _, options in (name.partition(", ") for name in names)}) == 1:
+def _point_names(ways: xr.Dataset, kind: str) -> list[str]:
+    """Return the tolerances of an engine's ways, with elements or options; ways at one point share a name."""
+    names = [
+        str(name).removeprefix(f"{kind} ").removeprefix("C ").removesuffix(" elements")
+        for name in ways.way.values
+    ]
+    if len({name.partition(", ")[2] for name in names}) == 1:
         names = [name.partition(", ")[0] for name in names]
     points = list(zip(ways.seconds.values, ways.error.values, strict=True))
     by_point: dict[tuple[float, float], list[str]] = {}
@@ -282,7 +381,22 @@ def _names(ways: xr.Dataset, kind: str) -> list[str]:
     return ["; ".join(by_point.pop(point, [])) for point in points]
 
 
-def _look(colour: str, marker: str) -> Look:
-    """Return the look of an engine's points, whose colour and marker are named as in Matplotlib."""
-    names = {code: name for name, code in MARKERS.items()}
-    return Look(INK if colour == "black" else to_hex(colour), "", names.get(marker, "circle"))
+def ways_on_front(errors: xr.Dataset) -> Array:
+    """Return the names of the ways on the front of errors over seconds, the fastest first."""
+    on_front = errors.isel(way=np.flatnonzero(front(errors.seconds.values, errors.error.values)))
+    return on_front.sortby("seconds").way.values
+
+
+def error_text(way: xr.Dataset) -> str:
+    """Return the error of a way of `worst` in percent: with what it may be off, or as a bound."""
+    error, bound, floor = (100 * way[name].item() for name in ("error", "bound", "floor"))
+    if np.isnan(bound):
+        return "–"
+    return with_estimate(error, bound - error) if error > floor else f"≤ {bound:.2g}"
+
+
+def time_text(seconds: float) -> str:
+    """Return seconds, or milliseconds, with their unit."""
+    if np.isnan(seconds):
+        return "–"
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{float(f'{1000 * seconds:.2g}'):g} ms"

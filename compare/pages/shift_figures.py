@@ -117,58 +117,50 @@ HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
 def pressures(dataset: xr.Dataset) -> Chart:
     """Return p_max over the shift by side, and below it differences to the best ICs."""
     alt = "Largest pressures over the shift, and their differences"
-    return Chart("pressures", {"": _of_quantity(dataset, P_MAX)}, 2, alt=alt)
+    return Chart("pressures", {"": _quantity_panels(dataset, P_MAX)}, 2, alt=alt)
 
 
 def forces(dataset: xr.Dataset) -> Chart:
     """Return creep forces and work of friction over the shift by side, and their differences."""
-    steps = {quantity.symbol: _of_quantity(dataset, quantity) for quantity in OF_ROLLING}
+    steps = {quantity.symbol: _quantity_panels(dataset, quantity) for quantity in OF_ROLLING}
     alt = "Creep forces over the shift, and their differences"
     return Chart("forces", steps, 2, "quantity", start=OF_ROLLING[0].symbol, alt=alt)
 
 
-def _of_quantity(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
-    """Return a quantity of both sides, and its differences."""
-    sides = [str(side) for side in dataset.side.values]
-    values = [_values(dataset, side, quantity) for side in sides]
-    return [*values, *(_difference(dataset, side, quantity) for side in sides)]
-
-
-def _values(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
-    curves = _by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit)
-    return Panel(f"{side} wheel", SHIFT, quantity.label, curves)
+def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
+    """Return a quantity of both sides over the shift, and its differences."""
+    looks, shift, sides = looks_of(dataset.ics.values), dataset["shift"].values, dataset.side.values
+    off = {name: 100 * difference(dataset, name, quantity) for name in drawing_order(dataset.ics.values)}
+    share = " of friction × load" if quantity.of_friction else ""
+    up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{share}]"
+    values = [_by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit) for side in sides]
+    differences = [
+        [
+            Curve(symbol_of(name), shift, each.sel(side=side).values, looks[name])
+            for name, each in off.items()
+            if np.isfinite(each.values).any()
+        ]
+        for side in sides
+    ]
+    return [
+        *(
+            Panel(f"{side} wheel", SHIFT, quantity.label, curves)
+            for side, curves in zip(sides, values, strict=True)
+        ),
+        *(
+            Panel(f"{side} wheel, difference", SHIFT, up, curves, levels=(-5.0, -1.0, 1.0, 5.0))
+            for side, curves in zip(sides, differences, strict=True)
+        ),
+    ]
 
 
 def _by_ics(dataset: xr.Dataset, name: str, per_unit: float) -> list[Curve]:
     """Return a number over the shift with all ICs, with its estimates."""
-    looks = looks_of(dataset.ics.values)
-    return [
-        Curve(
-            symbol_of(ics),
-            dataset["shift"].values,
-            per_unit * dataset[name].sel(ics=ics).values,
-            looks[ics],
-            per_unit * dataset[f"estimate_{name}"].sel(ics=ics).values,
-        )
-        for ics in drawing_order(dataset.ics.values)
-    ]
-
-
-def _difference(dataset: xr.Dataset, side: str, quantity: Quantity) -> Panel:
-    looks = looks_of(dataset.ics.values)
-    curves = [
-        Curve(
-            symbol_of(name),
-            dataset["shift"].values,
-            100 * difference(dataset, name, quantity).sel(side=side).values,
-            looks[name],
-        )
-        for name in drawing_order(dataset.ics.values)
-        if np.isfinite(difference(dataset, name, quantity).values).any()
-    ]
-    of = " of friction × load" if quantity.of_friction else ""
-    up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{of}]"
-    return Panel(f"{side} wheel, difference", SHIFT, up, curves, levels=(-5.0, -1.0, 1.0, 5.0))
+    looks, curves = looks_of(dataset.ics.values), []
+    for ics in drawing_order(dataset.ics.values):
+        values, estimate = (per_unit * dataset[key].sel(ics=ics).values for key in (name, f"estimate_{name}"))
+        curves.append(Curve(symbol_of(ics), dataset["shift"].values, values, looks[ics], estimate))
+    return curves
 
 
 def rolling(dataset: xr.Dataset) -> Chart:
@@ -182,59 +174,46 @@ def rolling(dataset: xr.Dataset) -> Chart:
 
 
 def geometry(dataset: xr.Dataset) -> Chart:
-    """Return contact angles, changes of inclination across patches, rolling radii and their difference."""
-    best = reference_values(dataset, "angle")
-    panels = [
-        _by_side(dataset, dataset.contact_angle, "contact angle", "contact angle [deg]"),
-        _by_side(dataset, best, "change of inclination across the patch", "Δδ [deg]"),
-        _by_side(dataset, dataset.radius, "rolling radii", "rolling radius [mm]"),
-        _differences_of_radii(dataset),
-    ]
-    return Chart("geometry", {"": panels}, 2, alt="Contact angles and rolling radii over the shift")
+    """Return contact angles, changes of inclination across patches, rolling radii and their difference.
 
-
-def _by_side(dataset: xr.Dataset, values: xr.DataArray, title: str, up: str) -> Panel:
-    curves = [
-        Curve(f"{side} wheel", dataset["shift"].values, values.sel(side=side).values, SIDE_LOOKS[str(side)])
-        for side in dataset.side.values
-    ]
-    return Panel(title, SHIFT, up, curves)
-
-
-def _differences_of_radii(dataset: xr.Dataset) -> Panel:
-    """Return rolling-radius differences, left minus right, with those of the equivalent cone."""
-    points = Curve(
-        "solved shifts", dataset["shift"].values, dataset.rrd.values, Look("#009e73", "solid", "diamond")
-    )
-    curves = (
-        [Curve("jumps included", dataset.near.values, dataset.rrd_near.values, NEAR)]
-        if dataset.sizes["near"]
-        else []
-    )
+    Differences are left minus right, with those of the equivalent cone.
+    """
+    shift, panels = dataset["shift"].values, []
+    for title, up, values in (
+        ("contact angle", "contact angle [deg]", dataset.contact_angle),
+        ("change of inclination across the patch", "Δδ [deg]", reference_values(dataset, "angle")),
+        ("rolling radii", "rolling radius [mm]", dataset.radius),
+    ):
+        curves = [
+            Curve(f"{side} wheel", shift, values.sel(side=side).values, look)
+            for side, look in SIDE_LOOKS.items()
+        ]
+        panels.append(Panel(title, SHIFT, up, curves))
+    curves = [Curve("solved shifts", shift, dataset.rrd.values, Look("#009e73", "solid", "diamond"))]
+    if dataset.sizes["near"]:
+        curves.append(Curve("jumps included", dataset.near.values, dataset.rrd_near.values, NEAR))
     conicity, amplitude = dataset.attrs["conicity"], dataset.attrs["amplitude"]
     if np.isfinite(conicity):
         ends = np.array([-amplitude, amplitude])
         curves.append(Curve(f"cone of {conicity:.3f}", ends, 2 * conicity * ends, CONE))
-    return Panel("rolling-radius difference", SHIFT, "left minus right [mm]", [points, *curves])
+    panels.append(Panel("rolling-radius difference", SHIFT, "left minus right [mm]", curves))
+    return Chart("geometry", {"": panels}, 2, alt="Contact angles and rolling radii over the shift")
 
 
 def places(dataset: xr.Dataset) -> Chart:
-    """Return sections of both wheels on their rails with their patches, and the patches, a step per shift."""
-    steps = {}
-    for shift in dataset["shift"].values:
-        at = dataset.sel(shift=shift)
-        if np.isnan(at["roll"]):
-            continue
-        sections = [_section(dataset, at, str(side)) for side in dataset.side.values]
-        patches = [_patches(dataset, at, str(side)) for side in dataset.side.values]
-        steps[f"{shift:g} mm"] = [*sections, *patches]
-    start = min(steps, key=lambda label: abs(float(label.split()[0]) - _worst_shift(dataset)))
+    """Return sections of both wheels on their rails with their patches, and the patches, a step per shift.
+
+    The shift of the largest pressure is shown first.
+    """
+    steps, sides = {}, [str(side) for side in dataset.side.values]
+    standing = dataset.isel(shift=dataset["roll"].notnull().values)
+    for shift in standing["shift"].values:
+        at = standing.sel(shift=shift)
+        sections = [_section(dataset, at, side) for side in sides]
+        steps[f"{shift:g} mm"] = [*sections, *(_patches(dataset, at, side) for side in sides)]
+    worst = float(dataset.p_max.max(["side", "ics"]).idxmax("shift"))
+    start = min(steps, key=lambda label: abs(float(label.split()[0]) - worst))
     return Chart("touching", steps, 2, "shift", 1.15, start, alt="Where wheels touch their rails")
-
-
-def _worst_shift(dataset: xr.Dataset) -> float:
-    """Return the shift of the largest pressure."""
-    return float(dataset.p_max.max(["side", "ics"]).idxmax("shift"))
 
 
 def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:

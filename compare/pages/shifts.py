@@ -7,17 +7,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.pages.shift_figures import (
-    forces,
-    geometry,
-    places,
-    pressures,
-    rank_ics,
-    reference_names,
-    rolling,
-)
+from compare.pages.shift_figures import forces, geometry, places, pressures, reference_values, rolling
 from compare.pages.shift_tables import (
     answer_table,
+    best_ics,
     each_patch_table,
     force_table,
     geometry_table,
@@ -25,17 +18,26 @@ from compare.pages.shift_tables import (
     patch_table,
     pressure_table,
     rolling_patch_table,
-    summary,
     values_table,
     wheelset_table,
 )
+from compare.report.looks import symbol_of
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
+from compare.report.tables import Cell
 from femic.contact.finite_strain import finite_strain_share
-from femic.contact.pairs.planar import PLANAR
 
 ELASTIC = (
     "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
     "carries the same vertical load; the lateral forces follow from the contact, whatever a vehicle needs."
+)
+READING = (
+    "C is the reference where it was computed (contact.c_above_deg), else B̂, which is itself an "
+    "approximation. C is of bodies with flanks of 60 degrees beside the contact; its estimate has the change "
+    "by nearer supports in it. Planar contact has the elements of each patch in one plane, of the mean "
+    "inclination where the profiles overlap, and ICs A; patches do not act on each other. Where both sides "
+    "are alike, the right contact at a shift is the left one at the opposite shift. Distances are those of "
+    "the displaced profiles. Bands: estimated errors of p_max by the size of the elements, which all ICs of "
+    "a contact share, and by the last decimals of the profiles' files."
 )
 PATCHES = (
     "With the best ICs of each contact, from the gauge side to the field side. The contact angle is to the "
@@ -56,6 +58,11 @@ CONVENTION = (
     "Shifts are those of the wheelset at the rails, to the left; the roll follows from both wheels touching. "
     "Touching points and rolling radii are those of the undeformed profiles."
 )
+PLACES = (
+    "Sections seen along the track, the left rail at the left; orange: patches with the best ICs, and "
+    "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled "
+    "rail; arc lengths are positive to the field side, which is at the left of the left rail."
+)
 
 
 def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
@@ -65,18 +72,33 @@ def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
     return write_results(page, folder, "shifts", dataset)
 
 
+def summary(dataset: xr.Dataset) -> str:
+    """Return the largest pressure with the best ICs and where it is, and the equivalent conicity."""
+    at = reference_values(dataset, "p_max").fillna(-1).argmax(["shift", "side"])
+    own, conicity = dataset.isel(at), Cell(float(dataset.attrs["conicity"]), ".3f")
+    best = best_ics(dataset, own)
+    contact = own.sel(ics=best)
+    return (
+        f"The largest pressure is {float(contact.p_max):.0f} MPa with {symbol_of(best)}, at "
+        f"{float(own['shift']):g} mm, {own.side.item()} wheel, where the rail's inclination changes by "
+        f"{float(contact['angle']):.0f} degrees across the patch. The equivalent conicity at "
+        f"{dataset.attrs['amplitude']:g} mm is {conicity.text}."
+    )
+
+
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
+    rolls = "F_x" in dataset
     if doubts := json.loads(dataset.attrs["doubts"]):
         yield Section("", [Items(doubts)])
-    yield Section("", [pressures(dataset), Note(_reading(dataset))])
+    yield Section("", [pressures(dataset), Note(f"{_load_note(dataset)} {READING} {ELASTIC}")])
     if unusual := json.loads(dataset.attrs["unusual"]):
         yield Section("Unusual contacts", [Items([f"{at} mm: {note}" for at, note in unusual.items()])])
     if (several := each_patch_table(dataset, several=True)) is not None:
         yield Section("What each patch carries", [several, Note(PATCHES)])
-    if "F_x" in dataset:
+    if rolls:
         yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])
-    yield Section("Where they touch", [places(dataset), Note(_places_note())])
-    if "F_x" in dataset:
+    yield Section("Where they touch", [places(dataset), Note(PLACES)])
+    if rolls:
         yield Section("The axle", [rolling(dataset), Note(_axle_note(dataset))])
     yield Section("Angles and radii", [geometry(dataset), Note(CONVENTION)])
     left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
@@ -88,111 +110,45 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     yield Folded("All contacts: patches and forces", [patch_table(dataset)])
     if (patches := each_patch_table(dataset, several=False)) is not None:
         yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
-    if "F_x" in dataset:
+    if rolls:
         yield Folded("All contacts: creep forces", [force_table(dataset), Note(FORCES)])
         yield Folded("All contacts: patches that roll", [rolling_patch_table(dataset), Note(AREAS)])
         yield Folded("All shifts: axle", [wheelset_table(dataset)])
     yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
     yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
     yield Folded("All values, given and assumed", [values_table(dataset)])
-    yield Folded("Grids", [grid_table(dataset), Note(_time(dataset))])
-    yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
-
-
-def _reading(dataset: xr.Dataset) -> str:
-    best = rank_ics(dataset)
-    of_best = (
-        "B̂ is itself an approximation: it is the reference where C was not computed (contact.c_above_deg). "
-        if "Bhat" in best and np.any(reference_names(dataset).values == "Bhat")
-        else ""
-    )
-    of_c = (
-        "C is of bodies with flanks of 60 degrees beside the contact; its estimate has the change by nearer "
-        "supports in it. "
-        if np.any(reference_names(dataset).values == "C")
-        else ""
-    )
-    of_planar = (
-        "Planar contact has the elements of each patch in one plane, of the mean inclination where the "
-        "profiles overlap, and ICs A; patches do not act on each other. "
-        if PLANAR in dataset.ics.values
-        else ""
-    )
-    alike = (
-        "Both sides are alike: the right contact at a shift is the left one at the opposite shift. "
-        if dataset.attrs["alike"]
-        else ""
-    )
-    return (
-        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. {of_best}{of_c}{of_planar}{alike}"
-        "Distances are those of the displaced profiles. "
-        "Bands: estimated errors of p_max by the size of the elements, which all ICs of a contact share, and "
-        "by the last decimals of the profiles' files. Strains are taken as small: finite ones may change "
-        f"p_max by {_finite_strain(dataset):.0f} MPa where it is largest. "
-        f"{ELASTIC}"
-    )
-
-
-def _finite_strain(dataset: xr.Dataset) -> float:
-    """Return what finite strains may change the largest pressure by [MPa]."""
-    largest = float(dataset.p_max.max())
-    return largest * finite_strain_share(largest, float(dataset.attrs["E"])).p_max
-
-
-def _places_note() -> str:
-    return (
-        "Sections seen along the track, the left rail at the left; orange: patches with the best ICs, and "
-        "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled "
-        "rail; arc lengths are positive to the field side, which is at the left of the left rail."
-    )
-
-
-def _conicity_note(dataset: xr.Dataset) -> str:
-    if np.isfinite(dataset.attrs["conicity"]):
-        jumps = np.atleast_1d(dataset.attrs["jumps"])
-        where = (
-            f" Touching points jump at {', '.join(f'{jump:g}' for jump in jumps)} mm." if len(jumps) else ""
-        )
-        return f"Equivalent conicity {dataset.attrs['conicity']:.4f} (EN 15302).{where}"
-    return f"No equivalent conicity: {dataset.attrs['conicity_reason']}"
-
-
-def _time(dataset: xr.Dataset) -> str:
-    return (
+    time = (
         "Patches far from each other have a grid each; the share of the load beside the main patch stands "
         f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count "
         "nothing."
     )
+    yield Folded("Grids", [grid_table(dataset), Note(time)])
+    yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
+
+
+def _load_note(dataset: xr.Dataset) -> str:
+    largest = float(dataset.p_max.max())
+    strain = largest * finite_strain_share(largest, float(dataset.attrs["E"])).p_max
+    return (
+        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are taken as small: "
+        f"finite ones may change p_max by {strain:.0f} MPa where it is largest."
+    )
 
 
 def _rolling_note(dataset: xr.Dataset) -> str:
-    free = dataset.attrs["longitudinal"] == "free"
-    axle = (
-        "No torque acts on the axle"
-        if free
-        else f"The creepage at the nominal radius is {float(dataset.attrs['longitudinal']):g}"
-    )
+    attrs = dataset.attrs
+    pairs = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in json.loads(attrs["by_angle"]))
+    factor = f" times a factor by the contact angle, {pairs}" if pairs else ""
     return (
-        f"Steady rolling, coefficient of friction {dataset.attrs['friction']:g}{_by_angle(dataset)}. {axle}. "
-        f"{_motion(dataset)}F_x is positive in the rolling direction, F_y towards the middle of the track, "
-        "with the part of the inclined pressures. Differences of forces are shares of friction times "
-        f"load, {dataset.attrs['friction'] * dataset.attrs['load'] / 1000:.3g} kN, those of the work of "
-        "friction (T-gamma, per rolled distance) shares of itself. Bands: estimated errors by the size of "
-        "elements, which all ICs of a contact share."
+        f"Steady rolling, coefficient of friction {attrs['friction']:g}{factor}. Creepage at the nominal "
+        f"radius: {attrs['longitudinal']} (free: no torque acts on the axle); lateral velocity of the "
+        f"wheelset: {attrs['lateral']:g} V to the left; yaw rate: {attrs['spin']:g} V per mm to the left. "
+        "F_x is positive in the rolling direction, F_y towards the middle of the track, with the part of the "
+        "inclined pressures. Differences of forces are shares of friction times load, "
+        f"{attrs['friction'] * attrs['load'] / 1000:.3g} kN, those of the work of friction (T-gamma, per "
+        "rolled distance) shares of itself. Bands: estimated errors by the size of elements, which all ICs "
+        "of a contact share."
     )
-
-
-def _by_angle(dataset: xr.Dataset) -> str:
-    pairs = json.loads(dataset.attrs["by_angle"])
-    factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
-    return f" times a factor by the contact angle, {factors}" if pairs else ""
-
-
-def _motion(dataset: xr.Dataset) -> str:
-    lateral, spin = dataset.attrs["lateral"], dataset.attrs["spin"]
-    parts = [f"a lateral velocity of {lateral:g} V to the left"] if lateral else []
-    parts += [f"a yaw rate of {spin:g} V per mm to the left"] if spin else []
-    return f"The wheelset has {' and '.join(parts)}. " if parts else ""
 
 
 def _axle_note(dataset: xr.Dataset) -> str:
@@ -203,3 +159,10 @@ def _axle_note(dataset: xr.Dataset) -> str:
         "left. The torque about the axle takes each traction on its own circle: over the rolling radius it "
         f"differs from F_x by up to {largest:.0f} N."
     )
+
+
+def _conicity_note(dataset: xr.Dataset) -> str:
+    conicity = Cell(float(dataset.attrs["conicity"]), ".4f").text
+    jumps = ", ".join(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"])) or "–"
+    reason = dataset.attrs["conicity_reason"]
+    return f"Equivalent conicity {conicity} (EN 15302). {reason} Touching points jump at [mm]: {jumps}."

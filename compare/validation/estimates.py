@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import Pair, Solid
-from compare.studies.contact_crossings import NUMBERS, PairDeviations
+from compare.studies.validity_limits import NUMBERS, PairDeviations
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Arrays
 from femic.cache.workers import in_processes

@@ -18,7 +18,7 @@ with lazy_imports():
     from compare.pages import contact as page
     from compare.pages import finite_elements as fe_page
     from compare.pages import friction_pages
-    from compare.studies import contact_advice, contact_frontier
+    from compare.studies import contact_advice, contact_frontier, frontier
     from femic.advice import expected
     from femic.contact import supports
     from femic.results import contact as compute
@@ -47,7 +47,7 @@ def contact(
         changes = {"contact": {"ics": own}}
     scenes = [load_scene(name, changes) for name in scene]
     questions = {  # of scenes whose ICs are chosen by what they want
-        loaded.name: contact_advice.ContactQuestion(loaded.want, loaded.ics_tolerance)
+        loaded.name: frontier.Question(loaded.want, loaded.ics_tolerance)
         for loaded in scenes
         if not ics and loaded.ics == AUTO and loaded.want
     }
@@ -59,7 +59,7 @@ def contact(
                 "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
             )
         if loaded.name in questions:
-            contact_frontier.require_comparable(loaded, questions[loaded.name].wants)
+            contact_frontier.require_comparable(loaded, questions[loaded.name].names)
     mapped = [loaded.name for loaded in scenes if page.is_mapped(loaded) and loaded.name not in questions]
     map_folders = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     scene_folders = work.scene_folders(scenes, map_folders)
@@ -69,9 +69,11 @@ def contact(
         with work.options(folder, console) as options:
             solved, choice = loaded, ""
             if question := questions.get(loaded.name):
-                maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(expect=expected.expect)
-                chosen = contact_advice.answer(name, question, options, maps, effort).advice
-                solved, choice = load_scene(name, chosen.changes), contact_advice.sentence(chosen)
+                maps = c_map.maps_of_scene(loaded)
+                chosen, _ = contact_advice.advise_contact(
+                    name, question, options, maps, expect=expected.expect
+                )
+                solved, choice = load_scene(name, chosen.changes), chosen.text
                 console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
                 results = compute.compute_contact(solved, options, c_map.maps_of_scene(solved))

@@ -15,7 +15,6 @@ from geometries.errors import WrongInput
 
 with lazy_imports():
     from compare.campaigns import maps as c_map
-    from compare.pages import contact_frontier as contact_page
     from compare.pages import frontier as page
     from compare.studies import contact_advice
     from compare.studies import contact_frontier as contact_study
@@ -56,16 +55,13 @@ def frontier(
         with work.options(folder, console) as options:
             computed = study.compute_frontier(scene, request, options)
             report = page.write_frontier(computed, folder)
-        text = page.summary(computed)
     else:
-        of_contact = contact_study.ContactRequest(names, budget)
-        contact_study.require_comparable(loaded, names)
+        contact_study.require_comparable(loaded, names, budget)
         maps = c_map.maps_of_scene(loaded)
         with work.options(folder, console) as options:
-            computed = contact_study.compute_contact_frontier(scene, of_contact, options, maps)
-            report = contact_page.write_contact_frontier(computed, folder)
-        text = contact_page.summary(computed)
-    console.print(text)
+            computed = contact_study.compute_contact_frontier(scene, names, options, maps, budget=budget)
+            report = page.write_frontier(computed, folder)
+    console.print(page.summary(computed))
     announce(report, console)
 
 
@@ -118,19 +114,20 @@ def advise(
     folder, console = work.folder(loaded), terminal(width=TABLE_WIDTH)
     if names is None:
         named = tuple(components.split(",")) if components else loaded.components
-        question = study.Question(body or loaded.compared[0], named, largest)
+        question = study.Question(named, largest, body or loaded.compared[0])
         with work.options(folder, console) as options:
             _, computed = study.frontier_for(scene, question, options)
         answer = study.advise(computed, question)
         console.print(page.evidence(computed, answer))
-        console.print(study.sentence(answer))
+        console.print(answer.text)
         return
-    of_contact = contact_advice.ContactQuestion(names or wants.default_names(loaded.contact), largest)
-    contact_study.require_comparable(loaded, of_contact.wants)
-    expect = None if solve else expected.expect
-    maps, effort = c_map.maps_of_scene(loaded), contact_advice.Effort(budget, expect)
+    question = study.Question(names or wants.default_names(loaded.contact), largest)
+    contact_study.require_comparable(loaded, question.names, budget)
+    expect, maps = None if solve else expected.expect, c_map.maps_of_scene(loaded)
     with work.options(folder, console) as options:
-        found = contact_advice.answer(scene, of_contact, options, maps, effort)
-    if found.frontier is not None:
-        console.print(contact_page.evidence(found.frontier, found.advice))
-    console.print(contact_advice.sentence(found.advice))
+        answer, solved = contact_advice.advise_contact(
+            scene, question, options, maps, budget=budget, expect=expect
+        )
+    if solved is not None:
+        console.print(page.evidence(solved, answer))
+    console.print(answer.text)

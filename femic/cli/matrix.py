@@ -66,11 +66,11 @@ def export(
     exports.require_exportable(loaded, exports.ExportSpecification(ics_name, discount))
     with work.options(folder, console) as options:
         if ics_name == AUTO:
-            question = frontier.Question("combined", COMPONENTS, loaded.ics_tolerance)
+            question = frontier.Question(COMPONENTS, loaded.ics_tolerance, "combined")
             chosen = frontier.choose(scene, question, options)
-            ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
-            loaded = load_scene(scene, changes)
-            console.print(chosen.sentence, soft_wrap=True)
+            ics_name = chosen.ics
+            loaded = load_scene(scene, chosen.changes)
+            console.print(chosen.text, soft_wrap=True)
         written = exports.FORMATS[to](
             loaded, exports.ExportSpecification(ics_name, discount), folder, options
         )

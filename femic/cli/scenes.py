@@ -43,7 +43,7 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     if loaded.ics == AUTO:
         with work.options(work.folder(loaded), console) as options:
             chosen = frontier.choose(scene, frontier.question_of(loaded), options)
-        console.print(chosen.sentence, soft_wrap=True)
+        console.print(chosen.text, soft_wrap=True)
 
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:

@@ -13,7 +13,6 @@ from femic.scenes.load import name_of
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.pages import shift_tables as answers
     from compare.pages import shifts as page
     from femic.results import wheelset as compute
     from femic.results import wheelset_scene as scenes
@@ -73,5 +72,5 @@ def shifts(
         dataset = compute.compute_shifts(file, text, options)
         options.watch.on_stage("charts of the report")
         report = page.write_shifts(dataset, folder)
-    console.print(answers.summary(dataset), soft_wrap=True)
+    console.print(page.summary(dataset), soft_wrap=True)
     announce(report, console)

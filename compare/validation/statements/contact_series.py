@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from compare.studies.contact_crossings import PairDeviations
+from compare.studies.validity_limits import PairDeviations
 from femic.contact.estimates import Numbers
 from femic.contact.finite_elements.meshed_contact import rigid_compliance
 from femic.contact.loading import Loading

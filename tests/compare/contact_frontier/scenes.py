@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from compare.studies import contact_ways as solving
+from compare.studies import contact_frontier as solving
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
 from geometries.patches import N
 
-SOLVERS = ("femic.contact.pairs.ics", "compare.studies.contact_ways")
-WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.studies.contact_ways")
+SOLVERS = ("femic.contact.pairs.ics", "compare.studies.contact_frontier")
+WITH_FRICTION = ("femic.contact.pairs.pair_with_friction", "compare.studies.contact_frontier")
 BODY = """
 [{name}]
 E = {E}

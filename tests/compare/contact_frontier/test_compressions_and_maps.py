@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from compare.pages.contact_frontier import write_contact_frontier
-from compare.studies.contact_advice import ContactQuestion, advise_contact
-from compare.studies.contact_frontier import ContactRequest, compute_contact_frontier
-from compare.studies.contact_ways import MAP_OF_C
+from compare.pages.frontier import write_frontier
+from compare.studies.contact_frontier import MAP_OF_C, compute_contact_frontier
+from compare.studies.frontier import Question, advise
 from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.run_options import RunOptions
 from geometries.patches import Grid, N
@@ -35,14 +34,13 @@ def test_compression_has_errors_at_each_load(tmp_path, monkeypatch):
     put(monkeypatch, "Bhat")
     path = tmp_path / "mine.toml"
     path.write_text(text(contact="loads = [1e4, 2e4]", motion='motion = "compression"\nfriction = [0.3]'))
-    request = ContactRequest(("p_max", "sliding_share"))
-    dataset = compute_contact_frontier(str(path), request, RunOptions(1))
-    assert list(dataset.case.values) == ["friction 0.3"]
+    dataset = compute_contact_frontier(str(path), ("p_max", "sliding_share"), RunOptions(1))
+    assert list(dataset.case.values) == [0.3]
     assert dataset.points.sel(number="p_max").item() == 2
     elements = dataset.sel(way=dataset.attrs["best"]).elements.item()
     assert float(dataset.error.sel(way=f"Bhat, {elements} elements").max()) < 2e-3
     assert dataset.error.sel(way=f"A, {elements} elements", number="p_max").item() > 5e-3
-    assert write_contact_frontier(dataset, tmp_path).is_file()
+    assert write_frontier(dataset, tmp_path).is_file()
 
 
 @pytest.mark.slow
@@ -53,15 +51,13 @@ def test_map_of_c_is_a_way_with_its_own_error(tmp_path, monkeypatch):
     scene = text(contact=f'loads = [2e4]\ngrid = "scene"\nics = ["A", "{named}"]')
     table = "\n[grid]\n" + "\n".join(f"{key} = {value}" for key, value in OWN_GRID.items())
     path.write_text(scene.replace("elements = 8\n", "") + table)
-    dataset = compute_contact_frontier(
-        str(path), ContactRequest(("p_max",)), RunOptions(1), {named: Map(0.03)}
-    )
+    dataset = compute_contact_frontier(str(path), ("p_max",), RunOptions(1), {named: Map(0.03)})
     (name,) = dataset.way.values[dataset.kind.values == MAP_OF_C]
     assert name == named
     of_map = dataset.sel(way=name, number="p_max").squeeze()
     assert of_map.error.item() == pytest.approx(1 - 1.03 ** (-2 / 3), rel=0.1)
     assert np.isfinite(of_map.seconds)
     assert dataset.attrs["best"] != named
-    advice = advise_contact(dataset, ContactQuestion(("p_max",), 0.1))
+    advice = advise(dataset, Question(("p_max",), 0.1))
     assert advice.way in dataset.way.values
-    assert write_contact_frontier(dataset, tmp_path).is_file()
+    assert write_frontier(dataset, tmp_path).is_file()

@@ -6,19 +6,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.contact_frontier import answer_table, error_text, summary
-from compare.studies.contact_advice import ContactQuestion, advise_contact
-from compare.studies.contact_frontier import best_reference, frontier_dataset, worst_estimate
-from compare.studies.contact_ways import APPROXIMATION, Solution, Way, worst
-from compare.studies.frontier import AS_CHEAP
+from compare.pages.frontier import answer_table, error_text, summary
+from compare.studies.contact_frontier import (
+    best_reference,
+    contact_method,
+    frontier_dataset,
+    worst_estimate,
+)
+from compare.studies.frontier import APPROXIMATION, AS_CHEAP, Question, advise, worst
 from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.scenes.wants import chosen_wants, default_names, wants_of
 from geometries.errors import Failure, WrongInput
 
 LOAD, FRICTIONS, CREEPAGES = 1000.0, (0.2, 0.5), (-0.01, 0.0, 0.01)
-BEST = Way("C", 20, "harmonic", 0.01)
-CLOSE, FAR = Way("Bhat", 10, APPROXIMATION), Way("A", 10, APPROXIMATION)
+BEST = contact_method("C", "harmonic", 20, 0.01)
+CLOSE, FAR = (contact_method(ics, APPROXIMATION, 10) for ics in ("Bhat", "A"))
 ROLLING = {want.name: want for want in MOTIONS["rolling"].wants}
 
 
@@ -47,8 +50,8 @@ def numbers(**changes):
         for name, array in table.items()
     }
     limit = ("case", LOAD * np.array(FRICTIONS))
-    cases = [f"friction {friction:g}" for friction in FRICTIONS]
-    return xr.Dataset(arrays | {"limit": limit}, {"case": cases, "point": list(CREEPAGES)})
+    case = ("case", list(FRICTIONS), {"units": "1"})
+    return xr.Dataset(arrays | {"limit": limit}, {"case": case, "point": list(CREEPAGES)})
 
 
 CLOSE_NUMBERS = numbers(
@@ -65,16 +68,15 @@ SECONDS = {BEST: 100.0, CLOSE: 2.0, FAR: 1.0}
 def frontier(names=tuple(ROLLING), solutions=None):
     """The frontier of a handmade contact."""
     all_numbers = solutions or {BEST: numbers(), CLOSE: CLOSE_NUMBERS, FAR: FAR_NUMBERS}
-    grid = SimpleNamespace(n_s=8)
     solved = {
-        way: Solution(of_way, {"ics": 0.0, "operator": 0.0, "contact": SECONDS[way]}, (grid,))
+        way: of_way.assign(ics_seconds=0.0, operator_seconds=0.0, contact_seconds=SECONDS[way], strips=8)
         for way, of_way in all_numbers.items()
     }
     wants = [ROLLING[name] for name in names if ROLLING[name].number in all_numbers[BEST]]
     return frontier_dataset(solved, wants, BEST).assign_attrs(motion="rolling", title="By hand", skipped="{}")
 
 
-def value(dataset, name, number, way=CLOSE, case="friction 0.2"):
+def value(dataset, name, number, way=CLOSE, case=0.2):
     return dataset[name].sel(way=way.name, number=number, case=case).item()
 
 
@@ -102,8 +104,8 @@ def test_forces_are_judged_as_shares_of_themselves_where_they_are_known():
     assert list(dataset.judged.sel(number="F_x").values) == [2, 3]
     assert list(dataset.points.sel(number="F_x").values) == [3, 3]
     assert list(dataset.judged.sel(number="F_x/limit").values) == [3, 3]
-    assert value(dataset, "error", "F_x", case="friction 0.5") == pytest.approx(2.0)
-    assert value(dataset, "bound", "F_x", case="friction 0.5") == pytest.approx(2.05)
+    assert value(dataset, "error", "F_x", case=0.5) == pytest.approx(2.0)
+    assert value(dataset, "bound", "F_x", case=0.5) == pytest.approx(2.05)
 
 
 @pytest.mark.parametrize("name", ["p_max", "F_x", "F_x/limit", "sliding_share", "zero_creepage", "slope"])
@@ -120,7 +122,7 @@ def test_row_of_the_reference_is_its_estimate(name):
         "zero_creepage": own.limit / own.slope,
         "slope": own.slope,
     }
-    shares = (own[f"estimate_{want.number}"] / scales[name]).sel(case="friction 0.2")
+    shares = (own[f"estimate_{want.number}"] / scales[name]).sel(case=0.2)
     if name == "F_x":
         shares = shares.isel(point=[0, 2])
     assert estimate == pytest.approx(float(shares.max()))
@@ -134,14 +136,14 @@ def test_no_error_is_smaller_than_what_the_reference_is_known_to():
         assert errors.error == errors.bound == own > 0
         assert error_text(errors).startswith("≤ ")
     with_errors = worst(frontier(), ["F_x/limit"]).sel(way=CLOSE.name)
-    assert (with_errors.case, with_errors.number) == ("friction 0.5", "F_x/limit")  # 20 of 500 N, ± 0.5 N
+    assert (with_errors.case, with_errors.number) == (0.5, "F_x/limit")  # 20 of 500 N, ± 0.5 N
 
 
 def test_a_way_without_a_solution_at_one_creepage_is_no_way():
     gone = numbers(p_max=[[np.nan, 1000.0, 900.0], [1800.0, 2000.0, 1800.0]])
     dataset = frontier(solutions={BEST: numbers(), CLOSE: gone, FAR: FAR_NUMBERS})
     assert np.isnan(worst(dataset, ["p_max"]).bound.sel(way=CLOSE.name))
-    assert worst(dataset, ["p_max"], "friction 0.5").bound.sel(way=CLOSE.name) > 0
+    assert worst(dataset, ["p_max"], 0.5).bound.sel(way=CLOSE.name) > 0
     # where the reference has no solution nothing is compared
     other = frontier(solutions={BEST: gone, CLOSE: numbers()})
     assert list(other.judged.sel(number="p_max").values) == [2, 3]
@@ -162,15 +164,13 @@ def test_best_reference_has_the_smallest_of_worst_estimates():
 def test_the_reference_is_the_c_that_knows_best_what_is_wanted(wanted, best, monkeypatch):
     """F_x may vanish, and has the same estimates in both: then the worst of all numbers decides."""
     references = {
-        Way("pressures", None, "harmonic"): numbers(
-            estimate_p_max=[[1.0] * 3] * 2, estimate_slope=[4e3, 5e3]
-        ),
-        Way("slope", None, "harmonic"): numbers(estimate_slope=[40.0, 50.0]),
+        contact_method("C", "pressures"): numbers(estimate_p_max=[[1.0] * 3] * 2, estimate_slope=[4e3, 5e3]),
+        contact_method("C", "slope"): numbers(estimate_slope=[40.0, 50.0]),
     }
     wants = [want for name, want in ROLLING.items() if want.number in numbers()]
     monkeypatch.setattr("compare.studies.contact_frontier.wants_of", lambda _: wants)
     scene = SimpleNamespace(contact=None)
-    assert best_reference(references, [ROLLING[wanted]], scene).ics == best
+    assert best_reference(references, [ROLLING[wanted]], scene).kind == best
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.02, 0.05, 0.105, 0.2])
@@ -188,35 +188,37 @@ def test_advice_is_the_cheapest_way_within_the_tolerance(wants, tolerance):
     good = [way for way, bound in bounds.items() if bound <= tolerance]
     if not good:
         with pytest.raises(Failure, match=r"no way meets .*: the best, .* is known to .*elements$"):
-            advise_contact(dataset, ContactQuestion(wants, tolerance))
+            advise(dataset, Question(wants, tolerance))
         dataset.attrs["skipped"] = '{"C 0.01": "about 9 s, but 3 s of the budget are left", "mix": "no fit"}'
         with pytest.raises(Failure, match=r"; or a larger --budget, which left out C 0\.01$"):
-            advise_contact(dataset, ContactQuestion(wants, tolerance))
+            advise(dataset, Question(wants, tolerance))
         return
     fastest = min(SECONDS[way] for way in good)
     as_cheap = [way for way in good if SECONDS[way] <= AS_CHEAP * fastest]
     chosen = min(as_cheap, key=bounds.__getitem__)
-    advice = advise_contact(dataset, ContactQuestion(wants, tolerance))
+    advice = advise(dataset, Question(wants, tolerance))
     assert (advice.way, advice.bound) == (chosen.name, pytest.approx(bounds[chosen]))
     assert advice.changes["contact"] == {"ics": [chosen.ics], "elements": chosen.elements}
-    assert advice.changes.get("engine") == (None if chosen.tolerance is None else {"tolerance": 0.01})
+    assert advice.changes.get("engine") == (None if np.isnan(chosen.tolerance) else {"tolerance": 0.01})
 
 
 def test_advice_says_where_a_force_is_not_judged_and_what_to_want_where_it_vanishes():
-    advice = advise_contact(frontier(), ContactQuestion(("F_x",), 0.5))
-    assert "F_x is judged at 5 of 6 points" in advice.because
+    advice = advise(frontier(), Question(("F_x",), 0.5))
+    assert "F_x is judged at 5 of 6 points" in advice.text
     vanishing = numbers(F_x=np.full((2, 3), 1e-9), estimate_F_x=np.full((2, 3), 1e-9))
     dataset = frontier(solutions={BEST: vanishing, CLOSE: vanishing})
     with pytest.raises(Failure, match=r"F_x: nowhere does it exceed .* want F_x/limit, a share of friction"):
-        advise_contact(dataset, ContactQuestion(("F_x",), 0.5))
+        advise(dataset, Question(("F_x",), 0.5))
     assert "F_x" not in [head.head for head in answer_table(dataset).heads]
 
 
 def test_summary_names_the_ways_and_the_reference():
-    text = summary(frontier(("p_max", "F_x/limit")))
-    assert "For p_max: B̂, 10 elements to 5 % and 2 %" in text
+    dataset = frontier(("p_max", "F_x/limit"))
+    text = summary(dataset)
+    assert "For p_max: the closest approximation is B̂, 10 elements, ≤ 2 % off at worst" in text
     assert "against C (0.01), 20 elements, which is known to 1.00 % in p_max" in text
-    assert text.count(". ") <= 2
+    rows = {row.name: row.filled[0] for row in answer_table(dataset).rows}
+    assert [rows[name].text for name in ("2 %", "1 %")] == ["B̂, 10 elements", "C (0.01), 20 elements"]
 
 
 FRICTION = FrictionSpecification(coefficients=(0.2,))
@@ -257,6 +259,6 @@ def test_prescribed_numbers_are_not_wanted():
 @pytest.mark.parametrize("tolerance", [0.0, -0.1, 1.5, np.nan])
 def test_tolerances_out_of_range_are_refused(tolerance):
     with pytest.raises(WrongInput, match=r"--tolerance .*: must be above 0 and at most 1"):
-        ContactQuestion(("p_max",), tolerance)
+        Question(("p_max",), tolerance)
     with pytest.raises(WrongInput, match="name one number or more"):
-        ContactQuestion((), 0.1)
+        Question((), 0.1)

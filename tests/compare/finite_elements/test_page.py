@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.contact_answers import answer_table
+from compare.pages.contact_numbers import answer_table
 from compare.pages.finite_elements import (
     answer_chart,
     approach_note,

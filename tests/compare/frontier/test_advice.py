@@ -11,8 +11,7 @@ from compare.pages.frontier import chart, evidence
 from compare.pages.ics import SceneICs, error_against_seconds, error_table
 from compare.report.errors import error_cell
 from compare.studies import frontier as advising
-from compare.studies import frontier as frontier_compute
-from compare.studies.frontier import Question, Way, advise, frontier_for, sentence
+from compare.studies.frontier import Method, Question, advise, frontier_for
 from femic.reference.engine import Cost
 from femic.reference.result import EstimatedICs, Reference
 from femic.reference.run_options import RunOptions
@@ -32,7 +31,7 @@ from geometries.patches import N, S, X
 
 SMALL = 0.001  # C_xn over the largest C_nn: a fiftieth of what 5 % are
 ON_S_0 = {"lines": [{"along": "x", "s": 0.0, "reach": 6.0, "points": 25}], "engine": {"check": False}}
-BEST = Way("harmonic 0.001", "harmonic", {"kind": "harmonic", "tolerance": 0.001})
+BEST = Method("harmonic 0.001", "C, harmonic 0.001", "harmonic", "C", 0.001)
 COST = Cost(1000, 100, "direct", {"mesh": 1.0, "assembly": 1.0, "solution": 1.0}, (), 1e-12, 100.0)
 
 
@@ -61,8 +60,7 @@ def hand_made(components, known=1e-5):
 
 def frontier_of(results):
     """All approximations, and C as the one reference."""
-    ways = [*frontier_compute._approximations(results.scene), frontier_compute._way_result(BEST, results)]
-    return frontier_compute._dataset(results.scene, ways, (BEST.name, results), {})
+    return advising.frontier_dataset(results.scene, {BEST: results}, {})
 
 
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn"]])
@@ -73,17 +71,16 @@ def test_zero_is_poor_approximation_of_small_component(components):
     assert at.error == pytest.approx(1.0)
     assert at.weight == pytest.approx(SMALL)
     assert not at.vanishes
-    advice = advise(dataset, Question("combined", tuple(components), 0.05))
+    advice = advise(dataset, Question(tuple(components), 0.05, "combined"))
     assert advice.way == BEST.name
-    assert "Use C" in sentence(advice)
-    assert "xn" in sentence(advice)
-    assert advice.error == pytest.approx(2 * 1e-5 / SMALL)  # the estimates of both bodies
-    assert not advice.vanishes
+    assert advice.text.startswith("Use C, harmonic 0.001: combined ICs to ")
+    assert advice.text.endswith("Worst: xn.")
+    assert advice.bound == pytest.approx(2 * 1e-5 / SMALL)  # the estimates of both bodies
 
 
 def test_advice_without_small_component_is_an_approximation():
     dataset = frontier_of(hand_made(["nn", "xn"]))
-    advice = advise(dataset, Question("combined", ("nn",), 0.05))
+    advice = advise(dataset, Question(("nn",), 0.05, "combined"))
     assert dataset.kind.sel(way=advice.way) == "approximation"
 
 
@@ -97,9 +94,8 @@ def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     assert at.vanishes
     assert not at.by_symmetry
     assert at.error == pytest.approx(SMALL / (0.05 * nn_away))
-    advice = advise(dataset, Question("combined", ("xn",), 0.5))
-    assert advice.vanishes
-    assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in sentence(advice)
+    advice = advise(dataset, Question(("xn",), 0.5, "combined"))
+    assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in advice.text
     table = evidence(dataset, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
@@ -111,20 +107,20 @@ def test_advice_computes_tighter_c_before_small_component_counts_as_zero(monkeyp
     tightest = []
 
     def compute(_, request, __):
-        tightest.append(request.ways[-1].engine["tolerance"])
+        tightest.append(request.methods[-1].tolerance)
         return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
 
     monkeypatch.setattr(advising, "compute_frontier", compute)
-    request, dataset = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
+    request, dataset = frontier_for("geometry1", Question(("xn",), 0.9, "combined"), RunOptions(1))
     assert tightest == [0.1, 0.01]
-    assert request.ways[-1].engine["tolerance"] == 0.01
+    assert request.methods[-1].tolerance == 0.01
     assert not dataset.vanishes.sel(body="combined", component="xn")
 
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: frontier_of(hand_made(["xn"], known=SMALL))
     )
-    request, dataset = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
-    assert request.ways[-1].engine["tolerance"] == 1e-4  # there is none tighter
+    request, dataset = frontier_for("geometry1", Question(("xn",), 0.9, "combined"), RunOptions(1))
+    assert request.methods[-1].tolerance == 1e-4  # there is none tighter
     assert dataset.vanishes.sel(body="combined", component="xn")
 
 
@@ -133,7 +129,7 @@ def test_no_tighter_c_is_computed_for_components_that_vanish_by_symmetry(monkeyp
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: calls.append(1) or frontier_of(hand_made(["sn"]))
     )
-    _, dataset = frontier_for("geometry1", Question("combined", ("sn",), 0.9), RunOptions(1))
+    _, dataset = frontier_for("geometry1", Question(("sn",), 0.9, "combined"), RunOptions(1))
     assert dataset.vanishes.sel(body="combined", component="sn")
     assert len(calls) == 1
 

@@ -10,23 +10,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from compare.pages import frontier as frontier_report
-from compare.pages.frontier import ALL, FLOOR_LABEL, chart, time_text
+from compare.pages.frontier import ALL, FLOOR_LABEL, chart, error_text, time_text
 from compare.report.interactive import as_json, plotly_js
 from compare.studies import frontier
 from compare.studies.frontier import (
     AS_CHEAP,
     FrontierRequest,
     Question,
-    Way,
     advise,
+    by_number,
+    cheapest,
     choose,
     compute_frontier,
-    engine_ways,
-    error_bounds,
+    engine_methods,
     front,
     question_of,
     request_for,
-    resolved_errors,
+    worst,
 )
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
@@ -56,9 +56,14 @@ def made(tmp_path_factory):
         path,
         store,
         compute_frontier(
-            str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2))), RunOptions(2, store)
+            str(path), FrontierRequest(tuple(engine_methods("harmonic", 1e-2))), RunOptions(2, store)
         ),
     )
+
+
+def error_bounds(dataset, body):
+    """Upper bounds of a body's errors, (way, component)."""
+    return by_number(dataset).bound.sel(case=body).rename(number="component")
 
 
 points = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -80,8 +85,8 @@ def test_frontier_contains_all_ways_with_their_costs(made):
         *("A", "B", "Bbar", "Bhat", "mix"),
         *("harmonic 0.1", "harmonic 0.01"),
     ]
-    worst = dataset.estimate.max(["body", "component"])
-    assert worst.sel(way=dataset.attrs["best"]) == worst.where(dataset.kind == "harmonic").min()
+    known = dataset.estimate.max(["body", "component"])
+    assert known.sel(way=dataset.attrs["best"]) == known.where(dataset.kind == "harmonic").min()
     assert np.all(dataset.seconds > 0)
     approximations = dataset.kind == "approximation"
     assert dataset.seconds.where(approximations).max() < 0.1 * dataset.seconds.where(~approximations).min()
@@ -100,22 +105,22 @@ def test_errors_agree_with_run_at_tolerance_of_best_c(made):
         ),
         RunOptions(2, store),
     )
-    worst = errors(results, to_dataset(results)).error.max("line")
+    of_run = errors(results, to_dataset(results)).error.max("line")
     for i, j in COMPONENTS:
         for variant in ("A", "Bhat", "mix"):
-            expected = worst.sel(variant=variant, i=i, j=j, body="combined").item()
+            expected = of_run.sel(variant=variant, i=i, j=j, body="combined").item()
             got = dataset.error.sel(way=variant, component=i + j, body="combined").item()
             assert got == pytest.approx(expected, rel=1e-9)
-        own = worst.sel(variant="C", i=i, j=j, body="lower").item()
+        own = of_run.sel(variant="C", i=i, j=j, body="lower").item()
         best = dataset.sel(way=dataset.attrs["best"], component=i + j, body="lower")
         assert best.error.item() == pytest.approx(own) == best.estimate.item()
 
 
 def test_c_deviates_from_best_c_by_no_more_than_its_tolerance(made):
     _, _, dataset = made
-    for way in engine_ways("harmonic", 1e-2):
-        assert np.all(dataset.error.sel(way=way.name) <= way.engine["tolerance"])
-        assert np.all(dataset.estimate.sel(way=way.name) <= way.engine["tolerance"])
+    for way in engine_methods("harmonic", 1e-2):
+        assert np.all(dataset.error.sel(way=way.name) <= way.tolerance)
+        assert np.all(dataset.estimate.sel(way=way.name) <= way.tolerance)
     assert np.all(dataset.estimate.sel(way=["A", "mix"]) == 0)
 
 
@@ -124,23 +129,23 @@ def test_c_deviates_from_best_c_by_no_more_than_its_tolerance(made):
 @pytest.mark.parametrize("body", ["combined", "lower"])
 def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body):
     _, _, dataset = made
-    advice = advise(dataset, Question(body, components, tolerance))
+    advice = advise(dataset, Question(components, tolerance, body))
     at_most = error_bounds(dataset, body).sel(component=list(components)).max("component")
     assert float(at_most.sel(way=advice.way)) <= tolerance
     measured = dataset.error.sel(way=advice.way, body=body, component=list(components)).max()
-    assert float(measured) <= advice.error <= tolerance
+    assert float(measured) <= advice.bound <= tolerance
     seconds = dataset.seconds.sel(body=body)
     far_cheaper = dataset.way.values[(AS_CHEAP * seconds < advice.seconds).values]
     assert np.all(at_most.sel(way=far_cheaper) > tolerance)
     as_cheap = dataset.way.values[(seconds <= advice.seconds).values]
     enough = at_most.sel(way=as_cheap).where(at_most.sel(way=as_cheap) <= tolerance)
-    assert advice.error == float(enough.min())
+    assert advice.bound == float(enough.min())
 
 
 def test_tolerance_that_no_way_meets_is_a_failure(made):
     _, _, dataset = made
     with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, has errors up to"):
-        advise(dataset, Question("combined", COMPONENTS, 1e-7))
+        advise(dataset, Question(COMPONENTS, 1e-7, "combined"))
 
 
 @pytest.mark.parametrize(
@@ -150,16 +155,16 @@ def test_tolerance_that_no_way_meets_is_a_failure(made):
 def test_advice_on_missing_component_or_body_is_refused(made, components, body, message):
     _, _, dataset = made
     with pytest.raises(WrongInput, match=message):
-        advise(dataset, Question(body, components, 0.1))
+        advise(dataset, Question(components, 0.1, body))
 
 
 def test_request_contains_only_ways_that_advice_needs():
-    request = request_for("geometry1", Question("lower", ("nn",), 0.02))
-    assert [way.name for way in request.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
-    scene = request.scene("geometry1", request.ways[0].engine)
+    request = request_for("geometry1", Question(("nn",), 0.02, "lower"))
+    assert [method.name for method in request.methods] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
+    scene = request.scene("geometry1", request.methods[0].changes["engine"])
     assert (scene.components, scene.compared, scene.solved) == (("nn",), ("lower",), ("lower",))
     with pytest.raises(WrongInput, match="--tolerance 0"):
-        request_for("geometry1", Question("lower", ("nn",), 0.0))
+        Question(("nn",), 0.0, "lower")
 
 
 def test_ways_beyond_budget_are_skipped_and_listed(made, monkeypatch):
@@ -170,7 +175,9 @@ def test_ways_beyond_budget_are_skipped_and_listed(made, monkeypatch):
     monkeypatch.setattr(frontier, "run_plans", lambda *_: [])
     monkeypatch.setattr(frontier, "total_seconds", lambda *_: next(steps))
     dataset = compute_frontier(
-        str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
+        str(path),
+        FrontierRequest(tuple(engine_methods("harmonic", 1e-2)), budget=1000.0),
+        RunOptions(2, store),
     )
     assert "harmonic 0.01" not in dataset.way.values
     assert dataset.attrs["best"] == "harmonic 0.1"
@@ -181,7 +188,9 @@ def test_frontier_without_reference_is_a_failure(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
         compute_frontier(
-            str(path), FrontierRequest(tuple(engine_ways("harmonic", 0.1)), budget=1e-6), RunOptions(2, store)
+            str(path),
+            FrontierRequest(tuple(engine_methods("harmonic", 0.1)), budget=1e-6),
+            RunOptions(2, store),
         )
 
 
@@ -191,33 +200,32 @@ def test_b_hat_prime_is_computed_where_effective_properties_are_given(made, tmp_
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
     with_fit = compute_frontier(
-        str(fitted), FrontierRequest(tuple(engine_ways("harmonic", 0.1))), RunOptions(2, store)
+        str(fitted), FrontierRequest(tuple(engine_methods("harmonic", 0.1))), RunOptions(2, store)
     )
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
     assert "Bhat_prime" not in dataset.way.values
-    advice = advise(with_fit, Question("lower", ("nn",), 0.5))
+    advice = advise(with_fit, Question(("nn",), 0.5, "lower"))
     assert advice.way != "Bhat_prime"
     frontier_report.write_frontier(with_fit, tmp_path / "out")
 
 
-def test_way_without_result_is_not_on_front():
-    assert list(front(np.array([1.0, np.nan, 2.0]), np.array([0.2, np.nan, 0.1]))) == [True, False, True]
-
-
-def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path):
+def test_ways_that_an_engine_cannot_compute_are_listed(made, tmp_path, monkeypatch):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    request = FrontierRequest((*engine_ways("harmonic", 0.1), *engine_ways("solid")))
-    solid_ways = [way.name for way in request.ways if way.kind == "solid"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
-        skipped = {}
-        frontier._sorted_by_cost(str(soft), request, 2, skipped)
-    assert list(skipped) == solid_ways
-    assert "lower.nu = 0.4995" in skipped[solid_ways[0]]
+    request = FrontierRequest((*engine_methods("harmonic", 0.1), *engine_methods("solid")))
+    solid_ways = [method.name for method in request.methods if method.kind == "solid"]
+
+    def compute(*_):
+        raise Failure("no time")
+
+    monkeypatch.setattr(frontier, "compute", compute)
+    with pytest.raises(Failure, match=r"lower\.nu = 0\.4995") as refused:
+        compute_frontier(str(soft), request, RunOptions(2))
+    assert all(f"{name}: " in str(refused.value) for name in solid_ways)
+    assert "harmonic 0.1: no solution: no time" in str(refused.value)
 
 
 def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypatch, capsys):
@@ -239,39 +247,34 @@ def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypa
 def test_summary_names_the_closest_approximation_and_the_fastest_c(made):
     *_, dataset = made
     text = frontier_report.summary(dataset)
-    assert len(re.findall(r"\.(?: |$)", text)) == 3
-    errors = dataset.error.sel(body="combined")
-    worst = errors.max("component")
-    closest = worst.where(dataset.kind == "approximation").idxmin("way").item()
-    component = errors.sel(way=closest).idxmax("component").item()
-    label = dataset.label.sel(way=closest).item()
-    off = f"{100 * worst.sel(way=closest).item():.1f} % ({component})"
-    assert f"{label} is closest: {off} off at worst" in text
+    assert len(re.findall(r"\.(?: |$)", text)) == 2
+    bounds = error_bounds(dataset, "combined")
+    closest = bounds.max("component").where(dataset.kind == "approximation").idxmin("way").item()
+    component = bounds.sel(way=closest).idxmax("component").item()
+    error = worst(dataset, [component], "combined").sel(way=closest)
+    off = f"{error_text(error)} % off at worst ({component})"
+    assert f"the closest approximation is {error.label.item()}, {off}, in " in text
     seconds = dataset.seconds.sel(body="combined").where(dataset.kind == "harmonic")
-    assert f"The fastest C, {seconds.idxmin('way').item()}, is " in text
-    assert f"in {time_text(seconds.min().item())}. Errors are shares of the component" in text
+    assert f"the fastest C is {dataset.label.sel(way=seconds.idxmin('way')).item()}, " in text
+    assert f"in {time_text(seconds.min().item())}. Errors are against C, " in text
 
 
-def test_answer_has_time_and_errors_of_the_ways_on_the_front(made):
+def test_answer_has_the_cheapest_ways_with_their_errors_and_time(made):
     *_, dataset = made
     answer = frontier_report.answer_table(dataset)
-    assert [column.title for column in answer.heads] == ["time", "error in nn [%]", "worst error [%]", "of"]
-    errors = resolved_errors(dataset, "combined")
-    seconds = dataset.seconds.sel(body="combined")
-    fronts = [
-        front(seconds.values, of.values) for of in (errors.sel(component="nn"), errors.max("component"))
-    ]
-    expected = dataset.label.values[np.logical_or(*fronts)]
-    assert [row.name for row in answer.rows] == list(expected)
+    assert [column.head for column in answer.heads] == ["nn", "all components"]
+    seconds = dataset.seconds.sel(body="combined").values
     for row in answer.rows:
-        at = errors.isel(way=int(np.flatnonzero(dataset.label.values == row.name)[0]))
-        time, nn, worst, of = (cell.text for cell in row.filled)
-        assert time == time_text(seconds.sel(way=at.way).item())
-        assert of == at.idxmax("component").item()
-        for text, error in ((nn, at.sel(component="nn")), (worst, at.max())):
-            if not text.startswith("≤"):
-                value, estimate = map(float, text.split(" ± "))
-                assert abs(value - 100 * error.item()) <= 0.06 * estimate
+        tolerance = float(row.name.removesuffix(" %")) / 100
+        for cell, names in zip(row.filled, (["nn"], list(COMPONENTS)), strict=True):
+            errors = worst(dataset, names, "combined")
+            number = cheapest(errors.bound.values, seconds, tolerance)
+            if number < 0:
+                assert cell.text == "none"
+                continue
+            way = errors.isel(way=number)
+            assert cell.text == dataset.label.values[number]
+            assert cell.below == f"{error_text(way)} %, {time_text(seconds[number])}"
 
 
 def test_points_of_the_chart_are_errors_and_seconds(made):
@@ -286,8 +289,8 @@ def test_points_of_the_chart_are_errors_and_seconds(made):
         if cell["title"].split(":")[0] == body
     )
     drawn = {trace["name"]: trace for trace in cell["traces"]}
-    errors = 100 * resolved_errors(dataset, body).sel(component=component)
-    bounds = 100 * error_bounds(dataset, body).sel(component=component)
+    own = worst(dataset, [component], body)
+    errors, bounds = 100 * own.error, 100 * own.bound
     seconds = dataset.seconds.sel(body=body)
     for label, ways in (("B̂", ["Bhat"]), ("C, harmonic", ["harmonic 0.1", "harmonic 0.01"])):
         np.testing.assert_allclose(drawn[label]["x"], seconds.sel(way=ways), rtol=1e-5)
@@ -303,12 +306,12 @@ def test_front_of_the_chart_has_the_ways_that_are_not_dominated(made):
     *_, dataset = made
     content = json.loads(as_json(chart(dataset)))
     drawn = {trace["name"]: trace for trace in content["steps"][0][0]["traces"]}
-    worst = resolved_errors(dataset, "combined").max("component").values
+    errors = worst(dataset, COMPONENTS, "combined").error.values
     seconds = dataset.seconds.sel(body="combined").values
-    chosen = np.flatnonzero(front(seconds, worst))
+    chosen = np.flatnonzero(front(seconds, errors))
     order = chosen[np.argsort(seconds[chosen])]
     np.testing.assert_allclose(drawn["front"]["x"], seconds[order], rtol=1e-5)
-    np.testing.assert_allclose(drawn["front"]["y"], 100 * worst[order], rtol=1e-5)
+    np.testing.assert_allclose(drawn["front"]["y"], 100 * errors[order], rtol=1e-5)
 
 
 @pytest.mark.slow
@@ -340,17 +343,17 @@ def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
     chosen = choose(str(path), question_of(scene), RunOptions(2, store))
-    question = Question("combined", scene.components, tolerance)
+    question = Question(scene.components, tolerance, "combined")
     dataset = compute_frontier(str(path), request_for(str(path), question), RunOptions(2, store))
-    way = chosen.advice.way
+    way = chosen.way
     if kind == "harmonic":  # approximations take milliseconds, measured anew: any of them may be the fastest
         assert advise(dataset, question).way == way
-    assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
+    assert chosen.bound <= tolerance == chosen.question.tolerance
     assert dataset.kind.sel(way=way) == kind
     if kind == "approximation":
-        assert (chosen.ics, chosen.engine) == (way, {})
+        assert (chosen.ics, chosen.changes) == (way, {})
     else:
-        assert (chosen.ics, chosen.engine["tolerance"]) == ("C", float(way.split()[1]))
+        assert (chosen.ics, chosen.changes["engine"]["tolerance"]) == ("C", float(way.split()[1]))
 
 
 def test_ways_keep_domain_and_limit_of_scene(made, tmp_path):
@@ -359,47 +362,10 @@ def test_ways_keep_domain_and_limit_of_scene(made, tmp_path):
     mine = tmp_path / "mine.toml"
     engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
     mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
-    request = request_for("geometry1", Question("lower", ("nn",), 0.1))
-    scene = request.scene(str(mine), request.ways[0].engine)
+    request = request_for("geometry1", Question(("nn",), 0.1, "lower"))
+    scene = request.scene(str(mine), request.methods[0].changes["engine"])
     assert scene.bodies["lower"].domain.far_radius == 2000.0
     assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
     assert scene.first_cells.smallest != 0.01
-    other = request.scene(str(mine), next(engine_ways("solid")).engine)
+    other = request.scene(str(mine), next(engine_methods("solid")).changes["engine"])
     assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
-
-
-@pytest.mark.slow
-def test_run_and_export_print_and_use_choice_of_auto(made, tmp_path, capsys):
-    path, store, _ = made
-    mine = tmp_path / "mine.toml"
-    auto = 'ics = "auto"\nics_tolerance = 0.5\n'
-    grid = "\n[grid]\nn_x = 4\nn_s = 3\n"
-    mine.write_text(
-        auto + path.read_text(encoding="utf-8").replace("check = true", "") + grid, encoding="utf-8"
-    )
-    place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
-    assert exit_code(["export", str(mine), *place]) == DONE
-    said = capsys.readouterr().out
-    assert "tolerance 50.00%" in said
-    nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
-    chosen = choose(str(mine), nine, RunOptions(2, store))
-    assert f"contact_{chosen.ics}.txt" in said
-    assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
-    assert exit_code(["run", str(mine), *place]) == DONE
-    of_run = choose(str(mine), question_of(load_scene(str(mine))), RunOptions(2, store))
-    assert f"Use {of_run.advice.label}" in capsys.readouterr().out
-
-
-def test_export_refuses_scene_before_choosing_ics(made, tmp_path, monkeypatch, capsys):
-    path, *_ = made
-    mine = tmp_path / "mine.toml"
-    text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
-    mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("compare.studies.frontier.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
-    assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
-    assert "add 'combined'" in capsys.readouterr().err
-
-
-def test_ways_have_labels():
-    assert Way("Bhat", "approximation").label == "B̂"
-    assert next(engine_ways("harmonic")).label == "C, harmonic 0.1"

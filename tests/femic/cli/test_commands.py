@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from compare.pages.friction_pages import PAGES
-from compare.studies.frontier import Advice, Choice, Question
+from compare.studies.frontier import Advice, Question
 from compare.validation.statements.registry import STATEMENTS
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.contact.pairs.grids import grids_of
@@ -22,7 +22,8 @@ from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS
 
-ADVICE = Advice(Question("combined", COMPONENTS, 0.02), "a way", "its label", 0.01, 1.0, "nn", vanishes=False)
+BHAT = Advice(Question(COMPONENTS, 0.02, "combined"), "Bhat", {}, 0.01, "Use it.")
+OF_C = replace(BHAT, ics="C")
 
 
 @pytest.fixture
@@ -118,18 +119,17 @@ def test_frontier_budget_defaults_to_ten_minutes(options, budget, recorded, comm
 @pytest.mark.parametrize(
     ("options", "question"),
     [
-        ((), Question("combined", ("nn", "ss", "xx", "xs", "xn", "sn"), 0.02)),
+        ((), Question(("nn", "ss", "xx", "xs", "xn", "sn"), 0.02, "combined")),
         (
             ("--body", "upper", "--components", "nn,sn", "--tolerance", "0.3"),
-            Question("upper", ("nn", "sn"), 0.3),
+            Question(("nn", "sn"), 0.3, "upper"),
         ),
     ],
 )
 def test_advise_defaults_to_what_the_scene_compares(options, question, recorded, command):
     tried = recorded("compare.studies.frontier.frontier_for", ("request", "frontier"))
-    advised = recorded("compare.studies.frontier.advise", "advice")
-    for name in ("pages.frontier.evidence", "studies.frontier.sentence"):
-        recorded(f"compare.{name}", "")
+    advised = recorded("compare.studies.frontier.advise", BHAT)
+    recorded("compare.pages.frontier.evidence", "")
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == question
     assert advised == [("frontier", question)]
@@ -164,13 +164,13 @@ def test_export_defaults_to_the_ics_of_the_scene(options, ics, discount, exporte
 
 @pytest.mark.parametrize(
     ("choice", "tolerance"),
-    [(Choice("Bhat", ADVICE), 0.01), (Choice("C", ADVICE, {"tolerance": 0.05}), 0.05)],
+    [(BHAT, 0.01), (replace(OF_C, changes={"engine": {"tolerance": 0.05}}), 0.05)],
 )
 def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
     questions = recorded("compare.studies.frontier.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
-    assert questions[0][1] == Question("combined", COMPONENTS, 0.02)
+    assert questions[0][1] == Question(COMPONENTS, 0.02, "combined")
     ((scene, specification),) = exported
     assert (specification.ics, scene.settings.tolerance) == (choice.ics, tolerance)
 
@@ -199,7 +199,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 def test_run_chooses_ics_only_for_auto(recorded, command, write_scene):
     recorded("compare.pages.ics_results.run_scene", Path("there"))
-    questions = recorded("compare.studies.frontier.choose", Choice("C", ADVICE))
+    questions = recorded("compare.studies.frontier.choose", OF_C)
     assert command("run", str(write_scene())) == DONE
     assert not questions
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE

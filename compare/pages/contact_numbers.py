@@ -1,21 +1,20 @@
-"""Answers of contacts in sentences and in a table, and the table of all numbers of a case."""
+"""Numbers of contacts on pages: the answer, verdicts, and the table of all numbers of a case."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
 from compare.report.looks import symbol_of
-from compare.report.parts import extreme, join_words, onset
 from compare.report.tables import VANISHING, Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.pairs.quantities import Quantity
 from femic.results.contact import case_names
 
 KILONEWTON = 1e3
 NO_BREAK = "\u00a0"
-ANSWERS = {"p_max": ("p_max", "MPa"), "a": ("a", "mm"), "b": ("b", "mm"), "approach": ("approach", "mm")}
+ANSWERS = {"p_max": "MPa", "a": "mm", "b": "mm", "approach": "mm"}
 OF_PLACE = ("position", "F_y", "M_x", "s_centre")  # numbers that vanish by symmetry: no shares of them
-FAILS = 0.05  # deviation of the largest pressure from which an answer says that ICs fail
+SUFFICES = 5.0  # %: deviation of the largest pressure up to which ICs suffice
 
 
 def case_labels(dataset: xr.Dataset) -> list[str]:
@@ -31,37 +30,26 @@ def largest_case(dataset: xr.Dataset, reference: str) -> int:
     return int(np.argmax(loads.where(dataset.p_max.sel(ics=reference).notnull(), -np.inf).values))
 
 
-def answer_sentences(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> Iterator[str]:
-    """Yield pressure and patch at the largest load with the reference, and how far others are from it."""
-    number, symbol = largest_case(dataset, reference), symbol_of(reference)
+def verdict(off: float | xr.DataArray, estimate: float | xr.DataArray, limit: float) -> str:
+    """Return whether a difference, known to an estimate, is within a limit; all in percent."""
+    off, estimate = abs(float(off)), float(estimate)
+    if np.isnan(off):
+        return ""
+    off_text, estimate_text = (f"{float(f'{value:.2g}'):g}" for value in (off, estimate))
+    if abs(off - limit) < estimate:
+        return f"not decided: ± {estimate_text} %"
+    return f"within {limit:g} %" if off <= limit else f"off by {off_text} %"
+
+
+def answer_sentence(dataset: xr.Dataset, reference: str) -> str:
+    """Return the largest pressure and the patch at the largest load with the reference."""
+    number = largest_case(dataset, reference)
     case = dataset.isel(case=number).sel(ics=reference)
-    pressure = with_estimate(case.p_max, case.estimate_p_max)
-    patch = f"{2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°"
-    yield (
-        f"At {case_labels(dataset)[number]} the largest pressure is {pressure} MPa with {symbol}"
-        f"{_strain(case)}, on a patch of 2a × 2b = {patch}."
+    return (
+        f"At {case_labels(dataset)[number]} the largest pressure is "
+        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {symbol_of(reference)}, on a patch of "
+        f"2a × 2b = {2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°."
     )
-    if deviations := [_deviation(dataset, name, reference) for name in others]:
-        yield f"Largest difference of p_max to {symbol}: {join_words(deviations)}."
-
-
-def _strain(case: xr.Dataset) -> str:
-    """Return by how much strains that are not small may change p_max, where it is known."""
-    change = case.get("finite_strain_p_max")
-    return "" if change is None else f" (strains are taken as small: ± {float(change):.2g} MPa more)"
-
-
-def _deviation(dataset: xr.Dataset, name: str, reference: str) -> str:
-    """Return how far p_max with ICs is off at worst, and from which angle on it is too far."""
-    deviation = dataset.p_max.sel(ics=name) / dataset.p_max.sel(ics=reference) - 1
-    solved = deviation.notnull().values
-    deviation, angle = deviation[solved], dataset.angle.sel(ics=reference)[solved]
-    text = f"{symbol_of(name)} {number_text(extreme(deviation), '+.1%')}"
-    if dataset.sizes["case"] == 1:
-        return text
-    failing = onset(angle.values, (abs(deviation) > FAILS).values)
-    where = f"beyond {FAILS:.0%} {failing}" if failing else f"within {FAILS:.0%} everywhere"
-    return f"{text} ({where})"
 
 
 def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> Table:
@@ -70,7 +58,7 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
     A row per case; of a single case a row for each of the ICs.
     """
     symbol, labels = symbol_of(reference), case_labels(dataset)
-    heads = [Column(*head) for head in ANSWERS.values()]
+    heads = [Column(key, unit) for key, unit in ANSWERS.items()]
     if len(labels) == 1:
         solutions = {name: dataset.isel(case=0).sel(ics=name) for name in (reference, *others)}
         rows = [
@@ -78,23 +66,17 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
             for name, solution in solutions.items()
         ]
         return Table(f"at {labels[0]}, and over {symbol}", heads, rows)
+    rows = []
+    for number, label in enumerate(labels):
+        case, exact = dataset.isel(case=number), dataset.isel(case=number).sel(ics=reference)
+        cells = [Cell(with_estimate(exact[key], exact[f"estimate_{key}"])) for key in ANSWERS]
+        known = 100 * float(exact.estimate_p_max / exact.p_max)
+        for name in others:
+            off = 100 * float(case.p_max.sel(ics=name) / exact.p_max - 1)
+            cells.append(Cell(off, "+.1f", verdict(off, known, SUFFICES)))
+        rows.append(Row(label.replace(" ", NO_BREAK), cells))
     differences = numbers(*(f"p_max: {symbol_of(name)} over {symbol}" for name in others), unit="%")
-    return Table(
-        f"with {symbol} at",
-        [*heads, *differences],
-        [
-            Row(label.replace(" ", NO_BREAK), list(_answers(dataset.isel(case=number), reference, others)))
-            for number, label in enumerate(labels)
-        ],
-    )
-
-
-def _answers(case: xr.Dataset, reference: str, others: Sequence[str]) -> Iterator[Cell]:
-    solution = case.sel(ics=reference)
-    for key in ANSWERS:
-        yield Cell(with_estimate(solution[key], solution[f"estimate_{key}"]))
-    for name in others:
-        yield Cell(100 * float(case.p_max.sel(ics=name) / solution.p_max - 1), "+.1f")
+    return Table(f"with {symbol} at", [*heads, *differences], rows)
 
 
 def numbers_table(

@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.studies.contact_crossings import NUMBERS, Deviation, Ladder, PairDeviations, crossing, on_pair
+from compare.studies.validity_limits import (
+    NUMBERS,
+    Deviation,
+    Ladder,
+    PairDeviations,
+    find_crossing,
+    solve_deviations,
+)
 from femic.cache.store import Store
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.grids import grids_of
@@ -26,7 +33,7 @@ def law(error, estimate=ESTIMATE):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_known_crossing_is_found_with_either_sign(sign):
     """Error 1e-5 angle^2: 5 % at the root of 5000; angles go like the third root of loads."""
-    found = crossing(law(lambda angle: sign * 1e-5 * angle**2), LOADS, 0.05)
+    found = find_crossing(law(lambda angle: sign * 1e-5 * angle**2), LOADS, 0.05)
     assert found.at.angle == pytest.approx(np.sqrt(5000), rel=0.01 / 3)
     assert found.at.error == pytest.approx(sign * 0.05, rel=0.01)
     assert not found.before
@@ -36,7 +43,7 @@ def test_a_known_crossing_is_found_with_either_sign(sign):
 
 def test_the_error_of_a_crossing_is_that_of_the_error_over_its_slope_and_that_of_the_angle():
     """On a straight line 1e-3 angle an error of 0.4 % is 4 degrees; the angle is known to 0.5."""
-    found = crossing(law(lambda angle: 1e-3 * angle), LOADS, 0.05, accuracy=1e-9)
+    found = find_crossing(law(lambda angle: 1e-3 * angle), LOADS, 0.05, accuracy=1e-9)
     assert found.estimate == pytest.approx(ESTIMATE / 1e-3 + 0.5)
 
 
@@ -55,7 +62,7 @@ def test_the_accuracy_of_the_load_is_part_of_the_error_of_a_crossing(accuracy, p
         def known(load):
             return Deviation(load, load**power, 0.0, 1e-3 * load ** (power / 2), 0.0)
 
-        found = crossing(known, LOADS, 1e-3 * exact ** (power / 2), accuracy)
+        found = find_crossing(known, LOADS, 1e-3 * exact ** (power / 2), accuracy)
         assert 0 < abs(found.at.angle - exact**power) <= found.estimate
         at, above = (power * angle * accuracy for angle in (found.at.angle, LOADS[3] ** power))
         assert chord * at * (1 - 1e-9) <= found.estimate <= above * (1 + 1e-9)
@@ -67,13 +74,13 @@ def test_a_crossing_at_a_load_that_was_solved_first_is_exact():
     def known(load):
         return Deviation(load, load ** (1 / 3), 0.5, 1e-6 * load, 0.0)
 
-    assert crossing(known, LOADS, 1e-6 * LOADS[3], accuracy=0.1).estimate == 0.5
-    assert crossing(known, LOADS, 1e-6, accuracy=0.1).estimate == 0.5
+    assert find_crossing(known, LOADS, 1e-6 * LOADS[3], accuracy=0.1).estimate == 0.5
+    assert find_crossing(known, LOADS, 1e-6, accuracy=0.1).estimate == 0.5
 
 
 def test_no_crossing_has_the_largest_error_and_the_end():
     """The error is largest at angle 50 and within the tolerance everywhere."""
-    found = crossing(law(lambda angle: 0.04 * np.exp(-(((angle - 50) / 20) ** 2))), LOADS, 0.05)
+    found = find_crossing(law(lambda angle: 0.04 * np.exp(-(((angle - 50) / 20) ** 2))), LOADS, 0.05)
     assert found.at is None
     assert np.isnan(found.estimate)
     assert abs(found.largest.angle - 50) < 10
@@ -82,13 +89,13 @@ def test_no_crossing_has_the_largest_error_and_the_end():
 
 def test_the_first_of_several_crossings_counts():
     """A sine of amplitude 10 % passes 5 % at a sixth of half of its period, and comes back."""
-    found = crossing(law(lambda angle: 0.1 * np.sin(np.pi * angle / 80)), LOADS, 0.05)
+    found = find_crossing(law(lambda angle: 0.1 * np.sin(np.pi * angle / 80)), LOADS, 0.05)
     assert found.at.angle == pytest.approx(80 / 6, rel=0.01)
     assert not found.stays
 
 
 def test_an_error_that_is_large_from_the_beginning_has_crossed_before():
-    found = crossing(law(lambda _: -0.2), LOADS, 0.05)
+    found = find_crossing(law(lambda _: -0.2), LOADS, 0.05)
     assert found.before
     assert found.at.load == LOADS[0]
 
@@ -96,7 +103,7 @@ def test_an_error_that_is_large_from_the_beginning_has_crossed_before():
 @pytest.mark.parametrize("loads", [[1e3], [2e3, 1e3]])
 def test_loads_that_do_not_grow_are_refused(loads):
     with pytest.raises(WrongInput, match="two or more that grow"):
-        crossing(law(lambda _: 0.0), loads, 0.05)
+        find_crossing(law(lambda _: 0.0), loads, 0.05)
 
 
 def problem(ratio, radius=10.0, elements=12, load=1e5, rolling_radius=500.0):
@@ -144,7 +151,7 @@ def test_on_planes_nothing_crosses():
     pair = deviations(problem(1.5, radius=1e4, load=5e4))
     loads = [1e4, 2e4, 5e4]
     for number in NUMBERS:
-        found = crossing(pair.law(number, "A"), loads, 0.001)
+        found = find_crossing(pair.law(number, "A"), loads, 0.001)
         assert found.at is None
         assert abs(found.largest.error) < 1e-4
     assert pair.angle(5e4)[0] < 0.5
@@ -159,7 +166,7 @@ def test_readings_of_edges_that_agree_are_known_to_their_accuracy(number):
     pair = deviations(of)
     error, estimate = pair.error(number, "Bhat", 1e4)
     assert error == 0
-    assert estimate > 1e-4 * step / pair.value(1e4, "C", number)
+    assert estimate > 1e-4 * step / pair.levels(1e4, "C")[0].numbers[number]
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +187,7 @@ def test_estimates_hold_against_finer_grids(coarse_and_fine, number):
 def test_crossings_are_the_same_on_finer_grids(coarse_and_fine):
     tolerance = np.mean([coarse_and_fine[0].error("p_max", "A", load)[0] for load in (5e4, 3e5)])
     coarse, fine = (
-        crossing(pair.law("p_max", "A"), [5e4, 1.2e5, 3e5], tolerance) for pair in coarse_and_fine
+        find_crossing(pair.law("p_max", "A"), [5e4, 1.2e5, 3e5], tolerance) for pair in coarse_and_fine
     )
     assert coarse.at.angle == pytest.approx(fine.at.angle, abs=coarse.estimate)
     assert fine.estimate < 5.0
@@ -215,8 +222,12 @@ def test_a_ladder_below_the_angle_of_the_least_load_is_refused():
 def test_with_c_of_nearly_flat_bodies_nothing_crosses(tmp_path):
     of = problem(1.5, radius=300.0, elements=8, load=2e3)
     options = RunOptions(1, Store(tmp_path))
-    found = on_pair(
-        of, [2e3], ["A", "Bhat"], lambda pair: crossing(pair.law("p_max", "A"), [1e3, 2e3], 0.02), options
+    found = solve_deviations(
+        of,
+        [2e3],
+        ["A", "Bhat"],
+        lambda pair: find_crossing(pair.law("p_max", "A"), [1e3, 2e3], 0.02),
+        options,
     )
     assert found.at is None
     assert abs(found.largest.error) < found.largest.estimate + 0.01

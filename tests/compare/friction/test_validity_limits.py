@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.studies.contact_crossings import crossing
-from compare.studies.friction_crossings import HALF, NUMBERS, RollingDeviations
+from compare.studies.validity_limits import HALF, ROLLING_NUMBERS, RollingDeviations, find_crossing
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions import pair_in_motion
@@ -52,8 +51,8 @@ def test_forces_of_others_are_those_at_the_creepages_of_c(rolled):
 
 
 def test_the_same_ics_have_no_error_and_no_crossing(rolled):
-    for number in NUMBERS:
-        found = crossing(rolled.law(number, "same"), LOADS, 0.001)
+    for number in ROLLING_NUMBERS:
+        found = find_crossing(rolled.law(number, "same"), LOADS, 0.001)
         assert found.at is None
         assert abs(found.largest.error) < 1e-4
     assert rolled.law("half", "same")(LOAD).estimate < 1e-4
@@ -65,7 +64,7 @@ def test_without_xn_forces_are_too_small_the_more_the_surface_turns(rolled):
     small, large = (rolled.law("free", "A")(load) for load in LOADS)
     assert large.error < small.error < 0
     tolerance = (abs(small.error) + abs(large.error)) / 2
-    found = crossing(rolled.law("free", "A"), LOADS, tolerance, accuracy=0.1)
+    found = find_crossing(rolled.law("free", "A"), LOADS, tolerance, accuracy=0.1)
     assert LOADS[0] < found.at.load < LOADS[1]
     assert abs(found.at.error) == pytest.approx(tolerance, rel=0.05)
     assert small.angle <= found.at.angle <= large.angle
