@@ -8,7 +8,6 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from femic.reference.run_options import RunOptions
-from femic.results.ics_dataset import finite
 from femic.scenes.load import in_keys
 from geometries.errors import Failure, WrongInput
 
@@ -116,9 +115,10 @@ def run_limits(limits: Sequence[Limit], options: RunOptions) -> Iterator[Entry]:
             estimate_text = "" if result.estimate is None else f", estimate {result.estimate:.1e}"
             text = f"  {limit.engine}: {limit.name}: {result.at}: error {result.error:.1e}{estimate_text}"
             options.watch.on_stage(f"{text}, {result.seconds:.1f} s")
-            values = asdict(result).items()
-            entry = {key: finite(value) if isinstance(value, float) else value for key, value in values}
-            reached.append(entry | {"honest": result.honest})
+            entry = asdict(result) | {"honest": result.honest}
+            for key in ("error", "estimate", "used"):  # JSON has no infinity
+                entry[key] = None if entry[key] is None or not np.isfinite(entry[key]) else entry[key]
+            reached.append(entry)
         yield {
             "engine": limit.engine,
             "parameter": limit.name,
