@@ -18,7 +18,7 @@ from types import SimpleNamespace
 import numpy as np
 from tables import print_table
 
-from compare.validation.estimates import (
+from compare.validation.statements.random_contacts import (
     FINER,
     ICS,
     STUDIES,
@@ -28,7 +28,6 @@ from compare.validation.estimates import (
     by_regime,
     comparisons,
     coverage,
-    grids,
     regime,
     without_exact,
 )
@@ -50,7 +49,7 @@ def curve(case: RandomContact) -> GridComparison:
     def solved(contact: RandomContact, problem: FrictionalProblem) -> Measured:
         return continuation(contact, problem).curve().free
 
-    fine, *larger = (solved(case, problem) for problem in grids(case))
+    fine, *larger = (solved(case, problem) for problem in case.problems)
     finer = solved(case.finer, case.finer.problem).numbers
     return GridComparison(
         fine.numbers, finer, larger[0].numbers, errors(kinds(OF_CURVE), fine, larger), "curve"
@@ -84,7 +83,7 @@ def compression(case: RandomContact) -> GridComparison:
 
     loads = [case.load * (number + 1) / STEPS for number in range(STEPS)]
     halves, quarters = in_halves(loads), in_halves(in_halves(in_halves(loads)))
-    fine, *larger = (steps(case, problem, halves)[1::2] for problem in grids(case))
+    fine, *larger = (steps(case, problem, halves)[1::2] for problem in case.problems)
     once = steps(case, case.problem, loads)
     finer = steps(case.finer, case.finer.problem, quarters)[-1].numbers
     estimates = without_exact(estimates_of_steps(fine, larger, once)[-1], fine[-1])

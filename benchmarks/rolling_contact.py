@@ -20,7 +20,7 @@ from tables import print_table
 from threadpoolctl import threadpool_limits
 
 from approx.pair import Pair, Solid, matrix
-from compare.validation.estimates import RandomContact, random_contact
+from compare.validation.statements.random_contacts import RandomContact, random_contact
 from femic.contact import coupled
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages, RollingKinematics

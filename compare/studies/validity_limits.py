@@ -358,8 +358,6 @@ class RollingDeviations:
             problem = self._problem(PERTURBED if changed and name == C else name, level)
             label = f"{load:g} N, friction {self.friction:g}, {name}"
             along = Continuation(pair, pair.rolling(problem), label)
-                pair, pair.rolling(problem), f"{load:g} N, friction {self.friction:g}, {name}"
-            )
             if name == C:
                 still = along.at(0.0, None)
                 free = along.with_force(0.0, [still])

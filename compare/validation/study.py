@@ -1,7 +1,4 @@
-"""What studies share: results as JSON with a page of the same numbers, and Kalker's creepage coefficients.
-
-The coefficients are those of contacts of Hertz, each computed once.
-"""
+"""What both studies of the program share: results as JSON with a page of them, and Kalker's coefficients."""
 
 import json
 from collections.abc import Callable
@@ -19,17 +16,17 @@ from femic.contact.exact.creepage_coefficients import CreepageCoefficients, cree
 from femic.contact.exact.hertz import LoadedPoint
 
 
-def write(
-    folder: Path, study: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
+def write_study(
+    folder: Path, study: str, numbers: dict[str, Any], make_page: Callable[[dict[str, Any]], Page]
 ) -> Path:
     """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
     content = numbers | {"versions": versions(), "code": results_digest(*STUDY_FOLDERS)}
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(text, folder / f"{study}.json")
-    return write_page(page_of(content), folder / f"{study}.html")
+    return write_page(make_page(content), folder / f"{study}.html")
 
 
-def version_text(content: dict[str, Any]) -> str:
+def versions_text(content: dict[str, Any]) -> str:
     """Return a list of the program and its libraries with their versions."""
     return ", ".join(f"{name} {version}" for name, version in content["versions"].items()) + "."
 
@@ -37,16 +34,15 @@ def version_text(content: dict[str, Any]) -> str:
 DIGITS = 9  # of the aspect of an ellipse
 
 
-def coefficients_of(patch: LoadedPoint, nu: float) -> CreepageCoefficients:
+def kalker_coefficients(patch: LoadedPoint, nu: float) -> CreepageCoefficients:
     """Return the coefficients of the ellipse of a contact of Hertz; nu is the combined one.
 
-    Raises WrongInput as `creepage_coefficients`.
+    They do not depend on its size: those of each aspect are computed once. Raises WrongInput as
+    `creepage_coefficients`.
     """
-    of_aspect = _of_aspect(float(f"{patch.a / patch.b:.{DIGITS}g}"), nu)
-    return replace(of_aspect, a=patch.a, b=patch.b)
+    return replace(_unit_ellipse(float(f"{patch.a / patch.b:.{DIGITS}g}"), nu), a=patch.a, b=patch.b)
 
 
 @cache
-def _of_aspect(aspect: float, nu: float) -> CreepageCoefficients:
-    """Return the coefficients of an aspect a/b; they do not depend on the size."""
+def _unit_ellipse(aspect: float, nu: float) -> CreepageCoefficients:
     return creepage_coefficients(float(np.sqrt(aspect)), float(1 / np.sqrt(aspect)), nu)

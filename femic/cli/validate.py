@@ -13,7 +13,6 @@ from femic.late import lazy_imports
 from geometries.errors import WrongInput
 
 with lazy_imports():  # those of `extremes` need the extra femic[extremes]
-    from compare.validation.extremes import engines
     from compare.validation.extremes import page as extremes_page
     from compare.validation.statements import page as statements_page
     from compare.validation.statements import runs
@@ -34,7 +33,7 @@ def validate(
     """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
     if not TIGHTEST <= tolerance <= LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
-    numbers = statements_page.selection(only)
+    numbers = statements_page.select_statements(only)
     folder = work.out or Path("out") / "validation"
     console = terminal()
     with work.options(folder, console) as options:
@@ -59,5 +58,5 @@ def extremes(
     folder = work.out or Path("out") / "extremes"
     console = terminal()
     with work.options(folder, console) as options:
-        report = extremes_page.write_extremes(of, engines.Engines(options), folder)
+        report = extremes_page.write_extremes(of, options, folder)
     announce(report, console)

@@ -6,7 +6,6 @@ on the code and on the loaded modules, since hypothesis also uses constants of t
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, TypeAlias
@@ -19,6 +18,7 @@ from hypothesis import strategies as st
 from approx.forms import rotation_between
 from approx.pair import Pair, Solid
 from compare.validation.extremes.cases import ANALYTIC, BeyondLimit, Limit, WithinLimit, refusal
+from femic.reference.run_options import RunOptions
 from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Patch
@@ -32,17 +32,12 @@ Number: TypeAlias = Any  # a number of mpmath, which has no types
 DIGITS = 300  # corner sums lose r^2 / (a b), 1e20 * 1e12, and near each of both axes 1e-60
 
 
-def many_digits() -> AbstractContextManager[Any]:
-    """Return a context in which mpmath computes with `DIGITS` digits."""
-    return mpmath.workdps(DIGITS)
-
-
 def exact_integrals(patch: Patch, x: float, s: float) -> list[Number]:
     """Return I_xx, I_ss, I_xs, J_x, J_s [mm], integrals over a patch at (x, s) [mm], as sums over corners.
 
     Those that vanish by symmetry are exactly 0.
     """
-    with many_digits():
+    with mpmath.workdps(DIGITS):
         a, b, at_x, at_s = (mpmath.mpf(float(v)) for v in (patch.a, patch.b, x, s))
         total = [mpmath.mpf(0)] * 5
         for i, j in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
@@ -66,7 +61,7 @@ def _at_corner(X: Number, S: Number) -> list[Number]:
 
 def one_body(material: Material, side: int, integral_values: Sequence[Number]) -> list[list[Number]]:
     """Return A of one body [mm/MPa], 3 x 3, from the integrals [mm]."""
-    with many_digits():
+    with mpmath.workdps(DIGITS):
         E, nu = mpmath.mpf(material.E), mpmath.mpf(material.nu)
         scale = (1 + nu) / (mpmath.pi * E)  # 1 / (2 pi G)
         I_xx, I_ss, I_xs, J_x, J_s = integral_values
@@ -78,18 +73,16 @@ def one_body(material: Material, side: int, integral_values: Sequence[Number]) -
 
 def rotation(delta_i: float, delta_j: float, theta: float, side: int) -> Number:
     """Return the rotation T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
-    with many_digits():
-        return _about_x(delta_i) * _about_y(side * mpmath.mpf(theta)) * _about_x(-delta_j)
 
+    def about_x(angle: float) -> Number:
+        c, s = mpmath.cos(angle), mpmath.sin(angle)
+        return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
 
-def _about_x(angle: float) -> Number:
-    c, s = mpmath.cos(angle), mpmath.sin(angle)
-    return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
-
-
-def _about_y(angle: Number) -> Number:
-    c, s = mpmath.cos(angle), mpmath.sin(angle)
-    return mpmath.matrix([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    with mpmath.workdps(DIGITS):
+        angle = side * mpmath.mpf(theta)
+        c, s = mpmath.cos(angle), mpmath.sin(angle)
+        about_y = mpmath.matrix([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+        return about_x(delta_i) * about_y * about_x(-delta_j)
 
 
 # --- limits ---------------------------------------------------------------------------------------------
@@ -141,7 +134,7 @@ def _relative(computed: float, parts: list[Number]) -> float:
     size = sum(abs(part) for part in parts)
     if size == 0:
         return 0.0 if computed == 0 else np.inf
-    with many_digits():
+    with mpmath.workdps(DIGITS):
         return float(abs(computed - sum(parts)) / size)
 
 
@@ -169,7 +162,7 @@ class RotatedElements:
 
 
 Case = HalfSpaces | RotatedElements
-BeyondCase = Callable[[], BeyondLimit]
+BeyondCase = Callable[[RunOptions], BeyondLimit]
 
 
 def limits() -> list[Limit]:
@@ -188,7 +181,7 @@ def _half_space_limits(near: st.SearchStrategy[float]) -> list[Limit]:
     ratio = st.builds(lambda case, exponent: replace(case, ratio=10**exponent), at, decades)
     far = st.builds(_at_distance, st.floats(-3, 10), st.floats(1e-9, 6.28))
     extremes, places = (10.0**-6, 10.0**6), (0.0, 1.0, 1e10)
-    beyond_nu = refusal("ν = 0.51", replace(half, nu=0.51).error)
+    beyond_nu = refusal("ν = 0.51", lambda _: replace(half, nu=0.51).error())
     return [
         _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [beyond_nu]),
         _row(
@@ -205,7 +198,7 @@ def _half_space_limits(near: st.SearchStrategy[float]) -> list[Limit]:
             [replace(half, x=x, s=s) for x in places for s in places],
             [
                 _computed("1e14", replace(half, x=1e14, s=-1e14)),
-                refusal("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
+                refusal("lengths of 1e80 mm", lambda _: replace(half, size=1e80).error()),
             ],
         ),
         _row(
@@ -238,7 +231,7 @@ def _rotation_limits(near: st.SearchStrategy[float]) -> list[Limit]:
             "any",
             wheels,
             [RotatedElements(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [refusal("R_roll = -1 mm", lambda: RotatedElements(rolling_radius=-1.0).error())],
+            [refusal("R_roll = -1 mm", lambda _: RotatedElements(rolling_radius=-1.0).error())],
         ),
     ]
 
@@ -260,7 +253,7 @@ def _row(
     beyond: Sequence[BeyondCase],
 ) -> Limit:
     cases = list(corners)
-    reached = [lambda: _worst(f"{len(cases)} corners", cases), lambda: _drawn_cases(strategy)]
+    reached = [lambda _: _worst(f"{len(cases)} corners", cases), lambda _: _drawn_cases(strategy)]
     return Limit(ANALYTIC, name, allowed, reached, beyond)
 
 
@@ -286,4 +279,4 @@ def _drawn_cases(strategy: st.SearchStrategy[Case]) -> WithinLimit:
 
 def _computed(label: str, case: HalfSpaces) -> BeyondCase:
     """Return a case beyond the limits that is computed nevertheless, with its error."""
-    return lambda: BeyondLimit(label, f"computed: error {case.error():.0e}", computed=True)
+    return lambda _: BeyondLimit(label, f"computed: error {case.error():.0e}", computed=True)

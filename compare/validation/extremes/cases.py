@@ -1,12 +1,13 @@
-"""Cases at and beyond the limits of parameters, and their results."""
+"""Cases at and beyond the limits of parameters, and what they amount to."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.util import find_spec
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import in_keys
 from geometries.errors import Failure, WrongInput
 
@@ -14,6 +15,8 @@ ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
 CONTACT, FRICTION = "contact", "friction"
 Part = Literal["analytic", "harmonic", "solid", "contact", "friction"]
 PARTS: tuple[Part, ...] = get_args(Part)
+
+Entry = dict[str, Any]  # a limit of a part, or a case, as in extremes.json
 
 
 def available() -> bool:
@@ -37,11 +40,6 @@ class WithinLimit:
     exact: str
     seconds: float
     note: str = ""
-
-    @property
-    def finished(self) -> bool:
-        """Whether the case was computed."""
-        return bool(np.isfinite(self.error))
 
     @property
     def honest(self) -> bool:
@@ -73,72 +71,76 @@ class Limit:
     engine: str
     name: str
     range: str
-    reached: Sequence[Callable[[], WithinLimit]]
-    beyond: Sequence[Callable[[], BeyondLimit]] = ()
-
-
-@dataclass(frozen=True)
-class LimitResult:
-    """A limit with the results of its cases."""
-
-    limit: Limit
-    reached: tuple[WithinLimit, ...]
-    beyond: tuple[BeyondLimit, ...]
-
-    @property
-    def worst(self) -> WithinLimit:
-        """The case with the largest error."""
-        return max(self.reached, key=lambda case: case.error)
+    reached: Sequence[Callable[[RunOptions], WithinLimit]]
+    beyond: Sequence[Callable[[RunOptions], BeyondLimit]] = ()
 
 
 def refusal(
-    label: str, call: Callable[[], object], also: tuple[type[Failure], ...] = ()
-) -> Callable[[], BeyondLimit]:
+    label: str, call: Callable[[RunOptions], object], also: tuple[type[Failure], ...] = ()
+) -> Callable[[RunOptions], BeyondLimit]:
     """Return a case that makes a call beyond the limits; its text is the last line of the error message.
 
     Input is refused before any work. What shows on the way only is refused by the failures `also`; any other
-    failure is one of the case.
+    failure is one of the case. A plain `Failure` is of the kind that it was raised in place of.
     """
 
-    def case() -> BeyondLimit:
+    def case(options: RunOptions) -> BeyondLimit:
         try:
-            call()
+            call(options)
         except WrongInput as error:
-            return BeyondLimit(label, _last_line(str(error)))
+            return BeyondLimit(label, str(error).rsplit("\n", maxsplit=1)[-1].strip())
         except Failure as error:
-            return BeyondLimit(label, _last_line(in_keys(error)), failed=not _is_of(error, also))
+            cause: BaseException | None = error
+            while type(cause) is Failure:
+                cause = cause.__context__
+            text = in_keys(error).rsplit("\n", maxsplit=1)[-1].strip()
+            return BeyondLimit(label, text, failed=not isinstance(cause, also))
         return BeyondLimit(label, "")
 
     return case
 
 
-def _last_line(message: str) -> str:
-    return message.rsplit("\n", maxsplit=1)[-1].strip()
+def run_limits(limits: Sequence[Limit], options: RunOptions) -> Iterator[Entry]:
+    """Run all cases of all limits, report each, and yield the limits with their cases, as JSON has them.
 
-
-def _is_of(error: BaseException | None, kinds: tuple[type[Failure], ...]) -> bool:
-    """Whether a failure is of some kinds; a plain `Failure` is of the kind that it was raised in place of."""
-    while type(error) is Failure:
-        error = error.__context__
-    return isinstance(error, kinds)
-
-
-def _result(case: Callable[[], WithinLimit]) -> WithinLimit:
-    """Run a case; if it fails, the result has infinite errors and the program's message."""
-    try:
-        return case()
-    except Failure as error:
-        return WithinLimit("failed", np.inf, None, np.inf, "", 0.0, in_keys(error))
-
-
-def results_of(limits: Sequence[Limit], report: Callable[[str], None]) -> Iterator[LimitResult]:
-    """Run all cases of all limits, report each, and yield the results limit by limit."""
+    A case that fails has infinite errors and the program's message.
+    """
     for limit in limits:
         reached = []
         for case in limit.reached:
-            reached.append(_result(case))
-            last = reached[-1]
-            estimate_text = "" if last.estimate is None else f", estimate {last.estimate:.1e}"
-            text = f"  {limit.engine}: {limit.name}: {last.at}: error {last.error:.1e}{estimate_text}"
-            report(f"{text}, {last.seconds:.1f} s")
-        yield LimitResult(limit, tuple(reached), tuple(case() for case in limit.beyond))
+            try:
+                result = case(options)
+            except Failure as error:
+                result = WithinLimit("failed", np.inf, None, np.inf, "", 0.0, in_keys(error))
+            estimate_text = "" if result.estimate is None else f", estimate {result.estimate:.1e}"
+            text = f"  {limit.engine}: {limit.name}: {result.at}: error {result.error:.1e}{estimate_text}"
+            options.watch.on_stage(f"{text}, {result.seconds:.1f} s")
+            entry = asdict(result) | {"honest": result.honest}
+            for key in ("error", "estimate", "used"):  # JSON has no infinity
+                entry[key] = None if entry[key] is None or not np.isfinite(entry[key]) else entry[key]
+            reached.append(entry)
+        yield {
+            "engine": limit.engine,
+            "parameter": limit.name,
+            "range": limit.range,
+            "reached": reached,
+            "beyond": [asdict(case(options)) for case in limit.beyond],
+        }
+
+
+def summary(rows: Sequence[Entry]) -> str:
+    """Return how many cases there are, how many estimates hold, and how femic answers beyond the limits."""
+    within, beyond = ([case for row in rows for case in row[kind]] for kind in ("reached", "beyond"))
+    finished = [case for case in within if case["error"] is not None]
+    estimated = [case for case in finished if case["used"] is not None]
+    held = sum(case["honest"] for case in estimated)
+    failed = sum(case["failed"] for case in beyond)
+    silent = sum(not (case["says"] or case["failed"]) for case in beyond)
+    computed = sum(case["computed"] for case in beyond)
+    refused = len(beyond) - failed - silent - computed
+    return (
+        f"{len(within)} cases within the limits, {len(within) - len(finished)} failed; estimates bound every "
+        f"error in {held} of the {len(estimated)} cases that have them. {len(beyond)} cases beyond the "
+        f"limits: {refused} refused with a message, {computed} computed all the same, {silent} without a "
+        f"message, {failed} failed."
+    )

@@ -1,24 +1,25 @@
-"""A contact at a limit: its numbers with femic's estimates, against a closed form or a finer contact.
+"""A contact at a limit: its bodies, and its numbers against a closed form or a finer contact.
 
 Errors and estimates are shares of the number itself. Of the work of friction, of sliding shares, and of
 forces and moments that vanish by symmetry they are shares of the largest that is possible, the scale of
 `femic.contact.estimates`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
-from compare.validation.extremes.cases import BeyondLimit, Limit, WithinLimit, refusal
-from compare.validation.extremes.engines import Changes
+from compare.validation.extremes.cases import BeyondLimit, WithinLimit, refusal
+from compare.validation.extremes.engines import NO_CHANGES, Changes
 from femic.contact.estimates import Measured, Numbers
+from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.quantities import ALL, Quantity, kinds
-from femic.contact.specification import ContactProblem, ExtraGap
-from femic.reference.run_options import RunOptions
+from femic.contact.specification import ContactProblem, ExtraGap, Profile
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import require_solvable
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
@@ -44,6 +45,7 @@ class ContactSolution:
     estimates: Numbers
     scales: Numbers
     on: Callable[[Grid], Numbers]
+    options: RunOptions = DEFAULT
 
     def finer(self, factor: int = FINER) -> Numbers:
         """Return the numbers on elements that are smaller by a factor."""
@@ -59,7 +61,7 @@ class Truth:
     """What numbers of a contact are compared with: by name, those that are compared alone."""
 
     name: str
-    of: Callable[[ContactSolution], Numbers]
+    numbers: Callable[[ContactSolution], Numbers]
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,10 @@ class ContactCase:
     @property
     def problem(self) -> ContactProblem:
         """The contact; raises WrongInput for what scenes do not take."""
-        return problem_of(self.base, self.changes, self.gap)
+        problem = load_scene(self.base, self.changes).contact_problem
+        return replace(problem, specification=replace(problem.specification, extra_gap=self.gap))
 
-    def result(self, options: RunOptions) -> WithinLimit:
+    def __call__(self, options: RunOptions) -> WithinLimit:
         """Solve and compare the contact; raises Failure where there is no solution.
 
         Its seconds are those of the contact with its estimates, without `truth`.
@@ -89,7 +92,7 @@ class ContactCase:
         start = perf_counter()
         solved = self.solve(self.problem, options)
         seconds = perf_counter() - start
-        return compare(self.label, solved, self.truth.of(solved), self.truth.name, seconds)
+        return compare(self.label, solved, self.truth.numbers(solved), self.truth.name, seconds)
 
 
 @dataclass(frozen=True)
@@ -105,21 +108,15 @@ class BeyondContact:
     solve: Solver
     also: tuple[type[Failure], ...] = ()
 
-    def result(self, options: RunOptions) -> BeyondLimit:
+    def __call__(self, options: RunOptions) -> BeyondLimit:
         """Return the message of femic."""
 
-        def solve() -> ContactSolution:
+        def solve(options: RunOptions) -> ContactSolution:
             scene = load_scene(self.base, self.changes)
             require_solvable(scene)
             return self.solve(scene.contact_problem, options)
 
-        return refusal(self.label, solve, self.also)()
-
-
-def problem_of(base: str, changes: Changes, gap: ExtraGap | None = None) -> ContactProblem:
-    """Return the contact of a built-in scene with changes; raises WrongInput."""
-    problem = load_scene(base, changes).contact_problem
-    return replace(problem, specification=replace(problem.specification, extra_gap=gap))
+        return refusal(self.label, solve, self.also)(options)
 
 
 def compare(label: str, solved: ContactSolution, truth: Numbers, against: str, seconds: float) -> WithinLimit:
@@ -159,7 +156,7 @@ def _over(amount: float, scale: float) -> float:
     return float(amount / max(scale, np.finfo(float).tiny)) if amount else 0.0
 
 
-def scales_of(measured: Measured, quantities: Mapping[str, Quantity]) -> dict[str, float]:
+def error_scales(measured: Measured, quantities: Mapping[str, Quantity]) -> dict[str, float]:
     """Return the scales of the errors of numbers, by name."""
     return {name: measured.scale(name, kind).changes for name, kind in kinds(quantities).items()}
 
@@ -170,38 +167,116 @@ def scales_of(measured: Measured, quantities: Mapping[str, Quantity]) -> dict[st
 def finer(*names: str, factor: int = FINER) -> Truth:
     """Return as truth some numbers of the same contact on smaller elements."""
 
-    def of(solved: ContactSolution) -> dict[str, float]:
-        numbers = solved.finer(factor)
-        return {name: numbers[name] for name in names}
+    def numbers(solved: ContactSolution) -> dict[str, float]:
+        found = solved.finer(factor)
+        return {name: found[name] for name in names}
 
-    return Truth(f"elements 1/{factor}", of)
+    return Truth(f"elements 1/{factor}", numbers)
 
 
-def same_as(name: str, other: ContactCase, options: RunOptions, factors: Numbers) -> Truth:
+def same_as(name: str, other: ContactCase, factors: Numbers) -> Truth:
     """Return as truth the numbers of another case, times factors, by name."""
 
-    def of(_: ContactSolution) -> dict[str, float]:
-        numbers = other.solve(other.problem, options).numbers
-        return {name: factor * numbers[name] for name, factor in factors.items()}
+    def numbers(solved: ContactSolution) -> dict[str, float]:
+        found = other.solve(other.problem, solved.options).numbers
+        return {name: factor * found[name] for name, factor in factors.items()}
 
-    return Truth(name, of)
+    return Truth(name, numbers)
 
 
-@dataclass(frozen=True)
-class ContactLimit:
-    """A parameter with its range, and contacts within and beyond it."""
+# --- bodies: rollers on crowns, for which half-spaces and Hertz hold; a groove on a rail; two bumps ---------
 
-    name: str
-    range: str
-    within: Sequence[ContactCase]
-    beyond: Sequence[BeyondContact] = ()
 
-    def as_limit(self, part: str, options: RunOptions) -> Limit:
-        """Return the limit of a part."""
-        return Limit(
-            part,
-            self.name,
-            self.range,
-            [partial(case.result, options) for case in self.within],
-            [partial(case.result, options) for case in self.beyond],
-        )
+CROWN, ROLLER = 300.0, 500.0  # mm
+TIGHT = 10.0  # radius of the arc of a rail that a groove embraces [mm]
+FLANK = 60.0  # degrees
+BUMP_RADIUS, APART = 50.0, 6.0  # of two bumps, and their distance [mm]
+BUMP_GRID = {"n_x": 48, "n_s": 208, "dx": 0.04, "ds": 0.04}
+BUMP_POINTS = 4001  # of a gap that is linear between them
+STEP = 1e-4  # mm, to both sides of a crown, for its curvature
+
+
+def crossed(
+    load: float, *, crown: float = CROWN, roller: float = ROLLER, bodies: Changes = NO_CHANGES, **contact: Any
+) -> Changes:
+    """Return changes of `flat`: a roller on a rail with a crown, so flat that Hertz and A hold.
+
+    `bodies` has further keys of both.
+    """
+    return {
+        "lower": {"contour": _arc(crown, 20.0), **bodies.get("lower", {})},
+        "upper": {"rolling_radius": roller, **bodies.get("upper", {})},
+        "contact": {"loads": [load], "ics": ["A"], **contact},
+    }
+
+
+def conformal(
+    load: float,
+    ratio: float,
+    *,
+    flanks: float | list[float] = FLANK,
+    roller: float = ROLLER,
+    bodies: Changes = NO_CHANGES,
+    **contact: Any,
+) -> Changes:
+    """Return changes of `geometry1`: a wheel whose groove is by a ratio wider than the rail it embraces.
+
+    `bodies` has further keys of both.
+    """
+    return {
+        "lower": {"contour": _arc(TIGHT, flanks), **bodies.get("lower", {})},
+        "upper": {
+            "contour": _arc(TIGHT * (1 + ratio), flanks),
+            "rolling_radius": roller,
+            **bodies.get("upper", {}),
+        },
+        "contact": {"loads": [load], "ics": ["Bhat"], **contact},
+        "engine": {"kind": "harmonic", "check": False, "tolerance": 0.1},
+    }
+
+
+def _arc(radius: float, flanks: float | list[float]) -> Changes:
+    return {"kind": "arc", "radius": radius, "flank_inclination_deg": flanks}
+
+
+def bumps(*, load: float = 200.0, automatic: bool = False, **contact: Any) -> Changes:
+    """Return changes of `flat`: a roller above two bumps (`two_bumps`), on a grid that has both."""
+    own: Changes = {} if automatic else {"grid": BUMP_GRID, "rotation_reach": 5.0}
+    kind = "automatic" if automatic else "scene"
+    return {
+        **own,
+        "upper": {"rolling_radius": BUMP_RADIUS},
+        "contact": {"loads": [load], "ics": ["A"], "grid": kind, **contact},
+    }
+
+
+def two_bumps() -> Profile:
+    """Return the gap between a plane and two bumps along x, by whose radius it is curved."""
+    s = np.linspace(-4 * APART, 4 * APART, BUMP_POINTS)
+    return Profile(s, (np.abs(s) - APART / 2) ** 2 / (2 * BUMP_RADIUS))
+
+
+def base_scene(changes: Changes) -> str:
+    """Return the name of the built-in scene that changes of rollers or of conformal bodies are of."""
+    return "geometry1" if "engine" in changes else "flat"
+
+
+# --- Hertz ----------------------------------------------------------------------------------------------
+
+
+def hertz_contact(problem: ContactProblem) -> LoadedPoint:
+    """Return the contact of Hertz of the bodies at their crowns, under the last load."""
+    lower, upper = (problem.bodies[name] for name in ("lower", "upper"))
+    crown = np.array([-STEP, STEP])
+    low, high = (float(np.ptp(body.contour.inclination(crown))) / (2 * STEP) for body in (lower, upper))
+    modulus = combined_modulus(upper.material, lower.material)
+    return PointContact(1 / upper.rolling_radius, low - high, modulus).at_load(
+        problem.specification.loads[-1]
+    )
+
+
+def hertz_bump(problem: ContactProblem) -> LoadedPoint:
+    """Return the contact of Hertz of one of two bumps, under half of the load."""
+    modulus = combined_modulus(*(problem.bodies[name].material for name in ("upper", "lower")))
+    curvature = 1 / BUMP_RADIUS
+    return PointContact(curvature, curvature, modulus).at_load(problem.specification.loads[-1] / 2)

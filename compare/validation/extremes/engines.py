@@ -1,15 +1,14 @@
 """C by both engines at their limits, compared with A on planes and with a more accurate C elsewhere."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import cycle
 from typing import Any
 
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
-from compare.validation.extremes.cases import HARMONIC, SOLID, Limit, WithinLimit, refusal
+from compare.validation.extremes.cases import HARMONIC, SOLID, BeyondLimit, Limit, WithinLimit, refusal
 from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
 from femic.results.ics import Results, compute, ics_of, reference_of, refinement_shares_of, seconds_of
@@ -17,7 +16,7 @@ from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
-ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
+TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
 REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is no closed form
     "tolerance": 0.001,
     "growth": 0.2,  # cells < 1/2
@@ -36,55 +35,78 @@ NO_CHANGES: Changes = {}
 
 
 @dataclass(frozen=True)
-class Engines:
-    """Computes the cases of both engines."""
+class SceneCase:
+    """A built-in scene with changes, under a label."""
 
-    options: RunOptions
+    label: str
+    base: str
+    changes: Changes
 
-    def limits(self, engine: str) -> list[Limit]:
-        """Return the limits of an engine, with cases within and beyond them."""
-        limits = [
-            Limit(
-                engine,
-                name,
-                allowed,
-                [partial(self._case, engine, case) for case in within],
-                [refusal(case.label, partial(_scene, case, engine)) for case in beyond],
-            )
-            for name, allowed, within, beyond in (_harmonic() if engine == HARMONIC else _solid())
-        ]
-        if engine == HARMONIC:
-            drawn = [self._drawn_planes]
-            limits.append(Limit(engine, "all of a plane at once", DRAWN_RANGE, drawn))
-        return limits
+    def scene(self, engine: str, settings: Changes = NO_CHANGES) -> Scene:
+        """Return the scene, with one engine and without a check by the other."""
+        return load_scene(self.base, {**self.changes, "engine": {"kind": engine, "check": False, **settings}})
 
-    def _case(self, engine: str, scene_case: "SceneCase") -> WithinLimit:
-        results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
-        if scene_case.base == "flat":
-            return _within_limit(scene_case, results, None)
-        return _within_limit(scene_case, results, self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS))
+    def refused(self, engine: str) -> Callable[[RunOptions], BeyondLimit]:
+        """Return the case beyond the limits of an engine, which reading the scene refuses."""
+        return refusal(self.label, lambda _: self.scene(engine))
 
-    def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
-        return compute(_scene(scene_case, engine, engine_settings), self.options)
 
-    def _drawn_planes(self) -> WithinLimit:
-        """Return the case with the largest error over its estimate among planes of a Latin hypercube."""
-        reached: list[WithinLimit] = []
-        used: list[float] = []
-        lowest, highest = np.array([[0.0, -1.0, -1.0, DRAWN_BESIDE], [0.49, 1.0, 0.0, 8.0]])
-        drawn = lowest + (highest - lowest) * LatinHypercube(4, rng=0).random(DRAWN_PLANES)
-        for (nu, aspect, size, beside), tolerance in zip(
-            drawn.tolist(), cycle(DRAWN_TOLERANCES), strict=False
-        ):
-            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
-            results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
-            reached.append(_within_limit(scene_case, results, None))
-            used.extend(share for _, _, share in each(results, None))
-        held = sum(share <= 1 for share in used)
-        note = (
-            f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
+LimitCases = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
+
+
+def harmonic_limits() -> list[Limit]:
+    """Return the limits of the harmonic engine, with cases within and beyond them."""
+    drawn = Limit(HARMONIC, "all of a plane at once", DRAWN_RANGE, [drawn_planes])
+    return [*_limits(HARMONIC, _harmonic()), drawn]
+
+
+def solid_limits() -> list[Limit]:
+    """Return the limits of the solid engine, with cases within and beyond them."""
+    return _limits(SOLID, _solid())
+
+
+def _limits(engine: str, cases: list[LimitCases]) -> list[Limit]:
+    return [
+        Limit(
+            engine,
+            name,
+            allowed,
+            [partial(solve_case, engine, case) for case in within],
+            [case.refused(engine) for case in beyond],
         )
-        return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
+        for name, allowed, within, beyond in cases
+    ]
+
+
+def solve_case(engine: str, case: SceneCase, options: RunOptions) -> WithinLimit:
+    """Return a case with its errors against a finer C, on planes against A."""
+    results = compute(case.scene(engine, {"tolerance": TOLERANCE[engine]}), options)
+    finer = None if case.base == "flat" else compute(case.scene(HARMONIC, REFERENCE_SETTINGS), options)
+    return within_limit(case, results, finer)
+
+
+def within_limit(case: SceneCase, results: Results, finer: Results | None = None) -> WithinLimit:
+    """Return the largest error, estimate, and error over estimate [-] of all lines and components."""
+    errors, estimates, used = map(max, zip(*component_errors(results, finer), strict=True))
+    against = "A" if finer is None else "a finer C"
+    return WithinLimit(case.label, errors, estimates, used, against, seconds_of(results.models))
+
+
+def drawn_planes(options: RunOptions) -> WithinLimit:
+    """Return the case with the largest error over its estimate among planes of a Latin hypercube."""
+    reached: list[WithinLimit] = []
+    used: list[float] = []
+    lowest, highest = np.array([[0.0, -1.0, -1.0, DRAWN_BESIDE], [0.49, 1.0, 0.0, 8.0]])
+    drawn = lowest + (highest - lowest) * LatinHypercube(4, rng=0).random(DRAWN_PLANES)
+    for number, (nu, aspect, size, beside) in enumerate(drawn.tolist()):
+        case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
+        tolerance = DRAWN_TOLERANCES[number % len(DRAWN_TOLERANCES)]
+        results = compute(case.scene(HARMONIC, {"tolerance": tolerance}), options)
+        reached.append(within_limit(case, results))
+        used.extend(share for _, _, share in component_errors(results))
+    held = sum(share <= 1 for share in used)
+    note = f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
+    return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
 
 
 def points_off_outline(a: float, reach: float) -> int:
@@ -93,18 +115,6 @@ def points_off_outline(a: float, reach: float) -> int:
         if np.min(np.abs(np.abs(np.linspace(-reach, reach, points)) - a)) >= DRAWN_AWAY * a:
             return points
     raise ValueError(f"no line of points off x = {a:g} mm up to {reach:g} mm")
-
-
-@dataclass(frozen=True)
-class SceneCase:
-    """A built-in scene with changes, under a label."""
-
-    label: str
-    base: str
-    changes: Changes
-
-
-LimitCases = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
 
 
 def _harmonic() -> list[LimitCases]:
@@ -131,11 +141,6 @@ def _solid() -> list[LimitCases]:
         ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
         ("observer", "anywhere", [on_outline()], []),
     ]
-
-
-def _scene(scene_case: SceneCase, engine: str, engine_settings: Changes = NO_CHANGES) -> Scene:
-    table = {"kind": engine, "check": False, **engine_settings}
-    return load_scene(scene_case.base, {**scene_case.changes, "engine": table})
 
 
 def flat(
@@ -219,19 +224,7 @@ def moduli(over: float) -> SceneCase:
     return SceneCase(f"{over:g}", plane.base, changes)
 
 
-def _within_limit(scene_case: SceneCase, results: Results, finer: Results | None) -> WithinLimit:
-    """Return a case with its errors against a finer C, or against A where there is none."""
-    against = "A" if finer is None else "a finer C"
-    return WithinLimit(scene_case.label, *compared(results, finer), against, seconds_of(results.models))
-
-
-def compared(results: Results, finer: Results | None) -> tuple[float, float, float]:
-    """Return the largest error, estimate, and error over estimate of all lines and components [-]."""
-    errors, estimates, used = zip(*each(results, finer), strict=True)
-    return max(errors), max(estimates), max(used)
-
-
-def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
+def component_errors(results: Results, finer: Results | None = None) -> Iterator[tuple[float, float, float]]:
     """Yield error, estimate and error over estimate [-] of every component on every line.
 
     Errors of C are measured against A or a finer C, on the scale of refinement, as the tolerance.

@@ -4,26 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.validation.extremes.bodies import (
+from compare.validation.extremes.cases import CONTACT, Limit
+from compare.validation.extremes.contacts import (
     APART,
-    base_of,
+    BeyondContact,
+    ContactCase,
+    ContactSolution,
+    Truth,
+    base_scene,
     bumps,
     conformal,
     crossed,
-    hertz_of,
-    one_of_two,
-    two_bumps,
-)
-from compare.validation.extremes.cases import CONTACT, Limit
-from compare.validation.extremes.contacts import (
-    BeyondContact,
-    ContactCase,
-    ContactLimit,
-    ContactSolution,
-    Truth,
+    error_scales,
     finer,
+    hertz_bump,
+    hertz_contact,
     same_as,
-    scales_of,
+    two_bumps,
 )
 from compare.validation.extremes.engines import Changes
 from femic.contact.motions.none import solve_frictionless
@@ -48,23 +45,18 @@ def press(problem: ContactProblem, options: RunOptions) -> ContactSolution:
         other = replace(on_grid, grid=grid)
         return numbers(other, other.solve(other.operator(ics), loading).normal)
 
-    scales = scales_of(known, OF_FRICTIONLESS)
-    return ContactSolution(problem, on_grid, known.numbers, contact.estimated_errors(), scales, on)
+    scales = error_scales(known, OF_FRICTIONLESS)
+    return ContactSolution(problem, on_grid, known.numbers, contact.estimated_errors(), scales, on, options)
 
 
-def limits(options: RunOptions) -> list[Limit]:
+def limits() -> list[Limit]:
     """Return the limits of contact without friction, with cases within and beyond them."""
-    parts = [
-        *_of_loads_and_materials(options),
-        *_of_shapes(options),
-        *_of_elements(),
-        ContactLimit("patches", "1, 2, …", _of_many_patches()),
-        ContactLimit("units, sides, names", "any", _invariances(options)),
-    ]
-    return [part.as_limit(CONTACT, options) for part in parts]
+    patches = Limit(CONTACT, "patches", "1, 2, …", _of_many_patches())
+    invariances = Limit(CONTACT, "units, sides, names", "any", _invariances())
+    return [*_of_loads_and_materials(), *_of_shapes(), *_of_elements(), patches, invariances]
 
 
-def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:
+def _of_loads_and_materials() -> list[Limit]:
     """Return the limits of loads, moduli and Poisson's ratio."""
     tall = {"contact": {"ics": ["Bhat"]}}
     loads = [
@@ -81,7 +73,8 @@ def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:
     nu = [against_hertz(f"ν = {nu:g}", crossed(100.0, bodies=_both({"nu": nu}))) for nu in (0.0, 0.4999)]
     nearly = conformal(1e3, 0.01, bodies=_both({"nu": 0.4999}))
     return [
-        ContactLimit(
+        Limit(
+            CONTACT,
             "load",
             "1e-3 N … the end of a contour",
             loads,
@@ -92,26 +85,29 @@ def _of_loads_and_materials(options: RunOptions) -> list[ContactLimit]:
                 _beyond("1e16 N", crossed(1e16)),
             ],
         ),
-        ContactLimit(
+        Limit(
+            CONTACT,
             "modulus ratio",
             "0.01 … 100",
             [*moduli, against_finer("0.01, conformal", soft)],
             [_beyond("E = 0", crossed(100.0, bodies={"upper": {"E": 0.0}}))],
         ),
-        ContactLimit(
+        Limit(
+            CONTACT,
             "ν",
             "0 … 0.4999",
-            [*nu, against_finer("ν = 0.4999, conformal", nearly), with_c("ν = 0.4999, C", nearly, options)],
+            [*nu, against_finer("ν = 0.4999, conformal", nearly), with_c("ν = 0.4999, C", nearly)],
             [_beyond("ν = 0.49995", crossed(100.0, bodies=_both({"nu": 0.49995})))],
         ),
     ]
 
 
-def _of_shapes(options: RunOptions) -> list[ContactLimit]:
+def _of_shapes() -> list[Limit]:
     """Return the limits of rolling radius, conformity and aspect of the patch."""
     small = conformal(300.0, 0.01, roller=20.0)
     return [
-        ContactLimit(
+        Limit(
+            CONTACT,
             "R_roll",
             "20 … 1e6 mm",
             [
@@ -119,21 +115,20 @@ def _of_shapes(options: RunOptions) -> list[ContactLimit]:
                 against_finer("20 mm, conformal", small),
                 against_hertz("1e6 mm", crossed(10.0, crown=1e6, roller=1e6)),
             ],
-            [
-                _beyond("19 mm", crossed(10.0, roller=19.0)),
-                _beyond("∞", crossed(10.0, roller=np.inf)),
-            ],
+            [_beyond("19 mm", crossed(10.0, roller=19.0)), _beyond("∞", crossed(10.0, roller=np.inf))],
         ),
-        ContactLimit(
+        Limit(
+            CONTACT,
             "R_w / R_r − 1",
             "> 0",
             [
                 *(against_finer(f"{ratio:g}", conformal(10.0, ratio)) for ratio in (1e-4, 1e-3, 9.0)),
-                with_c("0.001, C", conformal(10.0, 1e-3), options),
+                with_c("0.001, C", conformal(10.0, 1e-3)),
             ],
             [_beyond("0", conformal(10.0, 0.0)), _leaves("-0.01", conformal(10.0, -0.01))],
         ),
-        ContactLimit(
+        Limit(
+            CONTACT,
             "patch aspect a/b",
             "any",
             [
@@ -144,16 +139,18 @@ def _of_shapes(options: RunOptions) -> list[ContactLimit]:
     ]
 
 
-def _of_elements() -> list[ContactLimit]:
+def _of_elements() -> list[Limit]:
     """Return the limits of numbers and shapes of elements."""
     return [
-        ContactLimit(
+        Limit(
+            CONTACT,
             "elements across",
             "8 … 64",
             [against_hertz(str(count), crossed(100.0, elements=count)) for count in (8, 64)],
             [_beyond(str(count), crossed(100.0, elements=count)) for count in (7, 65)],
         ),
-        ContactLimit(
+        Limit(
+            CONTACT,
             "element aspect dx/ds",
             "0.01 … 100",
             [against_hertz(f"{aspect:g}", _elements(aspect)) for aspect in (0.05, 20.0)],
@@ -164,7 +161,12 @@ def _of_elements() -> list[ContactLimit]:
 
 def against_hertz(label: str, changes: Changes, base: str = "flat") -> ContactCase:
     """Return a case whose truth is Hertz."""
-    return ContactCase(label, base, changes, press, Truth("Hertz", lambda solved: _hertz(solved.problem)))
+
+    def hertz(solved: ContactSolution) -> dict[str, float]:
+        exact = hertz_contact(solved.problem)
+        return {name: float(getattr(exact, name)) for name in SHAPE}
+
+    return ContactCase(label, base, changes, press, Truth("Hertz", hertz))
 
 
 def against_finer(label: str, changes: Changes, base: str = "geometry1") -> ContactCase:
@@ -172,7 +174,7 @@ def against_finer(label: str, changes: Changes, base: str = "geometry1") -> Cont
     return ContactCase(label, base, changes, press, finer(*SHAPE, "area"))
 
 
-def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
+def with_c(label: str, changes: Changes) -> ContactCase:
     """Return a conformal case with C, whose truth has a finer C on elements half as large."""
     contact = {**changes["contact"], "ics": ["C"]}
     coarse = {**changes, "contact": {**contact, "elements": COARSE}}
@@ -182,17 +184,12 @@ def with_c(label: str, changes: Changes, options: RunOptions) -> ContactCase:
     }
     fine = {**changes, **fine}
     other = ContactCase(label, "geometry1", fine, press, finer(*SHAPE))
-    truth = same_as("a finer C", other, options, dict.fromkeys(SHAPE, 1.0))
+    truth = same_as("a finer C", other, dict.fromkeys(SHAPE, 1.0))
     return ContactCase(label, "geometry1", coarse, press, truth)
 
 
-def _hertz(problem: ContactProblem) -> dict[str, float]:
-    hertz = hertz_of(problem)
-    return {name: float(getattr(hertz, name)) for name in SHAPE}
-
-
 def _beyond(label: str, changes: Changes, base: str = "") -> BeyondContact:
-    return BeyondContact(label, base or base_of(changes), changes, press)
+    return BeyondContact(label, base or base_scene(changes), changes, press)
 
 
 def _leaves(label: str, changes: Changes, base: str = "") -> BeyondContact:
@@ -235,7 +232,7 @@ def _two_patches(label: str, *, automatic: bool = False) -> ContactCase:
     """
 
     def truth(solved: ContactSolution) -> dict[str, float]:
-        one = one_of_two(solved.problem)
+        one = hertz_bump(solved.problem)
         pushed = 1 / (np.pi * one.surfaces.modulus * APART)  # mm/N
         return {
             **{name: float(getattr(one, name)) for name in ("p_max", "a", "b")},
@@ -254,42 +251,26 @@ def _on_waves(label: str, depth: float) -> ContactCase:
     return replace(against_finer(label, conformal(2e3, 0.01, elements=40)), gap=waves)
 
 
-def _invariances(options: RunOptions) -> list[ContactCase]:
+def _invariances() -> list[ContactCase]:
     """Return contacts that must be others times a factor: other units, mirrored, with bodies exchanged."""
-    return [
-        *(_in_other_units(unit, options) for unit in (0.04, 1e6)),
-        _mirrored(options),
-        _exchanged(options),
-    ]
-
-
-def _in_other_units(unit: float, options: RunOptions) -> ContactCase:
-    """Return a contact whose lengths are larger by a factor, its load by the square: the same stresses."""
-    changes = crossed(100.0 * unit**2, crown=300.0 * unit, roller=500.0 * unit)
-    factors = {"p_max": 1.0, "a": unit, "b": unit, "approach": unit, "stiffness": unit}
-    truth = same_as("the same in mm", against_hertz("", crossed(100.0)), options, factors)
-    return ContactCase(f"lengths times {unit:g}", "flat", changes, press, truth)
-
-
-def _mirrored(options: RunOptions) -> ContactCase:
-    """Return a contact off the crown of bodies with unequal flanks, and its mirror image as truth."""
+    cases = []
+    for unit in (0.04, 1e6):  # lengths are larger by a factor, the load by its square: the same stresses
+        changes = crossed(100.0 * unit**2, crown=300.0 * unit, roller=500.0 * unit)
+        factors = {"p_max": 1.0, "a": unit, "b": unit, "approach": unit, "stiffness": unit}
+        truth = same_as("the same in mm", against_hertz("", crossed(100.0)), factors)
+        cases.append(ContactCase(f"lengths times {unit:g}", "flat", changes, press, truth))
+    same = dict.fromkeys((*SHAPE, "area"), 1.0)
     here, there = (
         conformal(1e3, 0.02, flanks=flanks, shift=shift)
         for flanks, shift in (([60.0, 45.0], 0.1), ([45.0, 60.0], -0.1))
     )
-    factors = {**dict.fromkeys((*SHAPE, "area"), 1.0), "F_y": -1.0, "M_x": -1.0, "s_centre": -1.0}
-    truth = same_as("its mirror image", against_finer("", there), options, factors)
-    return ContactCase("off the crown", "geometry1", here, press, truth)
-
-
-def _exchanged(options: RunOptions) -> ContactCase:
-    """Return a contact of unlike bodies, and as truth that with their materials exchanged."""
+    factors = {**same, "F_y": -1.0, "M_x": -1.0, "s_centre": -1.0}
+    truth = same_as("its mirror image", against_finer("", there), factors)
+    cases.append(ContactCase("off the crown", "geometry1", here, press, truth))
     one, other = {"E": 70e3, "nu": 0.33}, {"E": 210e3, "nu": 0.28}
     here, there = (
         crossed(100.0, bodies={"lower": lower, "upper": upper})
         for lower, upper in ((one, other), (other, one))
     )
-    truth = same_as(
-        "materials exchanged", against_hertz("", there), options, dict.fromkeys((*SHAPE, "area"), 1.0)
-    )
-    return ContactCase("aluminium and steel", "flat", here, press, truth)
+    truth = same_as("materials exchanged", against_hertz("", there), same)
+    return [*cases, ContactCase("aluminium and steel", "flat", here, press, truth)]

@@ -1,6 +1,6 @@
 """`femic extremes` runs all cases and writes `extremes.json` and `extremes.html`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle, pairwise
 from pathlib import Path
@@ -10,14 +10,24 @@ import numpy as np
 
 from compare.report.charts import Curve, Panel, chart_of
 from compare.report.errors import red
-from compare.report.looks import FURTHER, INK, OWN, Look
+from compare.report.looks import FURTHER, INK, OWN
 from compare.report.parts import Folded, Note, Page, Section
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
-from compare.validation import study as record
-from compare.validation.extremes import compute
-from compare.validation.extremes.cases import CONTACT, FRICTION
-from compare.validation.extremes.engines import ENGINE_TOLERANCE, Engines
+from compare.validation.extremes import analytic, engines, friction, frictionless
+from compare.validation.extremes.cases import (
+    ANALYTIC,
+    CONTACT,
+    FRICTION,
+    HARMONIC,
+    SOLID,
+    Entry,
+    Limit,
+    run_limits,
+    summary,
+)
+from compare.validation.study import versions_text, write_study
+from femic.reference.run_options import RunOptions
 
 TITLE = "femic at its limits: range of each part, errors at the limits, messages beyond them"
 ERRORS = (
@@ -32,7 +42,6 @@ ERRORS = (
     "shares of each number, or of the largest possible (work of friction, sliding, forces that vanish). "
     "Time: of all models of a case, of a contact with its estimates."
 )
-OF_CONTACT = (CONTACT, FRICTION)
 TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate, and of no refusal
 COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
 LOOKS = [  # of parameters; where there are more of these than colours, with markers of the next colours
@@ -40,17 +49,29 @@ LOOKS = [  # of parameters; where there are more of these than colours, with mar
     *(replace(look, marker=other.marker) for look, other in pairwise(COLOURED)),
 ]
 
-Entry = dict[str, Any]  # a limit of a part, or a case, as in extremes.json
+LIMITS: Mapping[str, Callable[[], list[Limit]]] = {
+    ANALYTIC: analytic.limits,
+    HARMONIC: engines.harmonic_limits,
+    SOLID: engines.solid_limits,
+    CONTACT: frictionless.limits,
+    FRICTION: friction.limits,
+}
 
 
-def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
+def write_extremes(parts: Sequence[str], options: RunOptions, folder: Path) -> Path:
     """Run the cases of some parts and write the results; returns the path of the page."""
-    content = compute.numbers(compute.compute(parts, engines))
-    return record.write(folder, "extremes", content, page_of)
+    limits = [limit for part in parts for limit in LIMITS[part]()]
+    return write_study(folder, "extremes", as_content(list(run_limits(limits, options))), make_page)
 
 
-def page_of(content: dict[str, Any]) -> Page:
-    """Return the page; `content` is the content of `extremes.json`."""
+def as_content(rows: Sequence[Entry]) -> dict[str, Any]:
+    """Return the content of `extremes.json`."""
+    seconds = sum(case["seconds"] for case in _cases(rows))
+    return {"rows": rows, "summary": summary(rows), "digits": analytic.DIGITS, "seconds": round(seconds, 1)}
+
+
+def make_page(content: dict[str, Any]) -> Page:
+    """Return the page of `extremes.json`."""
     return Page(TITLE, content["summary"], _sections(content), _answer(content["rows"]))
 
 
@@ -65,33 +86,25 @@ def _cases(rows: Sequence[Entry]) -> list[Entry]:
     return [case for row in rows for case in row["reached"]]
 
 
-def _largest(cases: Sequence[Entry], key: str) -> float:
-    """Return the largest number of cases, NaN without any."""
-    return max((case[key] for case in cases if case[key] is not None), default=np.nan)
-
-
 # --- the answer -----------------------------------------------------------------------------------------
 
 
 def _answer(rows: Sequence[Entry]) -> Table:
     """Return the worst of each part."""
     heads = ["tolerance", "largest error", "largest estimate", "largest error over estimate"]
-    table_rows = [
-        Row(part, [_tolerance(part), *_worst(_cases(limits))]) for part, limits in _by_part(rows).items()
-    ]
+    table_rows = []
+    for part, limits in _by_part(rows).items():
+        tolerance = Cell(engines.TOLERANCE.get(part, np.nan), "g")
+        table_rows.append(Row(part, [tolerance, *_worst(_cases(limits))]))
     return Table("part", number_heads(*heads, unit="1"), table_rows)
-
-
-def _tolerance(part: str) -> Cell:
-    return Cell(ENGINE_TOLERANCE.get(part, np.nan), "g")
 
 
 def _worst(cases: Sequence[Entry]) -> list[Cell]:
     """Return the cells of the largest error, estimate, and error over estimate of cases."""
-    return _number_cells(*(_largest(cases, key) for key in ("error", "estimate", "used")))
-
-
-def _number_cells(error: float, estimate: float, used: float) -> list[Cell]:
+    error, estimate, used = (
+        max((case[key] for case in cases if case[key] is not None), default=np.nan)
+        for key in ("error", "estimate", "used")
+    )
     colour = TOO_SMALL if used > 1 else ""
     return [Cell(error, ".2g"), Cell(estimate, ".2g"), Cell(used, ".2f", colour=colour)]
 
@@ -107,39 +120,38 @@ def _sections(content: dict[str, Any]) -> Iterator[Section | Folded]:
     yield Section("Beyond the limits", [_beyond_table(rows)])
     tables = [Section(part, [_cases_table(limits)]) for part, limits in _by_part(rows).items()]
     yield Folded("All cases within the limits, and how errors are measured", [Note(ERRORS), *tables])
-    cost = f"All models and contacts took {content['seconds']} s. {record.version_text(content)}"
+    cost = f"All models and contacts took {content['seconds']} s. {versions_text(content)}"
     yield Folded("Cost and versions", [cost])
 
 
 def _panels(rows: Sequence[Entry]) -> list[Panel]:
-    """Return errors over their estimates, of C and of contacts apart."""
-    of_contact = [row for row in rows if row["engine"] in OF_CONTACT]
-    of_c = [row for row in rows if row["engine"] not in OF_CONTACT]
+    """Return errors over their estimates, of C and of contacts apart.
+
+    A mark per case: filled for the first part, open for another.
+    """
     looks = dict(zip(dict.fromkeys(row["parameter"] for row in rows), cycle(LOOKS), strict=False))
-    return [_panel(group, looks) for group in (of_c, of_contact) if group]
-
-
-def _panel(rows: Sequence[Entry], looks: Mapping[str, Look]) -> Panel:
-    """Return errors over their estimates, a mark per case: filled for the first part, open for another."""
-    kinds = dict(zip(_by_part(rows), ("filled", "open"), strict=False))
-    curves = []
-    for row in rows:
-        look, cases = looks[row["parameter"]], [case for case in row["reached"] if case["used"] is not None]
-        marker = look.marker + ("-open" if kinds[row["engine"]] == "open" else "")
-        used, errors = ([case[key] for case in cases] for key in ("used", "error"))
-        curves.append(Curve(row["parameter"], used, errors, replace(look, marker=marker)))
-    marks = ", ".join(f"{kind}: {part}" for part, kind in kinds.items())
-    title = f"{marks}; right of the dotted line an estimate is too small"
-    return Panel(title, "error over its estimate [-]", "error [-]", curves, log_y=True, marks=(1.0,))
+    panels = []
+    for of_contact in (False, True):
+        group = [row for row in rows if (row["engine"] in (CONTACT, FRICTION)) == of_contact]
+        kinds = dict(zip(_by_part(group), ("filled", "open"), strict=False))
+        curves = []
+        for row in group:
+            look, cases = looks[row["parameter"]], [c for c in row["reached"] if c["used"] is not None]
+            marker = look.marker + ("-open" if kinds[row["engine"]] == "open" else "")
+            used, errors = ([case[key] for case in cases] for key in ("used", "error"))
+            curves.append(Curve(row["parameter"], used, errors, replace(look, marker=marker)))
+        marks = ", ".join(f"{kind}: {part}" for part, kind in kinds.items())
+        title = f"{marks}; right of the dotted line an estimate is too small"
+        if group:
+            axes = "error over its estimate [-]", "error [-]"
+            panels.append(Panel(title, *axes, curves, log_y=True, marks=(1.0,)))
+    return panels
 
 
 def _limits_table(rows: Sequence[Entry]) -> Table:
     """Return the range of each parameter of each part, with the worst of its cases."""
     table_rows = [
-        Row(
-            "" if position else part,
-            [f"{limit['parameter']}", limit["range"], *_worst(limit["reached"])],
-        )
+        Row("" if position else part, [f"{limit['parameter']}", limit["range"], *_worst(limit["reached"])])
         for part, limits in _by_part(rows).items()
         for position, limit in enumerate(limits)
     ]
@@ -151,21 +163,15 @@ def _limits_table(rows: Sequence[Entry]) -> Table:
 
 
 def _beyond_table(rows: Sequence[Entry]) -> Table:
-    """Return the table of messages in cases beyond the limits."""
-    table_rows = [
-        Row(row["engine"], [row["parameter"], case["at"], _message(case)])
-        for row in rows
-        for case in row["beyond"]
-    ]
+    """Return the table of messages in cases beyond the limits, coloured where femic does not refuse."""
+    table_rows = []
+    for row in rows:
+        for case in row["beyond"]:
+            refused = case["says"] and not case["failed"]
+            text = ("failed: " if case["failed"] else "") + (case["says"] or "nothing")
+            message = Cell(text, colour="" if refused else TOO_SMALL)
+            table_rows.append(Row(row["engine"], [row["parameter"], case["at"], message]))
     return Table("part", ["parameter", "case", "message of femic"], table_rows, is_text=True)
-
-
-def _message(case: Entry) -> Cell:
-    """Return the cell of what femic says beyond a limit, coloured where it does not refuse the case."""
-    text = case["says"] or "nothing"
-    if case["failed"]:
-        return Cell(f"failed: {text}", colour=TOO_SMALL)
-    return Cell(text, colour="" if case["says"] else TOO_SMALL)
 
 
 def _cases_table(limits: Sequence[Entry]) -> Table:
@@ -176,15 +182,11 @@ def _cases_table(limits: Sequence[Entry]) -> Table:
         *texts("against"),
         Column("time", "s"),
     ]
-    rows = [
-        Row("" if position else f"{limit['parameter']}, {limit['range']}", _cells(case))
-        for limit in limits
-        for position, case in enumerate(limit["reached"])
-    ]
+    rows = []
+    for limit in limits:
+        for position, case in enumerate(limit["reached"]):
+            note = f"; {case['note']}" if case["note"] else ""
+            time = Cell(case["seconds"], ".2g")
+            cells = [f"{case['at']}{note}", *_worst([case]), case["exact"], time]
+            rows.append(Row("" if position else f"{limit['parameter']}, {limit['range']}", cells))
     return Table("parameter", columns, rows)
-
-
-def _cells(case: Entry) -> list[Cell | str]:
-    note = f"; {case['note']}" if case["note"] else ""
-    known = (np.nan if case[key] is None else case[key] for key in ("error", "estimate", "used"))
-    return [f"{case['at']}{note}", *_number_cells(*known), case["exact"], Cell(case["seconds"], ".2g")]

@@ -8,16 +8,16 @@ a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its r
 sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, curves_of
-from compare.validation.statements.criteria import Numbers, Statement
+from compare.validation.statements.frame import Statement, below
 from compare.validation.statements.runs import Runs
-from compare.validation.study import coefficients_of
+from compare.validation.study import kalker_coefficients
 from femic.contact.exact.friction import ShiftedPoint, TractiveRolling
 from femic.contact.exact.hertz import LineContact, LoadedPoint, PointContact, combined_modulus
 from femic.contact.friction import coulomb
@@ -26,7 +26,6 @@ from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import (
     Creepages,
     LeadingEdge,
-    Motion,
     RollingKinematics,
     Shift,
     SteadyRolling,
@@ -91,7 +90,7 @@ class Cone:
     def forces(self) -> tuple[float, float, float]:
         """F_x, F_s [N], M_n [N mm] of the spin where nothing slips."""
         spin = float(np.sin(self.delta)) / self.circle
-        return coefficients_of(self.ellipse, STEEL.nu).forces(STEEL.G, 0.0, 0.0, spin)
+        return kalker_coefficients(self.ellipse, STEEL.nu).forces(STEEL.G, 0.0, 0.0, spin)
 
 
 def on_grid(cone: Cone) -> PairOnGrid:
@@ -114,52 +113,37 @@ def rolls_freely(cone: Cone) -> RollingContact:
     return wheel.contact(Creepages(), Loading(CONE_LOAD), forces={"longitudinal": 0.0})
 
 
-def spin_forces(cone: Cone, p: Array) -> Array:
-    """Return F_s [N] and M_n [N mm] of tractions on the grid."""
-    pair = on_grid(cone)
-    along_s = float(np.sum(p[..., S]))
-    moment = float(np.sum(pair.x[:, None] * p[..., S] - (pair.grid.strips - cone.s) * p[..., X]))
-    return np.array([along_s, moment]) * pair.grid.area
+def rolling_cones(runs: Runs) -> Mapping[str, tuple[Cone, RollingContact]]:
+    """Return cones with their names and contacts, which are solved once."""
 
+    def solved() -> Mapping[str, tuple[Cone, RollingContact]]:
+        cones = {f"cone {slope:+g}": Cone(float(np.arctan(slope))) for slope in SLOPES}
+        return {name: (cone, rolls_freely(cone)) for name, cone in cones.items()}
 
-def _rolling(runs: Runs) -> Iterator[tuple[str, Cone, RollingContact]]:
-    """Yield cones with their names and contacts, which are solved once."""
-
-    def solved(_: Runs) -> Mapping[float, RollingContact]:
-        return {slope: rolls_freely(Cone(float(np.arctan(slope)))) for slope in SLOPES}
-
-    contacts: Mapping[float, RollingContact] = runs.remembered("cones", solved)
-    for slope, contact in contacts.items():
-        yield f"cone {slope:+g}", Cone(float(np.arctan(slope))), contact
+    return runs.once("cones", solved)
 
 
 def circle_errors(runs: Runs) -> Mapping[str, float]:
     """Return errors of the free creepage over R / r - 1."""
     return {
         name: float(abs(contact.creepages.longitudinal / cone.free - 1))
-        for name, cone, contact in _rolling(runs)
+        for name, (cone, contact) in rolling_cones(runs).items()
     }
 
 
 def spin_errors(runs: Runs) -> Mapping[str, float]:
     """Return errors of F_s and M_n of the cone's spin over the larger one of Kalker's."""
     errors: dict[str, float] = {}
-    for name, cone, contact in _rolling(runs):
+    for name, (cone, contact) in rolling_cones(runs).items():
+        pair, p = on_grid(cone), contact.contact.p
+        lever_s, lever_x = pair.x[:, None], pair.grid.strips - cone.s
+        moment = float(np.sum(lever_s * p[..., S] - lever_x * p[..., X]))
+        found = np.array([float(np.sum(p[..., S])), moment]) * pair.grid.area
         size = np.array([1.0, np.sqrt(cone.ellipse.a * cone.ellipse.b)])
         exact = np.array(cone.forces[1:]) / size
-        apart = np.abs(spin_forces(cone, contact.contact.p) / size - exact) / np.max(np.abs(exact))
+        apart = np.abs(found / size - exact) / np.max(np.abs(exact))
         errors |= {f"{name}, {label}": float(e) for label, e in zip(("F_s", "M_n"), apart, strict=True)}
     return errors
-
-
-CRITERIA = (
-    Numbers(circle_errors).below(
-        ON_CIRCLE, "circles", "free cones: relative error of the creepage R / r - 1 of the circle that rolls"
-    ),
-    Numbers(spin_errors).below(
-        OF_SPIN, "spin of cones", "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one"
-    ),
-)
 
 
 # --- cylinders and an ellipse ---------------------------------------------------------------------------
@@ -177,9 +161,6 @@ SHIFTED = (0.3, 0.6)  # forces over friction times load of a shift
 OF_FORCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
 OF_TRACTION = 0.05  # mean difference of tractions over their mean: edges cut elements
 EXACTLY = 1e-4  # where the closed form does not depend on elements
-
-Number = dict[str, float]
-
 
 # --- Carter ---------------------------------------------------------------------------------------------
 
@@ -211,47 +192,35 @@ def carter(share: float) -> CarterContact:
     creepage = share * TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, 0.0).largest_creepage
     exact = TractiveRolling(CYLINDERS, LINE_LOAD, FRICTION, creepage)
     n, dx = ACROSS + 8, 2 * exact.half_width / ACROSS
-    x = _centres(n, dx)
+    x = centres(n, dx)
     middles = x[:, None] + dx * (np.arange(20) - 9.5) / 20
     bound = FRICTION * np.mean(CYLINDERS.pressure(LINE_LOAD, middles), axis=1)[:, None]
     rigid = np.zeros((n, 1, 2))
     rigid[..., X] = -creepage
-    solved = coulomb.tractions(_law(_line_ics(n, dx), SteadyRolling(rigid, dx=dx), bound))
+    # ICs of strips of width dx in plane strain, -2 ln|x| / (pi E*), along x and across
+    edges = np.asarray(dx * (np.arange(2 * n) - n + 0.5), dtype=float)  # of lags
+    integral = edges * np.log(np.abs(edges) / (n * dx)) - edges
+    kernel = -2 / (np.pi * CYLINDERS.modulus) * np.diff(integral)
+    operator = Convolution((X, S), {"1": np.ones(1)}, {((i, "1"), (i, "1")): kernel[:, None] for i in (X, S)})
+    motion, none = SteadyRolling(rigid, dx=dx), np.zeros((0, *bound.shape, 2))
+    solved = coulomb.tractions(
+        Coulomb(
+            lambda p: motion.elastic_slip(operator(p)),
+            Strips.on_half_spaces(operator, motion),
+            motion.given,
+            bound,
+            LeadingEdge.find(bound, motion.depth),
+            motion,
+            FreeAmplitudes(none, none, np.zeros(0)),
+        )
+    )
     sticks = solved.stick[:, 0] & (bound[:, 0] > 0)
     return CarterContact(x, solved.p[:, 0, X], sticks, dx, exact)
 
 
-def _centres(n: int, step: float) -> Array:
+def centres(n: int, step: float) -> Array:
     """Return the centres of n elements about 0."""
     return np.asarray(step * (np.arange(n) - (n - 1) / 2), dtype=float)
-
-
-def _line_ics(n: int, dx: float) -> Convolution:
-    """Return ICs of strips of width dx in plane strain, -2 ln|x| / (pi E*), along x and across."""
-    edges = np.asarray(dx * (np.arange(2 * n) - n + 0.5), dtype=float)  # of lags
-
-    integral = edges * np.log(np.abs(edges) / (n * dx)) - edges
-    kernel = -2 / (np.pi * CYLINDERS.modulus) * np.diff(integral)
-    return Convolution((X, S), {"1": np.ones(1)}, {((i, "1"), (i, "1")): kernel[:, None] for i in (X, S)})
-
-
-def _law(operator: Convolution, motion: Motion, bound: Array) -> Coulomb:
-    """Return the problem of tangential tractions with given bounds, without prescribed forces."""
-    none = np.zeros((0, *bound.shape, 2))
-    return Coulomb(
-        lambda p: motion.elastic_slip(operator(p)),
-        Strips.on_half_spaces(operator, motion),
-        motion.given,
-        bound,
-        LeadingEdge.find(bound, motion.depth),
-        motion,
-        FreeAmplitudes(none, none, np.zeros(0)),
-    )
-
-
-def carter_errors(name: str) -> Numbers:
-    """Measure an error of `CarterContact` at each creepage."""
-    return Numbers(lambda _: {f"{share:g} of full slip": getattr(carter(share), name) for share in CARTERS})
 
 
 # --- an ellipse -----------------------------------------------------------------------------------------
@@ -261,7 +230,7 @@ def ellipse(friction: float) -> FrictionalProblem:
     """Return the contact of `POINT` on half-spaces."""
     n_x, n_s = ELEMENTS
     grid = Grid(n_x, n_s, ROOM * 2 * POINT.a / n_x, ROOM * 2 * POINT.b / n_s)
-    x = _centres(n_x, grid.dx)[:, None]
+    x = centres(n_x, grid.dx)[:, None]
     curved = POINT.surfaces
     distance = curved.curvature_x * x**2 / 2 + curved.curvature_s * grid.strips**2 / 2
     bodies = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
@@ -272,7 +241,7 @@ def ellipse(friction: float) -> FrictionalProblem:
 def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, RollingProblem]:
     """Return steady rolling on the ellipse, without curvature of the wheel in its kinematics."""
     problem = ellipse(friction)
-    x = _centres(problem.grid.n_x, problem.grid.dx)
+    x = centres(problem.grid.n_x, problem.grid.dx)
     strips = problem.grid.strips
     wheel = RollingProblem(
         problem, RollingKinematics(plane(), np.inf, x, strips, np.zeros_like(strips)), order=2
@@ -280,11 +249,11 @@ def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, Rol
     return wheel.contact(creepages, Loading(LOAD)).contact, wheel
 
 
-def kalker_errors(_: Runs) -> Number:
+def kalker_errors(_: Runs) -> Mapping[str, float]:
     """Return errors of F_x, F_y, M_z at small creepages over the largest of Kalker's at this creepage."""
     length = np.sqrt(POINT.a * POINT.b)
-    exact_of = coefficients_of(POINT, STEEL.nu)
-    errors: Number = {}
+    exact_of = kalker_coefficients(POINT, STEEL.nu)
+    errors: dict[str, float] = {}
     for name, size in (("longitudinal", LITTLE), ("lateral", LITTLE), ("spin", LITTLE / length)):
         contact, wheel = rolls(BARELY_SLIPS, Creepages(**{name: size}))
         sizes = [size * (name == other) for other in ("longitudinal", "lateral", "spin")]
@@ -300,15 +269,11 @@ def kalker_errors(_: Runs) -> Number:
     return errors
 
 
-def _saturating() -> float:
-    """Return the creepage at which Kalker's longitudinal force is friction times load."""
-    C11 = coefficients_of(POINT, STEEL.nu).C11
-    return float(FRICTION * LOAD / (STEEL.G * POINT.a * POINT.b * C11))
-
-
-def full_slip_errors(_: Runs) -> Number:
+def full_slip_errors(_: Runs) -> Mapping[str, float]:
     """Return F / (friction load) - 1, signed along the force, at creepages at which all slips."""
-    size, errors = SLIDES * _saturating(), dict[str, float]()
+    C11 = kalker_coefficients(POINT, STEEL.nu).C11
+    saturating = float(FRICTION * LOAD / (STEEL.G * POINT.a * POINT.b * C11))  # Kalker's force is the bound
+    size, errors = SLIDES * saturating, dict[str, float]()
     directions = {"driven": (1, 0), "braked": (-1, 0), "aside": (0, 1), "driven and aside": (0.6, 0.8)}
     for label, (along, aside) in directions.items():
         contact, _wheel = rolls(FRICTION, Creepages(along * size, aside * size))
@@ -317,71 +282,66 @@ def full_slip_errors(_: Runs) -> Number:
     return errors
 
 
-def shifted(share: float, direction: int) -> tuple[FrictionalContact, ShiftedPoint]:
-    """Return the contact after a shift, and Cattaneo's with the force that goes with it."""
-    exact = ShiftedPoint(POINT, STEEL.nu, FRICTION, share * FRICTION * LOAD, direction)
-    problem = ellipse(FRICTION)
-    rigid = np.zeros((*problem.distance.shape, 2))
-    rigid[..., direction] = -exact.shift
-    return solve(problem, Shift(rigid), Loading(LOAD)), exact
+def shifts(runs: Runs) -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
+    """Return contacts after a shift, Cattaneo's with the force that goes with it, and its direction."""
+
+    def solved() -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
+        contacts, problem = {}, ellipse(FRICTION)
+        for direction, label in ((X, "x"), (S, "s")):
+            for share in SHIFTED:
+                exact = ShiftedPoint(POINT, STEEL.nu, FRICTION, share * FRICTION * LOAD, direction)
+                rigid = np.zeros((*problem.distance.shape, 2))
+                rigid[..., direction] = -exact.shift
+                contact = solve(problem, Shift(rigid), Loading(LOAD))
+                contacts[f"along {label}, {share:g} of friction load"] = contact, exact, direction
+        return contacts
+
+    return runs.once("shifts", solved)
 
 
-def _shifts() -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
-    return {
-        f"along {label}, {share:g} of friction load": (*shifted(share, direction), direction)
-        for direction, label in ((X, "x"), (S, "s"))
-        for share in SHIFTED
-    }
-
-
-def cattaneo_forces(runs: Runs) -> Number:
+def cattaneo_forces(runs: Runs) -> Mapping[str, float]:
     """Return relative errors of the force by the shift."""
     return {
         case: abs(float(contact.force[direction]) / exact.force - 1)
-        for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items()
+        for case, (contact, exact, direction) in shifts(runs).items()
     }
 
 
-def cattaneo_tractions(runs: Runs) -> Number:
+def cattaneo_tractions(runs: Runs) -> Mapping[str, float]:
     """Return mean differences of tractions over the mean of the exact ones."""
-    errors: Number = {}
-    for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items():
-        traction = exact.traction(*_places(contact))
+    errors: dict[str, float] = {}
+    for case, (contact, exact, direction) in shifts(runs).items():
+        grid = contact.problem.grid
+        traction = exact.traction(centres(grid.n_x, grid.dx)[:, None], grid.strips)
         apart = np.abs(contact.p[..., direction] - traction)
         errors[case] = float(np.mean(apart) / np.mean(np.abs(traction)))
     return errors
 
 
-def _places(contact: FrictionalContact) -> tuple[Array, Array]:
-    grid = contact.problem.grid
-    return _centres(grid.n_x, grid.dx)[:, None], grid.strips
+# --- the statement --------------------------------------------------------------------------------------
 
 
-# --- the page -------------------------------------------------------------------------------------------
-
-
-def _carter_panel(share: float) -> Panel:
-    solved = carter(share)
-    fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
-    p_max = FRICTION * CYLINDERS.p_max(LINE_LOAD)
-    exact = np.interp(solved.x, fine, solved.exact.traction(fine))
-    return Panel(
-        f"Carter, {share:g} of full slip",
-        "x [mm]",
-        "p_x over friction p_max [-]",
-        curves_of(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max}),
-    )
-
-
-def _cattaneo_panels(runs: Runs) -> list[Panel]:
-    panels = []
-    for case, (contact, exact, direction) in runs.remembered("shifts", lambda _: _shifts()).items():
-        x, s = _places(contact)
-        row = len(x) // 2
-        traction = exact.traction(x[row], s)
-        curves = {"closed form": traction, "femic": contact.p[row, :, direction]}
-        panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves_of(s, curves)))
+def _panels(runs: Runs) -> list[Panel]:
+    panels, p_max = [], FRICTION * CYLINDERS.p_max(LINE_LOAD)
+    for share in CARTERS:
+        solved = carter(share)
+        fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
+        exact = np.interp(solved.x, fine, solved.exact.traction(fine))
+        curves = curves_of(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
+        title = f"Carter, {share:g} of full slip"
+        panels.append(Panel(title, "x [mm]", "p_x over friction p_max [-]", curves))
+    for case, (contact, shifted, direction) in shifts(runs).items():
+        grid, row = contact.problem.grid, contact.problem.grid.n_x // 2
+        traction = shifted.traction(centres(grid.n_x, grid.dx)[row], grid.strips)
+        both = {"closed form": traction, "femic": contact.p[row, :, direction]}
+        curves = curves_of(grid.strips, both)
+        panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves))
     return panels
+
+
+def carter_errors(error: Callable[[CarterContact], float]) -> Mapping[str, float]:
+    """Return an error of rolling cylinders at each creepage."""
+    return {f"{share:g} of full slip": error(carter(share)) for share in CARTERS}
 
 
 STATEMENTS = (
@@ -389,23 +349,51 @@ STATEMENTS = (
         44,
         "Rolling and shifts are those of closed forms.",
         (
-            carter_errors("force_error").below(OF_FORCE, "Carter", "Carter: relative error of the force"),
-            carter_errors("stick_error").below(
-                OF_TRACTION, "Carter stick", "Carter: error of the width that sticks over that of the contact"
+            below(
+                OF_FORCE,
+                "Carter",
+                "Carter: relative error of the force",
+                lambda _: carter_errors(lambda contact: contact.force_error),
             ),
-            Numbers(kalker_errors).below(
-                OF_FORCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest"
+            below(
+                OF_TRACTION,
+                "Carter stick",
+                "Carter: error of the width that sticks over that of the contact",
+                lambda _: carter_errors(lambda contact: contact.stick_error),
             ),
-            Numbers(full_slip_errors).below(
-                EXACTLY, "full slip", "full slip: force along its direction over friction load, less 1"
+            below(
+                OF_FORCE,
+                "Kalker",
+                "Kalker: error of F_x, F_y, M_z of small creepages over the largest",
+                kalker_errors,
             ),
-            Numbers(cattaneo_forces).below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force"),
-            Numbers(cattaneo_tractions).below(
-                OF_TRACTION, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean"
+            below(
+                EXACTLY,
+                "full slip",
+                "full slip: force along its direction over friction load, less 1",
+                full_slip_errors,
             ),
-            *CRITERIA,
+            below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force", cattaneo_forces),
+            below(
+                OF_TRACTION,
+                "Cattaneo tractions",
+                "Cattaneo: mean difference of tractions over their mean",
+                cattaneo_tractions,
+            ),
+            below(
+                ON_CIRCLE,
+                "circles",
+                "free cones: relative error of the creepage R / r - 1 of the circle that rolls",
+                circle_errors,
+            ),
+            below(
+                OF_SPIN,
+                "spin of cones",
+                "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one",
+                spin_errors,
+            ),
         ),
-        lambda runs: [*map(_carter_panel, CARTERS), *_cattaneo_panels(runs)],
+        _panels,
         columns=3,
     ),
 )

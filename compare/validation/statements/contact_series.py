@@ -1,17 +1,17 @@
 """Contacts of a pair under any load, on grids that some loads share: C is solved once for each grid.
 
 So contacts can be compared at angles Δδ of the patch instead of loads: the load at which the patch with C
-turns by an angle is sought. Numbers carry their estimated errors, also into ratios.
+turns by an angle is sought.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Self
 
 import numpy as np
 
 from compare.studies.validity_limits import PairDeviations
+from compare.validation.statements.frame import Estimated
 from femic.contact.estimates import Numbers
 from femic.contact.finite_elements.meshed_contact import rigid_compliance
 from femic.contact.loading import Loading
@@ -24,43 +24,6 @@ from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import angle, numbers
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
-
-# --- numbers with estimated errors ----------------------------------------------------------------------
-
-
-class Estimated(float):
-    """A number with its estimated error; wherever the error does not matter, it is the number."""
-
-    estimate: float
-
-    def __new__(cls, value: float, estimate: float) -> Self:
-        """Return a number with its estimated error, which is infinite where it is not known (NaN)."""
-        number = super().__new__(cls, value)
-        number.estimate = np.inf if np.isnan(estimate) else abs(estimate)
-        return number
-
-
-def estimate_of(value: float) -> float:
-    """Return the estimated error of a number, 0 if it has none."""
-    return value.estimate if isinstance(value, Estimated) else 0.0
-
-
-def ratio(one: float, other: float) -> float:
-    """Return a ratio of distances; infinite where the other is 0 and this is not, NaN where both are.
-
-    Its estimated error is the most that those of both can make of it; infinite where the other may be 0.
-    """
-    if other == 0.0:
-        return np.nan if one == 0.0 else np.inf
-    if not (estimate_of(one) or estimate_of(other)):
-        return one / other
-    least = abs(other) - estimate_of(other)
-    largest = (abs(one) + estimate_of(one)) / least if least > 0 else np.inf
-    return Estimated(one / other, largest - abs(one / other))
-
-
-# --- contacts under any load ----------------------------------------------------------------------------
-
 
 GRID_LOADS = 7  # loads that the grids are made for; groups of them share a grid
 LOAD_SHARE = 1e-3  # accuracy of loads at which a patch turns by an angle
@@ -108,22 +71,22 @@ class ContactSeries:
     @cached_property
     def grids(self) -> list[SharedGrid]:
         """The grids, those of smaller loads first."""
-        return list(self._grids())
-
-    def _grids(self) -> Iterator[SharedGrid]:
-        problem = _with_loads(self.problem, tuple(map(float, np.geomspace(*self.loads, GRID_LOADS))))
+        loads = tuple(map(float, np.geomspace(*self.loads, GRID_LOADS)))
+        specification = replace(self.problem.specification, loads=loads, approaches=(), ics=ICS)
+        problem, shared = replace(self.problem, specification=specification), []
         for grid, loadings in grids_of(problem):
-            largest = max(loadings, key=_load)
-            yield on_fitting_grid(problem, grid, partial(self._shared_grid, largest))
+            largest = max(float(loading.load or 0.0) for loading in loadings)
+            shared.append(on_fitting_grid(problem, grid, partial(self._shared_grid, largest)))
+        return shared
 
-    def _shared_grid(self, largest: Loading, on_grid: PairOnGrid) -> SharedGrid:
-        grid = on_grid.grid
+    def _shared_grid(self, load: float, on_grid: PairOnGrid) -> SharedGrid:
+        grid, largest = on_grid.grid, Loading(load)
         self.options.watch.on_stage(
             f"  {self.problem.name}: C on {grid.n_x} x {grid.n_s} elements, up to {largest}"
         )
         reference = normal_reference_ics(self.problem, on_grid, self.options)
         operators: dict[str, Operator] = {ics: on_grid.operator(ics) for ics in ICS if ics != C}
-        shared = SharedGrid(on_grid, operators | {C: reference.operator}, reference, _load(largest))
+        shared = SharedGrid(on_grid, operators | {C: reference.operator}, reference, load)
         for ics in ICS:  # a grid that is too short for one of them is made longer
             shared.solve(largest, ics)
         return shared
@@ -133,7 +96,7 @@ class ContactSeries:
         """M_zz [mm/N] of both bodies on their supports, which the discount takes from approaches with C."""
         return rigid_compliance(self.problem, self.options)
 
-    def grid_of(self, load: float) -> SharedGrid:
+    def grid(self, load: float) -> SharedGrid:
         """Return the grid of a load [N]."""
         if load in self.own_grids:
             return self.own_grids[load]
@@ -143,12 +106,12 @@ class ContactSeries:
         """Return the contact under a load [N]; `exact`: with the distance of the displaced body."""
         key = load, ics, exact
         if key not in self.contacts:
-            self.contacts[key] = self.grid_of(load).solve(Loading(load), ics, exact=exact)
+            self.contacts[key] = self.grid(load).solve(Loading(load), ics, exact=exact)
         return self.contacts[key]
 
     def contact(self, load: float, ics: str = C) -> SolvedContact:
         """Return the contact under a load [N], of C also with its estimated error added."""
-        shared, loading = self.grid_of(load), Loading(load)
+        shared, loading = self.grid(load), Loading(load)
         perturbed = shared.on_grid.solve(shared.reference.perturbed, loading) if ics == C else None
         return SolvedContact(loading, ics, self.solved(load, ics), perturbed)
 
@@ -170,46 +133,32 @@ class ContactSeries:
 
     def error(self, load: float, ics: str, name: str) -> Estimated:
         """Return a number with some ICs over the same with C, minus 1, under a load [N]."""
-        return Estimated(*self.grid_of(load).deviations.error(name, ics, load))
+        return Estimated(*self.grid(load).deviations.error(name, ics, load))
 
     def angle_with_c(self, load: float) -> Estimated:
         """Return the angle [deg] by which the patch with C turns under a load [N]."""
-        return Estimated(*self.grid_of(load).deviations.angle(load))
+        return Estimated(*self.grid(load).deviations.angle(load))
 
     def load_at(self, degrees: float) -> float:
-        """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids."""
-        if degrees not in self.loads_at:
-            self.loads_at[degrees] = self._load_at(degrees)
-        return self.loads_at[degrees]
+        """Return the load [N] at which the patch with C turns by an angle; Failure beyond the grids.
 
-    def _load_at(self, degrees: float) -> float:
-        """Return the load [N], of contacts on one grid: from one grid to the next the angle jumps.
-
-        The grid is the first whose largest load turns the patch far enough. Where the jump between two grids
-        passes the angle, the load is a little less than those of the larger grid, which it has nevertheless.
+        It is one of contacts on one grid: from one grid to the next the angle jumps. The grid is the first
+        whose largest load turns the patch far enough. Where the jump between two grids passes the angle, the
+        load is a little less than those of the larger grid, which it has nevertheless.
         """
-        angles = [self.angle(shared.load) for shared in self.grids]
-        number = next((k for k, turned in enumerate(angles) if turned >= degrees), len(angles) - 1)
-        shared = self.grids[number]
-        least = self.grids[number - 1].load * BELOW if number else self.loads[0]
-        patch = f"the patch of {self.problem.name} with C"
-        angle_of = partial(self._angle_on, shared)
-        load = load_at_angle(angle_of, degrees, (least, shared.load), LOAD_SHARE, patch)
-        self.own_grids[load] = shared
-        return load
+        if degrees not in self.loads_at:
+            angles = [self.angle(shared.load) for shared in self.grids]
+            number = next((k for k, turned in enumerate(angles) if turned >= degrees), len(angles) - 1)
+            shared = self.grids[number]
+            least = self.grids[number - 1].load * BELOW if number else self.loads[0]
 
-    def _angle_on(self, shared: SharedGrid, load: float) -> float:
-        """Return the angle [deg] by which the patch with C turns under a load [N] on a grid."""
-        if self.grid_of(load) is shared:
-            return self.angle(load)
-        contact = shared.solve(Loading(load), C)
-        return angle(contact.on_grid, contact.normal)
+            def angle_on(load: float) -> float:
+                if self.grid(load) is shared:
+                    return self.angle(load)
+                contact = shared.solve(Loading(load), C)
+                return angle(contact.on_grid, contact.normal)
 
-
-def _with_loads(problem: ContactProblem, loads: tuple[float, ...]) -> ContactProblem:
-    specification = replace(problem.specification, loads=loads, approaches=(), ics=ICS)
-    return replace(problem, specification=specification)
-
-
-def _load(loading: Loading) -> float:
-    return float(loading.load or 0.0)
+            patch = f"the patch of {self.problem.name} with C"
+            load = load_at_angle(angle_on, degrees, (least, shared.load), LOAD_SHARE, patch)
+            self.own_grids[load], self.loads_at[degrees] = shared, load
+        return self.loads_at[degrees]

@@ -1,13 +1,19 @@
-"""Curves of statements: components of ICs along lines, their errors, and panels that show them."""
+"""Curves of statements: components of ICs along lines, their errors, and panels that show them.
 
-from collections.abc import Callable, Mapping
+Numbers of such curves are measured on both geometries of the source, and drawn side by side.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from approx.pair import Solid
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
+from compare.validation.statements.frame import Measure
+from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.results.ics import Results, ics_of, measure_of, parts_of, points_of, reference_of
 from geometries.arrays import Array
 from geometries.patches import OffsetLine, indices
@@ -74,14 +80,11 @@ class Curve:
         """Return |v / C - 1| at a coordinate [mm] along the only line."""
         return abs(self.at(variant, coordinate) / self.at("C", coordinate) - 1)
 
-    def error(self, variant: str) -> float:
-        """Return the largest error [-] of a variant."""
-        return self.error_of(ics_of(self.results, variant, self.body))
-
-    def error_of(self, ics: Array) -> float:
-        """Return the largest error [-] of ICs (3, 3, n_points) [mm/N]."""
-        differences = ics - reference_of(self.results, self.body).ic
-        shares = measure_of(self.results, self.body).shares(differences)
+    def error(self, ics: str | Array) -> float:
+        """Return the largest error [-] of a variant, or of ICs (3, 3, n_points) [mm/N]."""
+        approximation = ics_of(self.results, ics, self.body) if isinstance(ics, str) else ics
+        deviations = approximation - reference_of(self.results, self.body).ic
+        shares = measure_of(self.results, self.body).shares(deviations)
         return max(float(shares[line.name][indices(self.component)]) for line in self.lines)
 
     def panel(self, *variants: str, more: Mapping[str, Array] | None = None, beyond: float = 0.0) -> Panel:
@@ -103,7 +106,7 @@ class Curve:
         )
 
 
-def line_of(results: Results, name: str) -> OffsetLine:
+def find_line(results: Results, name: str) -> OffsetLine:
     """Return the line with a name."""
     return next(line for line in results.scene.lines if line.name == name)
 
@@ -111,6 +114,45 @@ def line_of(results: Results, name: str) -> OffsetLine:
 def unit(results: Results) -> float:
     """Return E L [N/mm], the factor that makes ICs [mm/N] dimensionless."""
     return results.scene.reference_E * results.scene.reference_length
+
+
+def rms(values: Array) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def prismatic_ics(results: Results, variant: str, body: str) -> Array:
+    """Return a variant for prismatic surfaces, without curvature along x as in [BVSV]; (3, 3, n) [mm/N]."""
+    scene, points = results.scene, (results.points.x, results.points.s)
+    solids = [getattr(scene.pair, name) for name in parts_of(body)]
+    prismatic = [Solid(solid.material, solid.surface.prismatic) for solid in solids]
+    total = np.sum([solid.approximate(variant, scene.patch, points) for solid in prismatic], axis=0)
+    return np.asarray(total / scene.patch.area)
+
+
+# --- numbers of criteria, on both geometries ------------------------------------------------------------
+
+
+def per_geometry(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Measure:
+    """Measure a number of each geometry for each combination of `choices`: bodies, lines or components.
+
+    With `fitted` the results include B-hat-prime.
+    """
+    return lambda runs: {
+        ", ".join((name, *choice)): number(runs.fitted(name) if fitted else runs.geometry(name), *choice)
+        for name, *choice in product(GEOMETRIES, *choices)
+    }
+
+
+def per_body(number: Callable[[Results, str], float], *, fitted: bool = False) -> Measure:
+    """Measure a number of each geometry and body, of both together as well."""
+    return per_geometry(number, BODIES, fitted=fitted)
+
+
+def second_minus_first(number: Callable[[Results], float]) -> Measure:
+    """Measure a number of Geometry 2 minus the same of Geometry 1."""
+    first, second = GEOMETRIES
+    return lambda runs: {"both": number(runs.geometry(second)) - number(runs.geometry(first))}
 
 
 def error_ratio(first: str, second: str, component: str, on: str | None = None) -> Callable[..., float]:
@@ -133,15 +175,26 @@ def across_over_along(component: str) -> Callable[[Results, str], float]:
     return ratio
 
 
-def not_revolved(results: Results, variant: str, body: str) -> Array:
-    """Return a variant for prismatic surfaces, without curvature along x as in [BVSV]; (3, 3, n) [mm/N]."""
-    scene, points = results.scene, (results.points.x, results.points.s)
-    solids = [getattr(scene.pair, name) for name in parts_of(body)]
-    prismatic = [Solid(solid.material, solid.surface.prismatic) for solid in solids]
-    total = np.sum([solid.approximate(variant, scene.patch, points) for solid in prismatic], axis=0)
-    return np.asarray(total / scene.patch.area)
+# --- panels ---------------------------------------------------------------------------------------------
 
 
-def rms(values: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
+def side_by_side(
+    draw: Callable[[Results], Sequence[Panel]], *, fitted: bool = False
+) -> Callable[[Runs], list[Panel]]:
+    """Draw panels of both geometries, side by side."""
+
+    def panels(runs: Runs) -> list[Panel]:
+        columns = [draw(runs.fitted(name) if fitted else runs.geometry(name)) for name in GEOMETRIES]
+        return [panel for row in zip(*columns, strict=True) for panel in row]
+
+    return panels
+
+
+def curve_panels(
+    places: Iterable[tuple[str, str, str]], *variants: str, beyond: float = 0.0, fitted: bool = False
+) -> Callable[[Runs], list[Panel]]:
+    """Draw C and variants of both geometries, by places: body, component, line."""
+    rows = tuple(places)
+    return side_by_side(
+        lambda results: [Curve(results, *row).panel(*variants, beyond=beyond) for row in rows], fitted=fitted
+    )

@@ -6,16 +6,15 @@ Both are solved on the same grid, so that one C serves all motions and coefficie
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, cast
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from compare.report.looks import symbol_of
-from compare.validation.statements.contact_series import Estimated, ratio
-from compare.validation.statements.criteria import Numbers
 from compare.validation.statements.curves import rms
+from compare.validation.statements.frame import Estimated, Measure, ratio
 from compare.validation.statements.runs import Runs
 from femic.contact.datasets import estimate_of_difference
 from femic.contact.motions import pair_in_motion
@@ -36,11 +35,9 @@ FEW_CREEPAGES = (-0.006, -0.003, -0.002, -0.0015, -0.001, -0.0005, 0.0, 0.001, 0
 SINGLE = ("A", "B", "Bhat", "Bhat_prime")
 WITHOUT_FIT = {"A": "Bhat+sn:B+xn:A", "B": "Bhat+sn:B+xn:B", "Bhat": "Bhat+sn:B"}  # by their xn
 ICS = (*SINGLE, "mix", *WITHOUT_FIT.values(), "C")
-STEEL_E = 210e3  # MPa, of both bodies
-GRID = ("dx", "ds", "s_middle")  # attributes of labelled arrays that give their grid
 
+Contacts = Callable[[Runs], xr.Dataset]
 Distance = Callable[[xr.Dataset, float, str], float]  # of some ICs from C, at a coefficient of friction
-Further = ParamSpec("Further")  # arguments of a distance
 
 
 def rolling(runs: Runs) -> xr.Dataset:
@@ -54,30 +51,26 @@ def compression(runs: Runs) -> xr.Dataset:
     return runs.friction("compression", {"contact": contact})
 
 
-def rolling_on_same_grid(
-    runs: Runs, changes: Mapping[str, Any], given: Mapping[str, GivenICs] = NONE_GIVEN
+def on_same_grid(
+    runs: Runs, motion: str, changes: Mapping[str, Any], given: Mapping[str, GivenICs] = NONE_GIVEN
 ) -> xr.Dataset:
-    """Return steady rolling with some keys of the scene changed, on the grid of `rolling`."""
+    """Return rolling or compression with some keys of the scene changed, on the grid that has all ICs."""
+    contacts = {"rolling": rolling, "compression": compression}[motion](runs)
     contact = {"grid": "scene"} | changes.get("contact", {})
-    return runs.friction("rolling", {**changes, "grid": on_grid_of(rolling(runs)), "contact": contact}, given)
+    return runs.friction(motion, {**changes, "grid": asdict(find_grid(contacts)), "contact": contact}, given)
 
 
-def grid_of(dataset: xr.Dataset) -> Grid:
-    """Return the grid of labelled arrays."""
-    dx, ds, s = (float(dataset.attrs[name]) for name in GRID)
+def find_grid(dataset: xr.Dataset) -> Grid:
+    """Return the grid of the contacts of a dataset."""
+    dx, ds, s = (float(dataset.attrs[name]) for name in ("dx", "ds", "s_middle"))
     return Grid(dataset.sizes["x"], dataset.sizes["s"], dx, ds, s)
 
 
-def on_grid_of(dataset: xr.Dataset) -> dict[str, object]:
-    """Return the table [grid] of a scene of the grid of labelled arrays."""
-    return asdict(grid_of(dataset))
-
-
-def pair_of(runs: Runs) -> PairWithFriction:
+def rolling_pair(runs: Runs) -> PairWithFriction:
     """Return the pair of scene `rolling` on the grid of its contacts, where C is solved."""
-    changes = {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": on_grid_of(rolling(runs))}
-    scene = load_scene("rolling", changes)
-    problem = scene.contact_problem
+    grid = asdict(find_grid(rolling(runs)))
+    changes = {"contact": {"ics": ["Bhat", C], "grid": "scene"}, "grid": grid}
+    problem = load_scene("rolling", changes).contact_problem
     return pair_in_motion(problem, pair_on_grid(problem, problem.grid), runs.options)
 
 
@@ -86,36 +79,27 @@ def pair_of(runs: Runs) -> PairWithFriction:
 
 def curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the root mean square distance of creep-force curves over friction times load."""
-    return _labelled_distance(dataset, "rms", friction=friction, ics=ics)
+    at = dataset.sel(friction=friction, ics=ics)
+    return Estimated(float(at.rms), float(at.estimate_rms))
 
 
 def largest_curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the largest distance of creep-force curves over friction times load."""
-    return _labelled_distance(dataset, "largest", friction=friction, ics=ics)
+    at = dataset.sel(friction=friction, ics=ics)
+    return Estimated(float(at.largest), float(at.estimate_largest))
 
 
-def _labelled_distance(dataset: xr.Dataset, name: str, **at: float | str) -> Estimated:
-    """Return a distance that labelled arrays have, with its estimated error."""
-    return Estimated(*(float(dataset[which].sel(at)) for which in (name, f"estimate_{name}")))
-
-
-def with_estimate(
-    difference: Callable[Concatenate[xr.Dataset, float, str, Further], float],
-) -> Callable[Concatenate[xr.Dataset, float, str, Further], float]:
+def with_estimate(difference: Distance) -> Distance:
     """Make a difference of contacts to those with C a distance: its size, with its estimated error."""
 
     @wraps(difference)
-    def distance(
-        dataset: xr.Dataset, friction: float, ics: str, *args: Further.args, **kwargs: Further.kwargs
-    ) -> float:
-        def measured(contacts: xr.Dataset) -> xr.DataArray:
-            return xr.DataArray(difference(contacts, friction, ics, *args, **kwargs))
-
+    def distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
         both = list(dict.fromkeys((ics, reference_of(dataset))))
         compared = dataset.sel(friction=[friction], ics=both)
-        return Estimated(abs(float(measured(compared))), float(estimate_of_difference(compared, measured)))
+        known = estimate_of_difference(compared, lambda c: xr.DataArray(difference(c, friction, ics)))
+        return Estimated(abs(difference(compared, friction, ics)), float(known))
 
-    return cast("Callable[Concatenate[xr.Dataset, float, str, Further], float]", distance)
+    return distance
 
 
 @with_estimate
@@ -132,22 +116,16 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
     The curve of these ICs is interpolated between its creepages, and compared where both are known.
     """
-    at = dataset.sel(friction=friction)
-    force, reference = scaled_force(at.assign_coords(friction=friction)), reference_of(dataset)
-    by_c, own = (_solved_points(force.sel(ics=name)) for name in (reference, ics))
-    if min(len(xi) for xi, _ in (by_c, own)) < 2:
+    at, reference = dataset.sel(friction=friction), reference_of(dataset)
+    force = scaled_force(at.assign_coords(friction=friction))
+    with_c, own = (force.sel(ics=name).dropna("xi") for name in (reference, ics))
+    if min(with_c.size, own.size) < 2:
         return np.nan
     moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=reference))
-    curve = PchipInterpolator(*own, extrapolate=False)
-    apart, left = (curve(by_c[0] + move) - by_c[1] for move in (0.0, moved))
+    curve = PchipInterpolator(own.xi.values, own.values, extrapolate=False)
+    apart, left = (curve(with_c.xi.values + move) - with_c.values for move in (0.0, moved))
     both = np.isfinite(apart) & np.isfinite(left)
     return rms(left[both]) / rms(apart[both])
-
-
-def _solved_points(force: xr.DataArray) -> tuple[Array, Array]:
-    """Return creepages and forces where there is a contact."""
-    known = force.dropna("xi")
-    return known.xi.values, known.values
 
 
 @with_estimate
@@ -171,18 +149,19 @@ def centre_line(dataset: xr.Dataset, friction: float) -> xr.DataArray:
     return dataset.p.sel(friction=friction, direction="x").interp(s=0.0)
 
 
-@with_estimate
-def traction_distance(
-    dataset: xr.Dataset, friction: float, ics: str, directions: Sequence[str] = ("x", "s")
-) -> float:
-    """Return the distance of tangential tractions over friction times pressure with C; root mean squares.
+def traction_distance_along(*directions: str) -> Distance:
+    """Measure the distance of tangential tractions over friction times pressure with C; root mean squares."""
 
-    `directions` are those that count.
-    """
-    p = dataset.p.sel(friction=friction)
-    by_c = p.sel(ics=reference_of(dataset))
-    apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
-    return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
+    def difference(dataset: xr.Dataset, friction: float, ics: str) -> float:
+        p = dataset.p.sel(friction=friction)
+        by_c = p.sel(ics=reference_of(dataset))
+        apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
+        return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
+
+    return with_estimate(difference)
+
+
+traction_distance = traction_distance_along("x", "s")
 
 
 def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -204,62 +183,65 @@ def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
 # --- numbers of criteria --------------------------------------------------------------------------------
 
-Contacts = Callable[[Runs], xr.Dataset]
-
-
-def of_ics(contacts: Contacts, distance: Distance, ics: Sequence[str], frictions: Sequence[float]) -> Numbers:
-    """Measure the distance of each of some ICs from C at each coefficient of friction."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts(runs)
-        return {
-            case(friction, name): distance(dataset, friction, name) for friction in frictions for name in ics
-        }
-
-    return Numbers(measure)
-
-
-def against(
-    contacts: Contacts,
-    distance: Distance,
-    ics: Sequence[str],
-    others: Sequence[str],
-    frictions: Sequence[float],
-) -> Numbers:
-    """Measure the distance of each of some ICs from C over that of each of others."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts(runs)
-        return {
-            f"{case(friction, name)} over {symbol_of(other)}": ratio(
-                distance(dataset, friction, name), distance(dataset, friction, other)
-            )
-            for friction in frictions
-            for name in ics
-            for other in others
-        }
-
-    return Numbers(measure)
-
-
-def from_friction_to_friction(
-    contacts: Contacts, distance: Distance, ics: Sequence[str], pairs: Sequence[tuple[float, float]]
-) -> Numbers:
-    """Measure distances from C at one coefficient of friction over those at another, by pairs of both."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts(runs)
-        return {
-            f"{symbol_of(name)}, friction {one:g} over {other:g}": ratio(
-                distance(dataset, one, name), distance(dataset, other, name)
-            )
-            for one, other in pairs
-            for name in ics
-        }
-
-    return Numbers(measure)
-
 
 def case(friction: float, ics: str) -> str:
     """Return the name of a case."""
     return f"friction {friction:g}, {symbol_of(ics)}"
+
+
+def by_symbol(values: xr.DataArray, ics: Sequence[str]) -> dict[str, Array]:
+    """Return the values with some ICs, by their symbols, as charts draw them."""
+    return {symbol_of(name): values.sel(ics=name).values for name in ics}
+
+
+def measured(
+    contacts: Contacts, number: Callable[..., float], cases: Mapping[str, tuple[float | str, ...]]
+) -> Measure:
+    """Measure a number of contacts in cases by their names: a coefficient of friction, and ICs."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts(runs)
+        return {name: number(dataset, *arguments) for name, arguments in cases.items()}
+
+    return measure
+
+
+def distances(
+    contacts: Contacts, distance: Distance, ics: Sequence[str], frictions: Sequence[float]
+) -> Measure:
+    """Measure the distance of each of some ICs from C at each coefficient of friction."""
+    return measured(
+        contacts, distance, {case(friction, name): (friction, name) for friction in frictions for name in ics}
+    )
+
+
+def compared(
+    contacts: Contacts, distance: Distance, ics: str, others: Sequence[str], frictions: Sequence[float]
+) -> Measure:
+    """Measure the distance of some ICs from C over that of each of others."""
+    return measured(
+        contacts,
+        lambda dataset, friction, other: ratio(
+            distance(dataset, friction, ics), distance(dataset, friction, other)
+        ),
+        {
+            f"{case(friction, ics)} over {symbol_of(other)}": (friction, other)
+            for friction in frictions
+            for other in others
+        },
+    )
+
+
+def between_frictions(
+    contacts: Contacts, distance: Distance, ics: Sequence[str], pairs: Sequence[tuple[float, float]]
+) -> Measure:
+    """Measure distances from C at one coefficient of friction over those at another, by pairs of both."""
+    return measured(
+        contacts,
+        lambda dataset, one, other, name: ratio(distance(dataset, one, name), distance(dataset, other, name)),
+        {
+            f"{symbol_of(name)}, friction {one:g} over {other:g}": (one, other, name)
+            for one, other in pairs
+            for name in ics
+        },
+    )

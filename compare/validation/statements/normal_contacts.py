@@ -1,36 +1,40 @@
-"""Statements 26 to 30 ([BVSV] section 6.1): frictionless contact with A, B and B-hat beside C.
+"""Statements 26 to 32 ([BVSV] section 6.1): frictionless contact with A, B and B-hat beside C.
 
 Errors of p_max, a, b and the approach are compared at angles Δδ by which the patch with C turns, at the same
 load with all ICs. Estimates of errors are those of C and of the elements, on which all ICs are compared.
+Shapes of pressures say where errors of ICs matter.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from itertools import product
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise, product
 
 import numpy as np
 
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
-from compare.validation.statements.contact_series import ICS, ContactSeries, Estimated, ratio
-from compare.validation.statements.criteria import FOLLOWS, SATISFACTORY, Numbers, Statement
+from compare.validation.statements.contact_series import ICS, ContactSeries
 from compare.validation.statements.curves import rms
+from compare.validation.statements.frame import (
+    FOLLOWS,
+    SATISFACTORY,
+    Estimated,
+    Measure,
+    Statement,
+    above,
+    below,
+    ratio,
+)
 from compare.validation.statements.runs import Runs
-from femic.contact.normal import NormalContact
+from femic.contact.motions.none import REFERENCE, Sensitivity, SolvedContact, sensitivities
 from femic.contact.pairs.ics import C
-from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.contact.pairs.pair_on_grid import PairContact
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, half_length, half_width, s_range
 from femic.contact.pairs.quantities import angle as patch_angle
 from geometries.arrays import Array
 from geometries.errors import Failure
 
 WIDE, TALL = PAIRS = ("wide", "tall")
-FROM_PRESSURES = ("p_max", "approach")
-OF_EDGES = ("a", "b")
-NAMES = (*FROM_PRESSURES, *OF_EDGES)
-NUMBERS: Mapping[str, Callable[[NormalContact], float]] = {
-    "p_max": lambda contact: float(np.max(contact.p)),
-    "approach": lambda contact: contact.approach,
-}
+NAMES = ("p_max", "approach", "a", "b")
 SMALL_ANGLES = (20.0, 30.0, 40.0)  # deg
 ANGLES = tuple(np.arange(30.0, 101.0, 10.0))  # `wide` has no patch over more without one at its ends
 GOOD = FOLLOWS  # as "B_ss is good along s" of statement 17
@@ -39,115 +43,114 @@ SOURCE_ANGLES = {  # deg, by pair and load [N]
     TALL: {7.4e3: 40.0, 58e3: 80.0, 310e3: 110.0},
 }
 
+# --- 26 to 30: errors of numbers at angles of the patch -------------------------------------------------
 
-def size(series: ContactSeries, load: float, ics: str, name: str) -> Estimated:
+
+def at_angles(runs: Runs, angles: Sequence[float]) -> Iterator[tuple[str, ContactSeries, float]]:
+    """Yield pair and angle in words, the contacts of the pair, and the load [N] of each angle."""
+    for pair, angle in product(PAIRS, angles):
+        series = runs.contact_series(pair)
+        yield f"{pair}, {angle:g}°", series, series.load_at(angle)
+
+
+def at_source_loads(runs: Runs) -> Iterator[tuple[str, ContactSeries, float, float]]:
+    """Yield pair and load in words, the contacts of the pair, the load [N], and the angle of the source."""
+    for pair, angles in SOURCE_ANGLES.items():
+        for load, angle in angles.items():
+            yield f"{pair}, {load:g} N", runs.contact_series(pair), load, angle
+
+
+def error_size(series: ContactSeries, load: float, ics: str, name: str) -> Estimated:
     """Return the |error| of a number with some ICs."""
     error = series.error(load, ics, name)
     return Estimated(abs(error), error.estimate)
 
 
-def sizes(ics: Sequence[str], angles: Sequence[float]) -> Numbers:
+def error_sizes(ics: Sequence[str], angles: Sequence[float]) -> Measure:
     """Measure |errors| of both pairs at angles of the patch with C."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        return {
-            f"{pair}, {angle:g}°, {name} by {symbol_of(which)}": size(
-                series := runs.contact_series(pair), series.load_at(angle), which, name
-            )
-            for pair, angle, name, which in product(PAIRS, angles, NAMES, ics)
-        }
-
-    return Numbers(measure)
+    return lambda runs: {
+        f"{case}, {name} by {symbol_of(which)}": error_size(series, load, which, name)
+        for case, series, load in at_angles(runs, angles)
+        for name, which in product(NAMES, ics)
+    }
 
 
 def tall_minus_wide(runs: Runs) -> Mapping[str, float]:
     """Measure |error of A| on `tall` minus that on `wide` at equal angles."""
-
-    def difference(angle: float, name: str) -> Estimated:
+    measured = {}
+    for angle, name in product(ANGLES, NAMES):
         wide, tall = (
-            size(series := runs.contact_series(pair), series.load_at(angle), "A", name) for pair in PAIRS
+            error_size(series, series.load_at(angle), "A", name) for series in map(runs.contact_series, PAIRS)
         )
-        return Estimated(tall - wide, tall.estimate + wide.estimate)
-
-    return {f"{angle:g}°, {name}": difference(angle, name) for angle, name in product(ANGLES, NAMES)}
-
-
-def bhat_over_b(cases: Sequence[tuple[str, str]]) -> Numbers:
-    """Measure the rms error of B-hat over that of B at all angles, by pair and number."""
-
-    def ratio_of(runs: Runs, pair: str, name: str) -> float:
-        bhat, b = (rms_error(runs.contact_series(pair), ANGLES, ics, name) for ics in ("Bhat", "B"))
-        return ratio(bhat, b)
-
-    return Numbers(lambda runs: {f"{pair}, {name}": ratio_of(runs, pair, name) for pair, name in cases})
+        measured[f"{angle:g}°, {name}"] = Estimated(tall - wide, tall.estimate + wide.estimate)
+    return measured
 
 
-def rms_error(series: ContactSeries, angles: Sequence[float], ics: str, name: str) -> Estimated:
-    """Return the root mean square of errors at angles of the patch with C.
+def errors_at(series: ContactSeries, angles: Sequence[float], ics: str, name: str) -> list[Estimated]:
+    """Return the errors of a number at angles of the patch with C."""
+    return [series.error(series.load_at(angle), ics, name) for angle in angles]
 
-    Its own error is at most that of their estimates, by the triangle inequality.
+
+def bhat_over_b(cases: Sequence[tuple[str, str]]) -> Measure:
+    """Measure the rms error of B-hat over that of B at all angles, by pair and number.
+
+    What an rms is known to is at most the rms of the estimates, by the triangle inequality.
     """
-    errors = [series.error(series.load_at(angle), ics, name) for angle in angles]
-    return Estimated(rms(np.array(errors)), rms(np.array([error.estimate for error in errors])))
 
+    def rms_error(series: ContactSeries, ics: str, name: str) -> Estimated:
+        errors = errors_at(series, ANGLES, ics, name)
+        return Estimated(rms(np.array(errors)), rms(np.array([error.estimate for error in errors])))
 
-def errors_at(series: ContactSeries, angles: Sequence[float], ics: str, name: str) -> Array:
-    """Return the errors of a number at angles of the patch with C, (n,)."""
-    return np.array([series.error(series.load_at(angle), ics, name) for angle in angles])
+    def measure(runs: Runs) -> Mapping[str, float]:
+        measured = {}
+        for pair, name in cases:
+            bhat, b = (rms_error(runs.contact_series(pair), ics, name) for ics in ("Bhat", "B"))
+            measured[f"{pair}, {name}"] = ratio(bhat, b)
+        return measured
+
+    return measure
 
 
 def angle_deviations(runs: Runs) -> Mapping[str, float]:
     """Measure |Δδ with C over the angle of the source - 1| under its loads."""
-
-    def deviation(turned: Estimated, angle: float) -> Estimated:
-        return Estimated(abs(turned / angle - 1), turned.estimate / angle)
-
-    return {
-        f"{pair}, {load:g} N": deviation(runs.contact_series(pair).angle_with_c(load), angle)
-        for pair, angles in SOURCE_ANGLES.items()
-        for load, angle in angles.items()
-    }
+    measured = {}
+    for case, series, load, angle in at_source_loads(runs):
+        turned = series.angle_with_c(load)
+        measured[case] = Estimated(abs(turned / angle - 1), turned.estimate / angle)
+    return measured
 
 
-# --- panels and further numbers -------------------------------------------------------------------------
+def error_panels(ics: Sequence[str], angles: Sequence[float]) -> Callable[[Runs], list[Panel]]:
+    """Draw errors over the angle of the patch: a row per number, a column per pair."""
 
+    def panels(runs: Runs) -> list[Panel]:
+        drawn = []
+        for name, pair in product(NAMES, PAIRS):
+            errors = {which: errors_at(runs.contact_series(pair), angles, which, name) for which in ics}
+            curves = {symbol_of(which): 100 * np.array(values) for which, values in errors.items()}
+            drawn.append(
+                Panel(
+                    f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
+                    "Δδ with C [deg]",
+                    "error [%]",
+                    curves_of(angles, curves),
+                    levels=(-5.0, 5.0),
+                )
+            )
+        return drawn
 
-def error_panels(
-    ics: Sequence[str], angles: Sequence[float], names: Sequence[str] = NAMES
-) -> Callable[[Runs], list[Panel]]:
-    """Make panels of errors over the angle of the patch: a row per number, a column per pair."""
-
-    def panel(runs: Runs, name: str, pair: str) -> Panel:
-        series = runs.contact_series(pair)
-        curves = {symbol_of(which): 100 * errors_at(series, angles, which, name) for which in ics}
-        return Panel(
-            f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
-            "Δδ with C [deg]",
-            "error [%]",
-            curves_of(angles, curves),
-            levels=(-5.0, 5.0),
-        )
-
-    return lambda runs: [panel(runs, name, pair) for name, pair in product(names, PAIRS)]
+    return panels
 
 
 def _pairs_panels(runs: Runs) -> list[Panel]:
     """Return panels of the errors of A on both pairs, by number."""
-    return [
-        Panel(
-            f"error of {OF_FRICTIONLESS[name].symbol} by A",
-            "Δδ with C [deg]",
-            "|error| [%]",
-            curves_of(
-                ANGLES,
-                {
-                    pair: 100 * np.abs(errors_at(runs.contact_series(pair), ANGLES, "A", name))
-                    for pair in PAIRS
-                },
-            ),
-        )
-        for name in NAMES
-    ]
+    panels = []
+    for name in NAMES:
+        errors = {pair: errors_at(runs.contact_series(pair), ANGLES, "A", name) for pair in PAIRS}
+        curves = curves_of(ANGLES, {pair: 100 * np.abs(values) for pair, values in errors.items()})
+        title = f"error of {OF_FRICTIONLESS[name].symbol} by A"
+        panels.append(Panel(title, "Δδ with C [deg]", "|error| [%]", curves))
+    return panels
 
 
 def _angle_panels(runs: Runs) -> list[Panel]:
@@ -159,7 +162,6 @@ def _angle_panels(runs: Runs) -> list[Panel]:
         curves = {
             symbol_of(ics): np.array([series.angle(load, ics) for load in loads]) for ics in (C, "A", "Bhat")
         }
-        kilonewtons = tuple(load / 1e3 for load in angles)
         panels.append(
             Panel(
                 pair,
@@ -167,151 +169,367 @@ def _angle_panels(runs: Runs) -> list[Panel]:
                 "Δδ [deg]",
                 curves_of(loads / 1e3, curves),
                 log_x=True,
-                marks=kilonewtons,
+                marks=tuple(load / 1e3 for load in angles),
                 levels=tuple(angles.values()),
             )
         )
     return panels
 
 
-def angles_by_ics(runs: Runs) -> Mapping[str, float]:
+def angle_details(runs: Runs) -> Mapping[str, float]:
     """Return Δδ [deg] under the loads of the source with all ICs, with C also at the exact distance."""
-    return {
-        f"{pair}, {load:g} N, Δδ with {symbol_of(ics)} [deg]": runs.contact_series(pair).angle(load, ics)
-        for pair, angles in SOURCE_ANGLES.items()
-        for load in angles
+    details = {
+        f"{case}, Δδ with {symbol_of(ics)} [deg]": series.angle(load, ics)
+        for case, series, load, _ in at_source_loads(runs)
         for ics in ICS
-    } | {
-        f"{pair}, {load:g} N, Δδ with C, exact distance [deg]": _exact_angle(runs.contact_series(pair), load)
-        for pair, angles in SOURCE_ANGLES.items()
-        for load in angles
     }
+    for case, series, load, _ in at_source_loads(runs):
+        try:
+            contact = series.solved(load, exact=True)
+            exact = patch_angle(contact.on_grid, contact.normal)
+        except Failure:
+            exact = np.nan
+        details[f"{case}, Δδ with C, exact distance [deg]"] = exact
+    return details
 
 
-def _exact_angle(series: ContactSeries, load: float) -> float:
-    try:
-        contact = series.solved(load, exact=True)
-    except Failure:
-        return np.nan
-    return patch_angle(contact.on_grid, contact.normal)
-
-
-def _loads(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
-    """Return the loads at which the patch with C turns by angles."""
-    return {
+def load_details(angles: Sequence[float]) -> Measure:
+    """Measure the loads at which the patch with C turns by angles."""
+    return lambda runs: {
         f"{pair}: load at which Δδ with C is {angle:g}° [N]": runs.contact_series(pair).load_at(angle)
         for pair, angle in product(PAIRS, angles)
     }
 
 
-def with_exact_distance(runs: Runs, angles: Sequence[float]) -> Mapping[str, float]:
-    """Return errors of p_max and the approach with the distance of the displaced body; NaN if not found.
+def exact_details(angles: Sequence[float]) -> Measure:
+    """Measure errors of p_max and the approach with the distance of the displaced body; NaN if not found.
 
     That is the convention of the contact which changes most: the source's distance is linearised.
     """
-    return {
-        f"exact distance: {pair}, load of {angle:g}°, {name} by {symbol_of(ics)}": _exact_error(
-            series := runs.contact_series(pair), series.load_at(angle), ics, name
+
+    def error(series: ContactSeries, load: float, ics: str, name: str) -> float:
+        try:
+            ours, with_c = (series.solved(load, which, exact=True).normal for which in (ics, C))
+        except Failure:
+            return np.nan
+        if name == "approach":
+            return ours.approach / with_c.approach - 1
+        return float(np.max(ours.p)) / float(np.max(with_c.p)) - 1
+
+    return lambda runs: {
+        f"exact distance: {case.replace(', ', ', load of ')}, {name} by {symbol_of(ics)}": error(
+            series, load, ics, name
         )
-        for pair, angle, name, ics in product(PAIRS, angles, FROM_PRESSURES, ("A", "B", "Bhat"))
+        for case, series, load in at_angles(runs, angles)
+        for name, ics in product(("p_max", "approach"), ("A", "B", "Bhat"))
     }
 
 
-def _exact_error(series: ContactSeries, load: float, ics: str, name: str) -> float:
-    try:
-        number, with_c = (NUMBERS[name](series.solved(load, which, exact=True).normal) for which in (ics, C))
-    except Failure:
-        return np.nan
-    return number / with_c - 1
-
-
-def approaches_on_supports(runs: Runs) -> Mapping[str, float]:
+def approach_details(runs: Runs) -> Mapping[str, float]:
     """Return errors of the approach by A over that with C, and over C's with its rigid part.
 
     That is the convention that decides errors of approaches: the discount of C.
     """
     details = {}
-    for pair, angle in product(PAIRS, (40.0, 80.0, 100.0)):
-        series = runs.contact_series(pair)
-        load = series.load_at(angle)
+    for case, series, load in at_angles(runs, (40.0, 80.0, 100.0)):
         by_a, by_c = (series.numbers(load, ics)["approach"] for ics in ("A", C))
         whole = by_c + series.rigid_compliance * load
-        details[f"{pair}, {angle:g}°: approach by A over C's - 1"] = by_a / by_c - 1
-        details[f"{pair}, {angle:g}°: the same with the rigid part"] = by_a / whole - 1
-        details[f"{pair}, {angle:g}°: rigid part over C's approach"] = whole / by_c - 1
+        details[f"{case}: approach by A over C's - 1"] = by_a / by_c - 1
+        details[f"{case}: the same with the rigid part"] = by_a / whole - 1
+        details[f"{case}: rigid part over C's approach"] = whole / by_c - 1
     return details
 
 
-def rigid_differences(runs: Runs) -> Mapping[str, float]:
+def rigid_details(runs: Runs) -> Mapping[str, float]:
     """Return differences of approaches to C over the load [mm/MN], at angles of the patch.
 
     Where they are alike at all angles, the reference of approaches (a rigid motion) decides their sign.
     """
     return {
-        f"{pair}, {angle:g}°: (approach by {symbol_of(ics)} - by C) / load [mm/MN]": 1e6
+        f"{case}: (approach by {symbol_of(ics)} - by C) / load [mm/MN]": 1e6
         * (series.numbers(load, ics)["approach"] - series.numbers(load)["approach"])
         / load
-        for pair, angle, ics in product(PAIRS, ANGLES, ("B", "Bhat"))
-        for series in [runs.contact_series(pair)]
-        for load in [series.load_at(angle)]
+        for case, series, load in at_angles(runs, ANGLES)
+        for ics in ("B", "Bhat")
     }
 
 
-STATEMENTS = (
+ON_ERRORS = (
     Statement(
         26,
         "A_nn is within 5 % of C up to Δδ of 40° in p_max, a, b and approach, in both pairs "
         "(section 6.1; a and b as far as the mesh tells them).",
-        (
-            sizes(("A",), SMALL_ANGLES).below(
-                SATISFACTORY, "A", "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°"
-            ),
-        ),
+        [
+            below(
+                SATISFACTORY,
+                "A",
+                "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°",
+                error_sizes(("A",), SMALL_ANGLES),
+            )
+        ],
         error_panels(("A",), (*SMALL_ANGLES, *ANGLES[2:])),
-        lambda runs: {**_loads(runs, SMALL_ANGLES), **with_exact_distance(runs, (40.0,))},
+        lambda runs: {**load_details(SMALL_ANGLES)(runs), **exact_details((40.0,))(runs)},
     ),
     Statement(
         27,
         "At equal Δδ errors of A are larger on the tall pair than on the wide one (section 6.1).",
-        (
-            Numbers(tall_minus_wide).above(
+        [
+            above(
                 0.0,
                 "tall minus wide",
                 "|error| of p_max, approach, a, b with A on tall minus wide, at Δδ of 30, 40 ... 100°",
-            ),
-        ),
+                tall_minus_wide,
+            )
+        ],
         _pairs_panels,
-        lambda runs: {**_loads(runs, ANGLES), **approaches_on_supports(runs)},
+        lambda runs: {**load_details(ANGLES)(runs), **approach_details(runs)},
     ),
     Statement(
         28,
         "B and B̂ are good in both pairs up to Δδ of about 100° (section 6.1; good: within 10 %, as in 17).",
-        (
-            sizes(("B", "Bhat"), ANGLES).below(
-                GOOD, "B, B̂", "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°"
-            ),
-        ),
+        [
+            below(
+                GOOD,
+                "B, B̂",
+                "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°",
+                error_sizes(("B", "Bhat"), ANGLES),
+            )
+        ],
         error_panels(("B", "Bhat"), ANGLES),
-        partial(with_exact_distance, angles=(80.0, 100.0)),
+        exact_details((80.0, 100.0)),
     ),
     Statement(
         29,
         "B̂ is better than B, but for the approach on the tall pair (section 6.1).",
         (
-            bhat_over_b(
-                [(pair, name) for pair in PAIRS for name in NAMES if (pair, name) != (TALL, "approach")]
-            ).below(1.0, "better", "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°"),
-            bhat_over_b([(TALL, "approach")]).above(1.0, "approach", "the same of the approach on tall"),
+            below(
+                1.0,
+                "better",
+                "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°",
+                bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")]),
+            ),
+            above(1.0, "approach", "the same of the approach on tall", bhat_over_b([(TALL, "approach")])),
         ),
         error_panels(("B", "Bhat"), ANGLES),
-        rigid_differences,
+        rigid_details,
     ),
     Statement(
         30,
         "Loads of 660, 5300 and 18 000 kN on the wide pair and of 7.4, 58 and 310 kN on the tall one give Δδ "
         "near 40, 80 and 110° (section 6.1; near: within 10 %).",
-        (Numbers(angle_deviations).below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|"),),
+        [below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|", angle_deviations)],
         _angle_panels,
-        angles_by_ics,
+        angle_details,
     ),
 )
+
+# --- 31: shapes of pressures ----------------------------------------------------------------------------
+
+OF_HERTZ = 4 / np.pi  # largest over mean of an ellipse over its axis
+KURTOSIS_OF_HERTZ = 2.0
+
+
+def pressure_profile(contact: PairContact, along: str) -> tuple[Array, Array]:
+    """Return places from the middle over the half-length of the patch, and pressures there [MPa], (n,).
+
+    Those of the two lines of elements beside x = 0, or beside the middle of the patch along s, are averaged.
+    """
+    on_grid, p = contact.on_grid, contact.normal.p
+    low, high = s_range(on_grid, contact.normal)
+    s, middle = on_grid.grid.strips, (low + high) / 2
+    if along == "s":
+        return (s - middle) / half_width(on_grid, contact.normal), _interpolated_row(p, on_grid.x, 0.0)
+    return on_grid.x / half_length(on_grid, contact.normal), _interpolated_row(p.T, s, middle)
+
+
+def _interpolated_row(rows: Array, places: Array, at: float) -> Array:
+    after = int(np.clip(np.searchsorted(places, at), 1, len(places) - 1))
+    share = (at - places[after - 1]) / (places[after] - places[after - 1])
+    return np.asarray((1 - share) * rows[after - 1] + share * rows[after])
+
+
+def peakedness(places: Array, p: Array) -> float:
+    """Return largest over mean pressure on a line from -1 to 1: 1 if uniform, 4/pi of Hertz's ellipse."""
+    mean = np.sum(p) * (places[1] - places[0]) / 2
+    return float(np.max(p) / mean)
+
+
+def kurtosis(places: Array, p: Array) -> float:
+    """Return the kurtosis of pressures over their line: 1.8 if uniform, 2 of Hertz's ellipse."""
+    offsets = places - np.sum(p * places) / np.sum(p)
+    return float(np.sum(p * offsets**4) * np.sum(p) / np.sum(p * offsets**2) ** 2)
+
+
+def source_peakedness(runs: Runs, pair: str, load: float, along: str) -> float:
+    """Return the peakedness of the pressures with C under a load of the source [N]."""
+    return peakedness(*pressure_profile(runs.contact_series(pair).solved(load), along))
+
+
+def peakedness_growth(along: str, pairs: Sequence[str]) -> Measure:
+    """Measure the peakedness with C under each of the source's loads over that under the load before, - 1."""
+    return lambda runs: {
+        f"{pair}, {low / 1e3:g} to {high / 1e3:g} kN": source_peakedness(runs, pair, high, along)
+        / source_peakedness(runs, pair, low, along)
+        - 1
+        for pair in pairs
+        for low, high in pairwise(SOURCE_ANGLES[pair])
+    }
+
+
+def off_hertz(along: str) -> Measure:
+    """Measure |peakedness with C over that of Hertz's pressures - 1| under the source's loads."""
+    return lambda runs: {
+        f"{pair}, {load / 1e3:g} kN": abs(source_peakedness(runs, pair, load, along) / OF_HERTZ - 1)
+        for pair in PAIRS
+        for load in SOURCE_ANGLES[pair]
+    }
+
+
+def shape_details(runs: Runs) -> Mapping[str, float]:
+    """Return peakedness over that of Hertz and kurtosis of all profiles."""
+    details: dict[str, float] = {}
+    for pair in PAIRS:
+        for load, along in product(SOURCE_ANGLES[pair], ("s", "x")):
+            profile = pressure_profile(runs.contact_series(pair).solved(load), along)
+            case = f"{pair}, {load / 1e3:g} kN, along {along}"
+            details[f"{case}: largest over mean pressure, of Hertz's"] = peakedness(*profile) / OF_HERTZ
+            details[f"{case}: kurtosis ({KURTOSIS_OF_HERTZ:g} of Hertz's)"] = kurtosis(*profile)
+    return details
+
+
+def _shape_panels(runs: Runs) -> list[Panel]:
+    """Return profiles over their mean, a row per line, a column per pair, and Hertz's."""
+    at, panels = np.linspace(-1, 1, 101), []
+    for along, pair in product(("s", "x"), PAIRS):
+        curves = {}
+        for load in SOURCE_ANGLES[pair]:
+            places, p = pressure_profile(runs.contact_series(pair).solved(load), along)
+            curves[f"{load / 1e3:g} kN"] = np.interp(at, places, p) * peakedness(places, p) / np.max(p)
+        panels.append(
+            Panel(
+                f"{pair}: pressures with C along {along}",
+                f"{along} over the half-length of the patch",
+                "pressure over its mean",
+                curves_of(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
+            )
+        )
+    return panels
+
+
+# --- 32: displacements under given pressures ------------------------------------------------------------
+
+SHAPE_LOADS = {WIDE: 5300e3, TALL: 310e3}  # N, those of the source's figure: as the scenes have them
+EQUAL_ANGLES = (40.0, 80.0, 100.0)  # deg
+Differences = dict[tuple[str, str], Sensitivity]  # by the pair of the pressures and that of the patch
+
+
+def displacement_differences(runs: Runs, loads: Mapping[str, float]) -> Differences:
+    """Return differences of u_n by A and B-hat under given pressures."""
+    contacts: dict[str, SolvedContact] = {
+        pair: runs.contact_series(pair).contact(load, REFERENCE) for pair, load in loads.items()
+    }
+    return {(case.pressures, case.patch): case for case in sensitivities(contacts)}
+
+
+def all_differences(runs: Runs) -> Iterator[tuple[str, Differences]]:
+    """Yield the differences under the source's loads, and at equal angles of both patches, with a name."""
+    yield "5300 and 310 kN", displacement_differences(runs, SHAPE_LOADS)
+    for angle in EQUAL_ANGLES:
+        loads = {pair: runs.contact_series(pair).load_at(angle) for pair in PAIRS}
+        yield f"both {angle:g}°", displacement_differences(runs, loads)
+
+
+def by_pressures(runs: Runs) -> Mapping[str, float]:
+    """Measure the largest difference under the pressures of `wide` over that of `tall`, on either patch."""
+    return {
+        f"{name}, patch of {patch}": cases[WIDE, patch].largest / cases[TALL, patch].largest
+        for name, cases in all_differences(runs)
+        for patch in PAIRS
+    }
+
+
+def by_patch(runs: Runs) -> Mapping[str, float]:
+    """Measure the largest difference on the patch of `tall` over that on `wide`, under equal pressures."""
+    return {
+        f"{name}, pressures of {pressures}": cases[pressures, TALL].largest / cases[pressures, WIDE].largest
+        for name, cases in all_differences(runs)
+        for pressures in PAIRS
+    }
+
+
+def difference_details(runs: Runs) -> Mapping[str, float]:
+    """Return the largest differences, of the largest displacement with B-hat, and their range."""
+    details = {}
+    for name, cases in all_differences(runs):
+        for (pressures, patch), case in cases.items():
+            label = f"{name}, pressures of {pressures} on {patch}"
+            details[f"{label}: largest |difference|"] = case.largest
+            details[f"{label}: range of differences"] = float(np.ptp(case.inside))
+    return details
+
+
+def _difference_panels(runs: Runs) -> list[Panel]:
+    """Return differences along s at x = 0 on the patch of each pair, under the pressures of both."""
+    cases, panels = displacement_differences(runs, SHAPE_LOADS), []
+    for patch in PAIRS:
+        case = cases[WIDE, patch]
+        row = len(case.x) // 2
+        inside = case.on_patch[row]
+        curves = {
+            f"pressures of {pressures}": 100 * cases[pressures, patch].difference[row, inside]
+            for pressures in PAIRS
+        }
+        title, label = f"patch of {patch}: u_n by A less B̂", "of the largest u_n by B̂ [%]"
+        panels.append(Panel(title, "s [mm]", label, curves_of(case.s[inside], curves)))
+    return panels
+
+
+ON_SHAPES = (
+    Statement(
+        31,
+        "With the load, pressures along s grow more uniform on the wide pair and more peaked on the tall "
+        "one; those along x stay near Hertz's and become slightly more peaked (section 6.1).",
+        (
+            below(
+                0.0,
+                "uniform",
+                "along s, wide: change of largest over mean pressure from load to load",
+                peakedness_growth("s", (WIDE,)),
+            ),
+            above(0.0, "peaked", "along s, tall: the same", peakedness_growth("s", (TALL,))),
+            below(
+                FOLLOWS,
+                "near Hertz",
+                "along x: |largest over mean pressure, over 4/π of Hertz's, - 1|",
+                off_hertz("x"),
+            ),
+            above(0.0, "along x", "along x: change from load to load", peakedness_growth("x", PAIRS)),
+        ),
+        _shape_panels,
+        shape_details,
+    ),
+    Statement(
+        32,
+        "Under equal errors of ICs more spread pressures give larger differences of u_n (eq. (18)) on each "
+        "pair, and the tall pair has larger ones than the wide one (section 6.1).",
+        (
+            above(
+                1.0,
+                "spread",
+                "largest |u_n by A - u_n by B̂| on a patch: under the pressures of wide, which spread more, "
+                "over those of tall",
+                by_pressures,
+            ),
+            above(
+                1.0,
+                "tall",
+                "the same on the patch of tall over that of wide, under equal pressures",
+                by_patch,
+            ),
+        ),
+        _difference_panels,
+        difference_details,
+    ),
+)
+
+STATEMENTS = (*ON_ERRORS, *ON_SHAPES)

@@ -1,13 +1,17 @@
 """`femic validate` assesses statements one by one and writes the results as JSON and as a page.
 
-The verdict of a statement follows from which criteria are met in which cases. `validation.json` has the
-statements with their numbers, the runs, and changes of criteria.
+Statements 1 to 13, 16 to 21 and 26 to 41 are from [BVSV], all others are on this program. Thresholds were set
+before the first run and have not been changed since; `changes` lists the changes of claims and criteria.
+Errors are shares of the component itself (docs/theory/errors.md) on the lines of the scenes. Where scenes are
+compared, curves are dimensionless.
+
+`validation.json` has the statements with their numbers, the runs, and changes of criteria.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -19,13 +23,31 @@ from compare.report.errors import red
 from compare.report.parts import Block, Folded, Note, Page, Section, range_text
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
-from compare.validation import study as record
-from compare.validation.statements import registry
+from compare.validation.statements import (
+    changed_operators,
+    closed_forms,
+    components_and_moduli,
+    coupling_components,
+    direct_components,
+    engines_and_limits,
+    finite_elements,
+    normal_contacts,
+    random_contacts,
+    rolling_and_compression,
+    wheels,
+)
 from compare.validation.statements.changes import CHANGES
-from compare.validation.statements.contact_series import estimate_of
-from compare.validation.statements.criteria import Criterion, Statement
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.frame import (
+    DEPENDS,
+    NOT_DECIDED,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    Statement,
+    estimated_error,
+    find_verdict,
+)
 from compare.validation.statements.runs import Runs
+from compare.validation.study import versions_text, write_study
 from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
 from femic.results.ics import measure_of, reference_of, seconds_of
@@ -33,75 +55,24 @@ from femic.results.ics_dataset import finite
 from femic.scenes.load import in_keys
 from geometries.errors import Failure, WrongInput
 
-# --- verdicts -------------------------------------------------------------------------------------------
+GROUPS = (
+    *(direct_components, coupling_components, engines_and_limits, finite_elements, normal_contacts),
+    *(rolling_and_compression, components_and_moduli),
+    *(changed_operators, closed_forms, random_contacts, wheels),
+)
+STATEMENTS: Mapping[int, Statement] = {
+    statement.number: statement
+    for statement in sorted((each for group in GROUPS for each in group.STATEMENTS), key=attrgetter("number"))
+}
+SOURCE = frozenset((*range(1, 14), *range(16, 22), *range(26, 42)))  # numbers of statements from [BVSV]
+
+# --- validation.json ------------------------------------------------------------------------------------
 
 
-REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
-NOT_DECIDED = "not decided"
+Entry = dict[str, Any]  # a statement, or a criterion of one, as in validation.json
 
 
-@dataclass(frozen=True)
-class Finding:
-    """A statement with its numbers by criterion and case, panels and further numbers, and its verdict."""
-
-    statement: Statement
-    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    panels: Sequence[Panel] = ()
-    details: Mapping[str, float] = field(default_factory=dict)
-    failed: str = ""  # why nothing could be measured
-
-    @property
-    def verdict(self) -> str:
-        """Reproduced if every criterion is met in every case, not reproduced if none is met in any case.
-
-        Otherwise it depends. Cases whose numbers are too close to the threshold to tell do not count; a
-        statement of which nothing, or no case of some criterion, can be told is not decided, unless it
-        depends anyway.
-        """
-        told = {
-            name: [criterion.met(value) for criterion, _, value in self.decided if criterion.name == name]
-            for name in self.values
-        }
-        met = [is_met for by_case in told.values() for is_met in by_case]
-        if any(met) and not all(met):
-            return DEPENDS
-        if self.failed or not all(told.values()):
-            return NOT_DECIDED
-        return REPRODUCED if all(met) else NOT_REPRODUCED
-
-    @property
-    def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
-        """Each criterion with each of its cases and values; empty if nothing could be measured."""
-        for criterion in self.statement.criteria:
-            for case, value in self.values.get(criterion.name, {}).items():
-                yield criterion, case, value
-
-    @property
-    def decided(self) -> list[tuple[Criterion, str, float]]:
-        """The criteria, cases and values that are not too close to the threshold to tell."""
-        return [
-            (criterion, case, value) for criterion, case, value in self.numbers if not criterion.close(value)
-        ]
-
-    @property
-    def unmet(self) -> list[tuple[Criterion, str, float]]:
-        """The criteria, cases and values that are not met, those too close to tell included."""
-        return [
-            (criterion, case, value) for criterion, case, value in self.numbers if not criterion.met(value)
-        ]
-
-
-def assess(number: int, runs: Runs) -> Finding:
-    """Measure the numbers of a statement and decide it; it is not decided if C cannot be computed."""
-    statement = STATEMENTS[number]
-    try:
-        values = {criterion.name: criterion.measure(runs) for criterion in statement.criteria}
-        return Finding(statement, values, statement.panels(runs), statement.details(runs))
-    except Failure as error:
-        return Finding(statement, failed=in_keys(error))
-
-
-def selection(only: Iterable[int] | None) -> tuple[int, ...]:
+def select_statements(only: Iterable[int] | None) -> tuple[int, ...]:
     """Return the numbers of the selected statements, by default all; raises WrongInput for unknown ones."""
     numbers = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
     unknown = [number for number in numbers if number not in STATEMENTS]
@@ -110,31 +81,41 @@ def selection(only: Iterable[int] | None) -> tuple[int, ...]:
     return numbers
 
 
-# --- validation.json ------------------------------------------------------------------------------------
+def assess(number: int, runs: Runs) -> tuple[Entry, Sequence[Panel]]:
+    """Measure the numbers of a statement and decide it; it is not decided if C cannot be computed."""
+    statement = STATEMENTS[number]
+    try:
+        values = {criterion.name: criterion.measure(runs) for criterion in statement.criteria}
+        panels, details = statement.panels(runs), statement.details(runs)
+    except Failure as error:
+        return as_entry(statement, {}, failed=in_keys(error)), ()
+    return as_entry(statement, values, details), panels
 
 
-def content_of(findings: Sequence[Finding], runs: Runs, seconds: float) -> dict[str, Any]:
-    """Return the content of `validation.json`; `seconds` is the time of all statements together."""
+def as_entry(
+    statement: Statement,
+    values: Mapping[str, Mapping[str, float]],
+    details: Mapping[str, float] | None = None,
+    failed: str = "",
+) -> Entry:
+    """Return a statement with its verdict and its numbers: by criterion and case, and further ones.
+
+    `failed` says why nothing could be measured.
+    """
+    criteria = [
+        (criterion, measured) for criterion in statement.criteria if (measured := values.get(criterion.name))
+    ]
     return {
-        "statements": [entry(finding) for finding in findings],
-        "runs": {name: _run_record(runs, name) for name in runs.done},
-        "changes": [asdict(change) for change in CHANGES],
-        "tolerance": runs.tolerance,
-        "seconds": round(seconds, 1),
-    }
-
-
-def entry(finding: Finding) -> dict[str, Any]:
-    """Return a statement with its verdict and its numbers."""
-    return {
-        "number": finding.statement.number,
-        "claim": finding.statement.claim,
-        "verdict": finding.verdict,
-        "failed": finding.failed,
+        "number": statement.number,
+        "claim": statement.claim,
+        "verdict": find_verdict(statement, values),
+        "failed": failed,
         "unmet": [
             f"{criterion.description}: {case}: {value:.4g} (not {criterion.relation} "
             f"{criterion.threshold:.3g}{'; too close to decide' if criterion.close(value) else ''})"
-            for criterion, case, value in finding.unmet
+            for criterion, measured in criteria
+            for case, value in measured.items()
+            if not criterion.met(value)
         ],
         "criteria": [
             {
@@ -142,37 +123,56 @@ def entry(finding: Finding) -> dict[str, Any]:
                 "says": criterion.description,
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
-                "values": {case: finite(value) for case, value in values.items()},
-                "estimates": {case: finite(estimate_of(value)) for case, value in values.items()},
-                "met": {case: criterion.met(value) for case, value in values.items()},
-                "close": {case: criterion.close(value) for case, value in values.items()},
+                "values": {case: finite(value) for case, value in measured.items()},
+                "estimates": {case: finite(estimated_error(value)) for case, value in measured.items()},
+                "met": {case: criterion.met(value) for case, value in measured.items()},
+                "close": {case: criterion.close(value) for case, value in measured.items()},
             }
-            for criterion in finding.statement.criteria
-            if (values := finding.values.get(criterion.name))
+            for criterion, measured in criteria
         ],
-        "details": {case: finite(value) for case, value in finding.details.items()},
+        "details": {case: finite(value) for case, value in (details or {}).items()},
     }
 
 
-def _run_record(runs: Runs, name: str) -> dict[str, float]:
-    """Return the largest estimate of a run's C on both scales [-], its seconds and its unknowns."""
-    results = runs.done[name]
-    estimate, weight = (
-        max(
-            float(np.max(line_shares))
-            for body in results.scene.compared
-            for line_shares in shares(
-                measure_of(results, body), reference_of(results, body).estimate
-            ).values()
+def run_entries(runs: Runs) -> Mapping[str, Entry]:
+    """Return the largest estimate of each run's C on both scales [-], its seconds and its unknowns."""
+    entries = {}
+    for name, results in runs.done.items():
+        estimate, weight = (
+            max(
+                float(np.max(of_line))
+                for body in results.scene.compared
+                for of_line in scale(measure_of(results, body), reference_of(results, body).estimate).values()
+            )
+            for scale in (Measure.shares, Measure.weights)
         )
-        for shares in (Measure.shares, Measure.weights)
-    )
-    return {
-        "estimate": estimate,
-        "weight": weight,
-        "seconds": round(seconds_of(results.models), 1),
-        "unknowns": max(cost.unknowns for cost in results.models.values()),
+        entries[name] = {
+            "estimate": estimate,
+            "weight": weight,
+            "seconds": round(seconds_of(results.models), 1),
+            "unknowns": max(cost.unknowns for cost in results.models.values()),
+        }
+    return entries
+
+
+def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
+    """Assess statements; write `validation.json`, figures and `validation.html`; return the page's path."""
+    folders.make(folder)
+    start, entries, panels = perf_counter(), [], {}
+    for number in numbers:
+        runs.options.watch.on_stage(f"statement {number}")
+        entry, panels[number] = assess(number, runs)
+        entries.append(entry)
+        runs.options.watch.on_stage(f"statement {number}: {entry['verdict']}")
+    runs.options.watch.on_stage("  figures and report")
+    content = {
+        "statements": entries,
+        "runs": run_entries(runs),
+        "changes": CHANGES,
+        "tolerance": runs.tolerance,
+        "seconds": round(perf_counter() - start, 1),
     }
+    return write_study(folder, "validation", content, partial(make_page, panels))
 
 
 # --- the page -------------------------------------------------------------------------------------------
@@ -205,30 +205,14 @@ IN_CASES = {
     NOT_REPRODUCED: "in no case",
     NOT_DECIDED: "not decided",
 }
-ON_PROGRAM = frozenset(statement.number for group in registry.ON_PROGRAM for statement in group.STATEMENTS)
 MOST_UNMET = 3  # cases that are listed beside a criterion
 HEIGHT = 0.85  # of panels, over the standard
 
-Entry = dict[str, Any]  # a statement, or a criterion of one, as in validation.json
 
-
-def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
-    """Assess statements; write `validation.json`, figures and `validation.html`; return the page's path."""
-    folders.make(folder)
-    start, findings = perf_counter(), []
-    for number in numbers:
-        runs.options.watch.on_stage(f"statement {number}")
-        findings.append(assess(number, runs))
-        runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
-    runs.options.watch.on_stage("  figures and report")
-    content = content_of(findings, runs, perf_counter() - start)
-    return record.write(folder, "validation", content, partial(page_of, findings))
-
-
-def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
-    """Return the page of statements; `content` is the content of `validation.json`."""
+def make_page(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) -> Page:
+    """Return the page of `validation.json`, with panels by the numbers of statements."""
     entries = content["statements"]
-    return Page(TITLE, summary(entries), _sections(findings, content), _answer(entries))
+    return Page(TITLE, summary(entries), _sections(panels, content), _answer(entries))
 
 
 # --- the answer -----------------------------------------------------------------------------------------
@@ -236,7 +220,11 @@ def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
 
 def summary(entries: Sequence[Entry]) -> str:
     """Return how many statements have each verdict, and how many numbers meet their criteria."""
-    sentences = [_verdicts_text(subject, chosen) for subject, chosen in _by_subject(entries).items()]
+    sentences = []
+    for subject, chosen in _by_subject(entries).items():
+        counts = Counter(entry["verdict"] for entry in chosen)
+        listed = (f"{counts[verdict]} {how}" for verdict, how in IN_CASES.items() if counts[verdict])
+        sentences.append(f"Statements {subject} ({len(chosen)}): {', '.join(listed)}.")
     count, met, close = (sum(_count(entry, key) for entry in entries) for key in ("values", "met", "close"))
     undecided = f"; too close to a threshold to tell: {close}" if close else ""
     return " ".join([*sentences, f"Numbers that meet their criteria: {met} of {count}{undecided}."])
@@ -246,15 +234,9 @@ def _by_subject(entries: Sequence[Entry]) -> dict[str, list[Entry]]:
     """Return the statements of the source and those on this program, as far as there are any."""
     subjects: dict[str, list[Entry]] = {}
     for entry in entries:
-        subject = "on this program" if entry["number"] in ON_PROGRAM else "from the source [BVSV]"
+        subject = "from the source [BVSV]" if entry["number"] in SOURCE else "on this program"
         subjects.setdefault(subject, []).append(entry)
     return subjects
-
-
-def _verdicts_text(subject: str, entries: Sequence[Entry]) -> str:
-    counts = Counter(entry["verdict"] for entry in entries)
-    listed = (f"{counts[verdict]} {how}" for verdict, how in IN_CASES.items() if counts[verdict])
-    return f"Statements {subject} ({len(entries)}): {', '.join(listed)}."
 
 
 def _count(entry: Entry, key: str) -> int:
@@ -266,157 +248,49 @@ def _count(entry: Entry, key: str) -> int:
 def _answer(entries: Sequence[Entry]) -> Table:
     """Return the numbers of the statements by verdict and subject."""
     subjects = _by_subject(entries)
-    rows = [
-        Row(verdict, [_numbers_cell(chosen, verdict) for chosen in subjects.values()])
-        for verdict in COLOURS
-        if verdict != NOT_DECIDED or any(entry["verdict"] == verdict for entry in entries)
-    ]
+    rows = []
+    for verdict, colour in COLOURS.items():
+        chosen = [
+            [str(entry["number"]) for entry in listed if entry["verdict"] == verdict]
+            for listed in subjects.values()
+        ]
+        if verdict != NOT_DECIDED or any(chosen):
+            cells = [
+                Cell(f"{len(some)}: {', '.join(some)}", colour=colour) if some else Cell("none")
+                for some in chosen
+            ]
+            rows.append(Row(verdict, cells))
     return Table("statements", texts(*subjects), rows)
-
-
-def _numbers_cell(entries: Sequence[Entry], verdict: str) -> Cell:
-    chosen = [str(entry["number"]) for entry in entries if entry["verdict"] == verdict]
-    return Cell(f"{len(chosen)}: {', '.join(chosen)}", colour=COLOURS[verdict]) if chosen else Cell("none")
 
 
 # --- what is behind it ----------------------------------------------------------------------------------
 
 
-def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section | Folded]:
-    yield Section("", [_verdicts_table(content["statements"]), Note(READING)])
-    changes = Section("Changes of the criteria", [_changes_table(content["changes"])])
-    yield Folded("How the verdicts come about", [RULES, changes])
-    for finding, entry in zip(findings, content["statements"], strict=True):
-        heading, colour = f"{entry['number']}. {finding.verdict}", COLOURS[finding.verdict]
-        yield Section(heading, list(_statement_blocks(finding, entry)), colour, _anchor(entry))
-    settings = (
-        f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
-        f"were in the store. {record.version_text(content)}"
-    )
-    yield Folded("The runs and their C", [_runs_table(content["runs"]), Note(settings)])
-
-
-def _anchor(entry: Entry) -> str:
-    return f"s{entry['number']}"
-
-
-def _verdicts_table(entries: Sequence[Entry]) -> Table:
-    """Return the verdict of each statement, with a link to it, and how many of its numbers meet criteria."""
+def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) -> Iterator[Section | Folded]:
+    entries = content["statements"]
+    heads: list[Column | str] = [*texts("statement"), "verdict", "criteria met"]
     rows = [
         Row(
             str(entry["number"]),
             [
-                Cell(entry["claim"], link=f"#{_anchor(entry)}"),
+                Cell(entry["claim"], link=f"#s{entry['number']}"),
                 Cell(entry["verdict"], colour=COLOURS[entry["verdict"]]),
                 f"{_count(entry, 'met')} of {_count(entry, 'values')}",
             ],
         )
         for entry in entries
     ]
-    return Table("#", [*texts("statement"), "verdict", "criteria met"], rows)
-
-
-def _statement_blocks(finding: Finding, entry: Entry) -> Iterator[Block]:
-    """Yield claim, criteria, curves and numbers of a statement, or why nothing could be measured."""
-    yield entry["claim"]
-    if entry["failed"]:
-        yield entry["failed"]
-        return
-    yield _criteria_table(entry["criteria"])
-    if finding.panels:
-        name = f"statement{finding.statement.number}_curves"
-        yield chart_of(name, finding.panels, finding.statement.columns, HEIGHT)
-    rows = [*_number_rows(entry["criteria"]), *_detail_rows(entry["details"])]
-    columns = [*texts("case"), *number_heads("value", "known to ±", "must be", "met")]
-    yield Folded("All numbers", [Table("criterion", columns, rows)])
-
-
-def _criteria_table(criteria: Sequence[Entry]) -> Table:
-    """Return how many cases meet each criterion, the range of its numbers, and where it is not met."""
-    rows = [
-        Row(
-            criterion["says"],
-            [_threshold(criterion), _met_cell(criterion), _range(criterion), _unmet_text(criterion)],
-        )
-        for criterion in criteria
-    ]
-    columns = [*number_heads("must be", "met", "numbers"), *texts("not met, worst first")]
-    if all(all(criterion["met"].values()) for criterion in criteria):
-        columns, rows = columns[:-1], [Row(row.name, row.cells[:-1]) for row in rows]
-    return Table("criterion", columns, rows)
-
-
-def _threshold(criterion: Entry) -> str:
-    return f"{criterion['relation']} {criterion['threshold']:.3g}"
-
-
-def _met_cell(criterion: Entry) -> Cell:
-    met, count = sum(criterion["met"].values()), len(criterion["met"])
-    verdict = REPRODUCED if met == count else DEPENDS if met else NOT_REPRODUCED
-    return Cell(f"{met} of {count}", colour=COLOURS[verdict])
-
-
-def _range(criterion: Entry) -> str:
-    known = [value for value in criterion["values"].values() if value is not None]
-    return range_text(known, ".3g") if known else "–"
-
-
-def _unmet_text(criterion: Entry) -> str:
-    """Return the cases in which a criterion is not met, those furthest from the threshold first."""
-    unmet = sorted(
-        (case for case, met in criterion["met"].items() if not met), key=partial(_distance, criterion)
-    )[::-1]
-    listed = [
-        f"{case}: {Cell(_number(criterion, case), '.3g').text}{_close(criterion, case)}" for case in unmet
-    ]
-    further = [f"{len(unmet) - MOST_UNMET} more"] if len(unmet) > MOST_UNMET else []
-    return "; ".join([*listed[:MOST_UNMET], *further])
-
-
-def _distance(criterion: Entry, case: str) -> float:
-    """Return how far a number is from its threshold; infinity where it is unknown."""
-    value = criterion["values"][case]
-    return np.inf if value is None else abs(value - criterion["threshold"])
-
-
-def _number(criterion: Entry, case: str) -> float:
-    value = criterion["values"][case]
-    return np.nan if value is None else float(value)
-
-
-def _close(criterion: Entry, case: str) -> str:
-    return " (too close to tell)" if criterion["close"][case] else ""
-
-
-def _number_rows(criteria: Sequence[Entry]) -> Iterator[Row]:
-    for criterion in criteria:
-        for position, (case, met) in enumerate(criterion["met"].items()):
-            value = Cell(_number(criterion, case), ".4g", colour="" if met else COLOURS[NOT_REPRODUCED])
-            met_text = ("yes" if met else "no") + _close(criterion, case)
-            cells = [case, value, _known_to(criterion, case), _threshold(criterion), met_text]
-            yield Row("" if position else criterion["says"], cells)
-
-
-def _known_to(criterion: Entry, case: str) -> Cell:
-    estimate = criterion["estimates"][case]
-    return Cell(np.inf if estimate is None else estimate, ".2g") if estimate != 0 else Cell("")
-
-
-def _detail_rows(details: dict[str, Any]) -> Iterator[Row]:
-    for position, (case, value) in enumerate(details.items()):
-        number_cell = Cell(np.nan if value is None else value, ".3g")
-        yield Row("" if position else "further numbers", [case, number_cell, "", "", ""])
-
-
-def _changes_table(changes: Sequence[Entry]) -> Table:
+    yield Section("", [Table("#", heads, rows), Note(READING)])
     rows = [
         Row(str(change["number"]), [change["old"], change["verdict"] or "–", change["new"], change["why"]])
-        for change in changes
+        for change in content["changes"]
     ]
-    return Table("#", ["before", "verdict then", "now", "why"], rows, is_text=True)
-
-
-def _runs_table(runs: dict[str, Any]) -> Table:
+    changes = Table("#", ["before", "verdict then", "now", "why"], rows, is_text=True)
+    yield Folded("How the verdicts come about", [RULES, Section("Changes of the criteria", [changes])])
+    for entry in entries:
+        number, verdict = entry["number"], entry["verdict"]
+        blocks = list(_statement_blocks(entry, panels[number]))
+        yield Section(f"{number}. {verdict}", blocks, COLOURS[verdict], f"s{number}")
     columns = [
         Column("estimate of C", "%"),
         Column("of max |C_nn|", "%"),
@@ -433,6 +307,86 @@ def _runs_table(runs: dict[str, Any]) -> Table:
                 Cell(run["unknowns"], ",d"),
             ],
         )
-        for name, run in runs.items()
+        for name, run in content["runs"].items()
     ]
-    return Table("run", columns, rows)
+    settings = (
+        f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
+        f"were in the store. {versions_text(content)}"
+    )
+    yield Folded("The runs and their C", [Table("run", columns, rows), Note(settings)])
+
+
+def _statement_blocks(entry: Entry, panels: Sequence[Panel]) -> Iterator[Block]:
+    """Yield claim, criteria, curves and numbers of a statement, or why nothing could be measured."""
+    yield entry["claim"]
+    if entry["failed"]:
+        yield entry["failed"]
+        return
+    yield _criteria_table(entry["criteria"])
+    if panels:
+        number = entry["number"]
+        yield chart_of(f"statement{number}_curves", panels, STATEMENTS[number].columns, HEIGHT)
+    yield Folded("All numbers", [_numbers_table(entry)])
+
+
+def _criteria_table(criteria: Sequence[Entry]) -> Table:
+    """Return how many cases meet each criterion, the range of its numbers, and where it is not met."""
+    rows = []
+    for criterion in criteria:
+        met, values = criterion["met"], criterion["values"]
+        fulfilled = sum(met.values())
+        verdict = REPRODUCED if fulfilled == len(met) else DEPENDS if fulfilled else NOT_REPRODUCED
+        known = [value for value in values.values() if value is not None]
+        cells: list[Cell | str] = [
+            f"{criterion['relation']} {criterion['threshold']:.3g}",
+            Cell(f"{fulfilled} of {len(met)}", colour=COLOURS[verdict]),
+            range_text(known, ".3g") if known else "–",
+            _unmet_text(criterion),
+        ]
+        rows.append(Row(criterion["says"], cells))
+    columns = [*number_heads("must be", "met", "numbers"), *texts("not met, worst first")]
+    if all(all(criterion["met"].values()) for criterion in criteria):
+        columns, rows = columns[:-1], [Row(row.name, row.cells[:-1]) for row in rows]
+    return Table("criterion", columns, rows)
+
+
+def _unmet_text(criterion: Entry) -> str:
+    """Return the cases in which a criterion is not met, those furthest from the threshold first."""
+    values = {case: _number(criterion["values"][case]) for case, met in criterion["met"].items() if not met}
+    distances = {case: abs(value - criterion["threshold"]) for case, value in values.items()}
+    # what is unknown is furthest
+    unmet = sorted(values, key=lambda case: np.nan_to_num(distances[case], nan=np.inf))[::-1]
+    listed = [f"{case}: {Cell(values[case], '.3g').text}{_close(criterion, case)}" for case in unmet]
+    further = [f"{len(unmet) - MOST_UNMET} more"] if len(unmet) > MOST_UNMET else []
+    return "; ".join([*listed[:MOST_UNMET], *further])
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else float(value)
+
+
+def _close(criterion: Entry, case: str) -> str:
+    return " (too close to tell)" if criterion["close"][case] else ""
+
+
+def _numbers_table(entry: Entry) -> Table:
+    """Return the numbers of all criteria by case, and further numbers."""
+    rows = []
+    for criterion in entry["criteria"]:
+        must_be = f"{criterion['relation']} {criterion['threshold']:.3g}"
+        for position, (case, met) in enumerate(criterion["met"].items()):
+            colour = "" if met else COLOURS[NOT_REPRODUCED]
+            known = criterion["estimates"][case]
+            cells: list[Cell | str] = [
+                case,
+                Cell(_number(criterion["values"][case]), ".4g", colour=colour),
+                Cell(np.inf if known is None else known, ".2g") if known != 0 else Cell(""),
+                must_be,
+                ("yes" if met else "no") + _close(criterion, case),
+            ]
+            rows.append(Row("" if position else criterion["says"], cells))
+    for position, (case, value) in enumerate(entry["details"].items()):
+        number = Cell(_number(value), ".3g")
+        rows.append(Row("" if position else "further numbers", [case, number, "", "", ""]))
+    columns = [*texts("case"), *number_heads("value", "known to ±", "must be", "met")]
+    return Table("criterion", columns, rows)

@@ -8,7 +8,6 @@ import xarray as xr
 
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
-from compare.validation.estimates import GridComparison, stored_comparisons
 from compare.validation.statements.contact_series import ContactSeries
 from femic.contact.finite_elements.fineness import CELLS
 from femic.contact.pairs.ics import NONE_GIVEN, GivenICs
@@ -52,78 +51,78 @@ class Runs:
 
     options: RunOptions
     tolerance: float  # of C
-    done: dict[str, Results] = field(default_factory=dict)
-    contacts: dict[str, xr.Dataset] = field(default_factory=dict)
-    series: dict[str, ContactSeries] = field(default_factory=dict)
-    others: dict[str, Any] = field(default_factory=dict)  # by name, of single statements
-    comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
+    done: dict[str, Results] = field(default_factory=dict)  # ICs by the name of the run
+    known: dict[str, Any] = field(default_factory=dict)  # everything else, by what it is
 
     def geometry(self, name: str) -> Results:
         """Return the results of a geometry of the source [BVSV]."""
-        return self._once(name, lambda: self._compute(self._scene(name)))
+        return self._solve(name, lambda: self._scene(name))
 
     def fitted(self, name: str) -> Results:
         """Return the results of a geometry with B-hat-prime, fitted to the same geometry."""
-        return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
+
+        def fit() -> Results:
+            results = self.geometry(name)
+            scene = replace(results.scene, effective=self._fit(name), variants=tuple(VARIANTS))
+            return with_approximations(results, scene)
+
+        return self.once(f"{name}, fitted", fit, self.done)
 
     def with_both_engines(self, name: str) -> Results:
         """Return the results of a geometry with C of both engines."""
-        return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
+        return self._solve(f"{name}, both engines", lambda: self._scene(name, check=True))
 
     def other_nu(self, name: str) -> Results:
         """Return the results of a geometry with the Poisson's ratio of the other geometry."""
         nu = {"nu": OTHER_NU[name]}
-        return self._once(
-            f"{name}, nu = {OTHER_NU[name]:.2f}",
-            lambda: self._compute(self._scene(name, {"lower": nu, "upper": nu})),
+        return self._solve(
+            f"{name}, nu = {OTHER_NU[name]:.2f}", lambda: self._scene(name, {"lower": nu, "upper": nu})
         )
 
     def not_revolved(self) -> Results:
         """Return the results of Geometry 2 with a prismatic wheel."""
-        prismatic = {"upper": {"rolling_radius": float("inf")}}
-        name = "geometry2, not revolved"
-        return self._once(
-            name, lambda: self._compute(replace(self._scene("geometry2", prismatic), name=name))
-        )
+        name, changes = "geometry2, not revolved", {"upper": {"rolling_radius": float("inf")}}
+        return self._solve(name, lambda: replace(self._scene("geometry2", changes), name=name))
 
     def plane(self) -> Results:
         """Return the results of two half-spaces."""
-        return self._once("flat", lambda: self._compute(self._scene("flat")))
+        return self._solve("flat", lambda: self._scene("flat"))
 
     def nearly_plane(self) -> Results:
         """Return the results of Geometry 1 with arcs of a very large radius."""
         arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
         changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
-        return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
+        return self._solve(name, lambda: replace(self._scene("geometry1", changes), name=name))
 
     def fe_contact(self, contacts: Contacts) -> xr.Dataset:
         """Return numbers of contacts with ICs and by finite elements."""
-        loads = ", ".join(f"{load / 1e3:g}" for load in contacts.loads)
-        key = f"{contacts.scene}, {loads} kN, shift {contacts.shift:g} mm"
-        if key not in self.contacts:
-            self.options.watch.on_stage(f"  {key}: contact with ICs and by finite elements")
+
+        def solve() -> xr.Dataset:
             changes = {"loads": list(contacts.loads), "shift": contacts.shift}
             scene = load_scene(contacts.scene, {"contact": changes})
             with_ics = to_dataset(compute_contact(scene, self.options))
-            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, contacts.cells)
-        return self.contacts[key]
+            return compute_fe_contact(scene, with_ics, self.options, contacts.cells)
+
+        loads = ", ".join(f"{load / 1e3:g}" for load in contacts.loads)
+        case = f"{contacts.scene}, {loads} kN, shift {contacts.shift:g} mm"
+        return self.once(f"{case}: contact with ICs and by finite elements", solve)
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
         """Return numbers of the contacts of a scene with some keys of [contact] changed."""
-        key = f"{name}, {dict(changes)}"
-        if key not in self.contacts:
-            self.options.watch.on_stage(f"  contact of {key}")
-            scene = load_scene(name, {"contact": dict(changes)})
-            self.contacts[key] = to_dataset(compute_contact(scene, self.options))
-        return self.contacts[key]
+        return self.once(
+            f"contact of {name}, {dict(changes)}",
+            lambda: to_dataset(compute_contact(load_scene(name, {"contact": dict(changes)}), self.options)),
+        )
 
     def contact_series(self, name: str) -> ContactSeries:
         """Return the frictionless contacts of a scene under any load with A, B, B-hat and C."""
-        if name not in self.series:
-            problem = self._contact_scene(name).contact_problem
-            self.series[name] = ContactSeries(problem, self.options, SERIES_LOADS[name])
-        return self.series[name]
+        return self.once(
+            f"contacts of {name}",
+            lambda: ContactSeries(
+                self._contact_scene(name).contact_problem, self.options, SERIES_LOADS[name]
+            ),
+        )
 
     def friction(
         self, name: str, changes: Mapping[str, Any], given: Mapping[str, GivenICs] = NONE_GIVEN
@@ -132,32 +131,19 @@ class Runs:
 
         `given` are ICs by the names under which the scene asks for them.
         """
-        key = f"{name}, {dict(changes)}"
-        if key not in self.contacts:
-            self.options.watch.on_stage(f"  contact with friction of {key}")
-            self.contacts[key] = compute_with_friction(load_scene(name, dict(changes)), self.options, given)
-        return self.contacts[key]
+        return self.once(
+            f"contact with friction of {name}, {dict(changes)}",
+            lambda: compute_with_friction(load_scene(name, dict(changes)), self.options, given),
+        )
 
-    def random_contacts(self, study: str, seed: int, count: int) -> list[GridComparison]:
-        """Return random contacts of a study on grids of three fineness levels."""
-        key = study, seed, count
-        if key not in self.comparisons:
-            self.comparisons[key] = stored_comparisons(study, seed, count, self.options)
-        return self.comparisons[key]
-
-    def remembered(self, name: str, compute: Callable[["Runs"], Value]) -> Value:
-        """Return what a statement computes from these runs by itself, computed when it is first used."""
-        if name not in self.others:
+    def once(self, name: str, compute: Callable[[], Value], known: dict[str, Value] | None = None) -> Value:
+        """Return what has a name, computed when it is first used."""
+        memory = self.known if known is None else known
+        if name not in memory:
             self.options.watch.on_stage(f"  {name}")
-            self.others[name] = compute(self)
-        value: Value = self.others[name]
+            memory[name] = compute()
+        value: Value = memory[name]
         return value
-
-    def _once(self, name: str, make: Callable[[], Results]) -> Results:
-        if name not in self.done:
-            self.options.watch.on_stage(f"  {name}")
-            self.done[name] = make()
-        return self.done[name]
 
     def _scene(self, name: str, changes: Mapping[str, Any] | None = None, *, check: bool = False) -> Scene:
         engine = {"tolerance": self.tolerance, "check": check}
@@ -168,13 +154,9 @@ class Runs:
     def _contact_scene(self, name: str) -> Scene:
         return load_scene(name)
 
-    def _with_fit(self, results: Results) -> Results:
-        fit = self._fit(results.scene.name)
-        return with_approximations(results, replace(results.scene, effective=fit, variants=tuple(VARIANTS)))
-
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
         """Return effective properties of a geometry, fitted to C_xn of one load position."""
         return calibrate(self._scene(name), self.options).scene.effective
 
-    def _compute(self, scene: Scene) -> Results:
-        return compute(scene, self.options)
+    def _solve(self, name: str, make_scene: Callable[[], Scene]) -> Results:
+        return self.once(name, lambda: compute(make_scene(), self.options), self.done)

@@ -15,9 +15,8 @@ import scipy
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, curves_of
 from compare.report.looks import symbol_of
-from compare.validation.statements import closed_forms as cones
-from compare.validation.statements.closed_forms import RADIUS, STEEL, Cone
-from compare.validation.statements.criteria import Numbers, Statement
+from compare.validation.statements.closed_forms import CONE_LOAD, RADIUS, STEEL, Cone, on_grid
+from compare.validation.statements.frame import Statement, above, below
 from compare.validation.statements.runs import Runs
 from femic.contact.estimates import Measured, errors
 from femic.contact.exact.hertz import PointContact, combined_modulus
@@ -48,6 +47,7 @@ LARGE, SMALL = 8e5, 1e5  # N: with an eighth of the load a patch is half as wide
 
 SHARP, ROUND = 1.0, 12.0  # radii [mm] beside the place where a rail's curvature jumps to 1/200
 KINKED_LOAD = 20e3  # N
+UNREFINED = "without refined elements"
 FINER = {"elements 2 times smaller": (2, 2), "strips 4 times narrower": (1, 4)}  # along x and s
 
 ARC, TREAD, FLANGE = 80.0, 0.05, -0.5  # radius of a rail [mm], inclinations of a wheel of two cones [rad]
@@ -83,16 +83,10 @@ class Wheel:
         """The grids, with strips as narrow as the distance needs."""
         return refined_grids(self.bodies, *self.found, ELEMENTS)
 
-    @property
-    def unrefined(self) -> Sequence[Grid]:
-        """Grids with elements across the main patch, and no more."""
-        return fitting_grids(self.bodies, self.found[0], ELEMENTS, MOST_STRIPS)
-
-    def solve(self, ics: str, grids: Sequence[Grid]) -> AreasContact:
-        """Return the contact on some grids."""
-        return Areas.with_approximation(ics, self.bodies, grids, self.roll).solve(
-            self.load, self.found[1].approach
-        )
+    def solve(self, ics: str, grids: Sequence[Grid] | None = None) -> AreasContact:
+        """Return the contact on the grids, or on others."""
+        areas = Areas.with_approximation(ics, self.bodies, grids or self.grids, self.roll)
+        return areas.solve(self.load, self.found[1].approach)
 
 
 def standard_wheel(shift: float) -> Wheel:
@@ -138,24 +132,27 @@ def two_cones() -> PairOnGrid:
     return outlines(Outline((rail,)), Outline((flange, tread)), at, (-65.0, 45.0))
 
 
-def estimate(contact: AreasContact, name: str) -> float:
+def estimated_error(contact: AreasContact, name: str) -> float:
     """Return the estimated error of a number: the sum of those of all areas."""
-    of, total = {name: ALL[name]}, 0.0
+    quantity, total = {name: ALL[name]}, 0.0
     level: AreasContact | None
     for k in range(len(contact.contacts)):
         levels, level = list[Measured](), contact
         while level is not None and len(levels) < 3:
-            levels.append(measured(level.areas.on_grids[k], level.contacts[k], of))
+            levels.append(measured(level.areas.on_grids[k], level.contacts[k], quantity))
             level = level.coarser
-        total += errors(kinds(of), levels[0], levels[1:])[name]
+        total += errors(kinds(quantity), levels[0], levels[1:])[name]
     return total
 
 
 def p_max(contact: AreasContact | PlanarContact) -> float:
     """Return the largest pressure [MPa]."""
-    if isinstance(contact, PlanarContact):
-        return max(float(np.max(patch.contact.p)) for patch in contact.patches)
-    return max(float(np.max(each.p)) for each in contact.contacts)
+    areas = (
+        [patch.contact for patch in contact.patches]
+        if isinstance(contact, PlanarContact)
+        else contact.contacts
+    )
+    return max(float(np.max(area.p)) for area in areas)
 
 
 def on_centre_line(contact: AreasContact) -> tuple[Array, Array]:
@@ -171,37 +168,31 @@ def on_centre_line(contact: AreasContact) -> tuple[Array, Array]:
 def planar_wheel(runs: Runs, shift: float) -> PlanarContact:
     """Return the planar contact of S1002 on 60E1."""
 
-    def solved(_: Runs) -> PlanarContact:
+    def solved() -> PlanarContact:
         wheel = standard_wheel(shift)
         return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
 
-    return runs.remembered(f"planar contact of S1002 on 60E1 at {shift:g} mm", solved)
-
-
-def contact_differences(runs: Runs) -> Mapping[str, float]:
-    """Return the difference of p_max from that of CONTACT, as a share."""
-    return {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs, TOUCHING_A_JUMP)) / P_MAX - 1)}
+    return runs.once(f"planar contact of S1002 on 60E1 at {shift:g} mm", solved)
 
 
 def planar_lateral(runs: Runs) -> Mapping[str, float]:
     """Return the difference of the lateral force on a flange from that of CONTACT, as a share."""
-    forces = [
-        patch.normal_force * np.sin(patch.plane.angle - standard_wheel(ON_FLANGE).roll)
-        for patch in planar_wheel(runs, ON_FLANGE).patches
-    ]
-    return {"S1002 on 60E1, 7 mm: lateral force over CONTACT's - 1": float(abs(sum(forces)) / LATERAL - 1)}
+    roll = standard_wheel(ON_FLANGE).roll
+    patches = planar_wheel(runs, ON_FLANGE).patches
+    force = sum(patch.normal_force * np.sin(patch.plane.angle - roll) for patch in patches)
+    return {"S1002 on 60E1, 7 mm: lateral force over CONTACT's - 1": float(abs(force) / LATERAL - 1)}
 
 
 def planar_hertz(_: Runs) -> Mapping[str, float]:
     """Return errors of small planar contacts of cones on a rail, against Hertz along the normal."""
-    differences = {}
+    measured = {}
     for slope in SLOPES:
         cone = Cone(float(np.arctan(slope)))
-        contact, exact = solve_planar(cones.on_grid(cone), cones.CONE_LOAD, elements=ELEMENTS), cone.ellipse
+        contact, exact = solve_planar(on_grid(cone), CONE_LOAD, elements=ELEMENTS), cone.ellipse
         along = contact.approach * np.cos(cone.delta)
-        differences[f"cone {slope:+g}, p_max"] = abs(p_max(contact) / exact.p_max - 1)
-        differences[f"cone {slope:+g}, approach"] = abs(float(along) / exact.approach - 1)
-    return differences
+        measured[f"cone {slope:+g}, p_max"] = abs(p_max(contact) / exact.p_max - 1)
+        measured[f"cone {slope:+g}, approach"] = abs(float(along) / exact.approach - 1)
+    return measured
 
 
 def planar_orders(_: Runs) -> Mapping[str, float]:
@@ -220,7 +211,7 @@ def planar_orders(_: Runs) -> Mapping[str, float]:
 
 def _planar_over_curved(cone: Cone, load: float) -> float:
     """Return the lateral force, where there is none p_max, in a plane over that on the surface, less 1."""
-    bodies, larger = cones.on_grid(cone), (load / cones.CONE_LOAD) ** (1 / 3)
+    bodies, larger = on_grid(cone), (load / CONE_LOAD) ** (1 / 3)
     grid = replace(bodies.grid, dx=bodies.grid.dx * larger, ds=bodies.grid.ds * larger)
     curved = replace(bodies, grid=grid)
     flat = replace(planar(curved, cone.s), grid=replace(grid, s=0.0))
@@ -245,75 +236,70 @@ def _planar_panels(runs: Runs) -> list[Panel]:
 # --- 47 -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Peak:
-    """A contact with narrow peaks on the default grid, on the same without refinement, and on finer ones."""
+def peaks(runs: Runs) -> Mapping[str, Mapping[str, AreasContact]]:
+    """Return contacts of rails whose curvature jumps where a wheel touches them, by their grids.
 
-    default: AreasContact
-    unrefined: AreasContact
-    finer: Mapping[str, AreasContact]
+    "default", without refined elements, and with smaller ones than by default.
+    """
 
-
-def peaks(runs: Runs) -> Mapping[str, Peak]:
-    """Return contacts of rails whose curvature jumps where a wheel touches them."""
-
-    def solved(_: Runs) -> Mapping[str, Peak]:
+    def solved() -> Mapping[str, Mapping[str, AreasContact]]:
         contacts = {}
         for radius in (SHARP, ROUND):
             wheel = Wheel(kinked(radius), KINKED_LOAD)
+            grids = {
+                "default": wheel.grids,
+                UNREFINED: fitting_grids(wheel.bodies, wheel.found[0], ELEMENTS, MOST_STRIPS),
+            } | {
+                label: [
+                    replace(grid, n_x=grid.n_x * x, n_s=grid.n_s * s, dx=grid.dx / x, ds=grid.ds / s)
+                    for grid in wheel.grids
+                ]
+                for label, (x, s) in FINER.items()
+            }
             for ics in ICS:
-                finer = {label: wheel.solve(ics, _times(wheel.grids, *n)) for label, n in FINER.items()}
-                default, unrefined = (wheel.solve(ics, grids) for grids in (wheel.grids, wheel.unrefined))
-                contacts[f"{radius:g} mm beside 200 mm, {symbol_of(ics)}"] = Peak(default, unrefined, finer)
+                name = f"{radius:g} mm beside 200 mm, {symbol_of(ics)}"
+                contacts[name] = {label: wheel.solve(ics, each) for label, each in grids.items()}
         return contacts
 
-    return runs.remembered("narrow peaks", solved)
-
-
-def _times(grids: Sequence[Grid], x: int, s: int) -> list[Grid]:
-    """Return grids with so many times as many elements along x and s."""
-    return [
-        replace(grid, n_x=grid.n_x * x, n_s=grid.n_s * s, dx=grid.dx / x, ds=grid.ds / s) for grid in grids
-    ]
+    return runs.once("narrow peaks", solved)
 
 
 def peak_errors(runs: Runs) -> Mapping[str, float]:
     """Return the change of p_max by smaller elements over the estimated error on the default grid."""
-    return {
-        f"{name}, {label}": abs(p_max(finer) - p_max(peak.default)) / estimate(peak.default, "p_max")
-        for name, peak in peaks(runs).items()
-        for label, finer in peak.finer.items()
-    }
+    measured = {}
+    for name, by_grid in peaks(runs).items():
+        default = by_grid["default"]
+        for label in FINER:
+            change = abs(p_max(by_grid[label]) - p_max(default))
+            measured[f"{name}, {label}"] = change / estimated_error(default, "p_max")
+    return measured
 
 
 def unrefined_errors(runs: Runs) -> Mapping[str, float]:
     """Return what p_max lacks without refined elements, as a share, beside the smaller radius."""
     return {
-        name: 1 - p_max(peak.unrefined) / p_max(peak.default)
-        for name, peak in peaks(runs).items()
+        name: 1 - p_max(by_grid[UNREFINED]) / p_max(by_grid["default"])
+        for name, by_grid in peaks(runs).items()
         if name.startswith(f"{SHARP:g} mm")
     }
 
 
-def _peak_details(runs: Runs) -> Mapping[str, float]:
+def peak_details(runs: Runs) -> Mapping[str, float]:
+    """Return p_max on all grids."""
     return {
-        f"{name}: p_max {label} [MPa]": p_max(contact)
-        for name, peak in peaks(runs).items()
-        for label, contact in (
-            ("by default", peak.default),
-            ("without refined elements", peak.unrefined),
-            *peak.finer.items(),
-        )
+        f"{name}: p_max {'by default' if label == 'default' else label} [MPa]": p_max(contact)
+        for name, by_grid in peaks(runs).items()
+        for label, contact in by_grid.items()
     }
 
 
 def _peak_panels(runs: Runs) -> list[Panel]:
     panels = []
-    for name, peak in peaks(runs).items():
-        contacts = {**peak.finer, "default": peak.default, "without refined elements": peak.unrefined}
-        s = np.unique(np.concatenate([on_centre_line(contact)[0] for contact in contacts.values()]))
-        curves = {label: np.interp(s, *on_centre_line(contact)) for label, contact in contacts.items()}
-        panels.append(Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves_of(s, curves)))
+    for name, by_grid in peaks(runs).items():
+        lines = {label: on_centre_line(by_grid[label]) for label in (*FINER, "default", UNREFINED)}
+        s = np.unique(np.concatenate([places for places, _ in lines.values()]))
+        curves = curves_of(s, {label: np.interp(s, *line) for label, line in lines.items()})
+        panels.append(Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves))
     return panels
 
 
@@ -322,12 +308,9 @@ def _peak_panels(runs: Runs) -> list[Panel]:
 
 def two_patches(runs: Runs) -> Mapping[float, AreasContact]:
     """Return contacts of a wheel of two cones with A on the default grids, by the angle of the load."""
-
-    def solved(_: Runs) -> Mapping[float, AreasContact]:
-        wheels = {roll: Wheel(two_cones(), TWO_LOAD, roll) for roll in ROLLS}
-        return {roll: wheel.solve("A", wheel.grids) for roll, wheel in wheels.items()}
-
-    return runs.remembered("two patches", solved)
+    return runs.once(
+        "two patches", lambda: {roll: Wheel(two_cones(), TWO_LOAD, roll).solve("A") for roll in ROLLS}
+    )
 
 
 def patch_forces(contact: AreasContact) -> Array:
@@ -391,13 +374,13 @@ def load_errors(runs: Runs) -> Mapping[str, float]:
 def one_grid(runs: Runs) -> Mapping[str, tuple[AreasContact, AreasContact]]:
     """Return the contact on one grid over both patches, and on the same cut in two, by ICs."""
 
-    def solved(_: Runs) -> Mapping[str, tuple[AreasContact, AreasContact]]:
+    def solved() -> Mapping[str, tuple[AreasContact, AreasContact]]:
         wheel, half = Wheel(two_cones(), TWO_LOAD), BOTH.n_s // 2
         middles = (float(np.mean(BOTH.strips[:half])), float(np.mean(BOTH.strips[half:])))
         halves = [replace(BOTH, n_s=half, s=middle) for middle in middles]
         return {ics: (wheel.solve(ics, [BOTH]), wheel.solve(ics, halves)) for ics in ICS}
 
-    return runs.remembered("one grid and two areas", solved)
+    return runs.once("one grid and two areas", solved)
 
 
 def area_differences(runs: Runs) -> Mapping[str, float]:
@@ -417,7 +400,7 @@ def second_patch_effects(runs: Runs) -> Mapping[str, float]:
         main = contact.areas.grids[int(np.argmax([np.sum(each.p) for each in contact.contacts]))]
         alone = Wheel(two_cones(), TWO_LOAD, roll).solve("A", [main])
         change = abs(float(patch_forces(contact)[0].sum() - patch_forces(alone)[0].sum()))
-        effects[f"load at {roll:g} rad"] = change / estimate(contact, "F_y")
+        effects[f"load at {roll:g} rad"] = change / estimated_error(contact, "F_y")
     return effects
 
 
@@ -437,18 +420,25 @@ STATEMENTS = (
         "Hertz along the normal where patches are small, and tends to A on the curved surface with the "
         "square of the half-width.",
         (
-            Numbers(contact_differences).below(
-                OF_CONTACT, "CONTACT", "|p_max over that of CONTACT (2087 MPa) - 1|"
+            below(
+                OF_CONTACT,
+                "CONTACT",
+                "|p_max over that of CONTACT (2087 MPa) - 1|",
+                lambda runs: {
+                    "S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs, TOUCHING_A_JUMP)) / P_MAX - 1)
+                },
             ),
-            Numbers(planar_hertz).below(
+            below(
                 OF_HERTZ,
                 "Hertz",
                 "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|",
+                planar_hertz,
             ),
-            Numbers(planar_orders).below(
+            below(
                 OF_ORDER,
                 "order",
                 "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|",
+                planar_orders,
             ),
         ),
         _planar_panels,
@@ -461,15 +451,13 @@ STATEMENTS = (
         "on smaller elements within its estimated error; beside a radius of 1 mm a grid that is not refined "
         "lacks more than 2 % of it.",
         (
-            Numbers(peak_errors).below(
-                1.0, "within", "change of p_max by smaller elements over its estimated error"
-            ),
-            Numbers(unrefined_errors).above(
-                LACKS, "unrefined", "share of p_max that 20 elements across the patch lack"
+            below(1.0, "within", "change of p_max by smaller elements over its estimated error", peak_errors),
+            above(
+                LACKS, "unrefined", "share of p_max that 20 elements across the patch lack", unrefined_errors
             ),
         ),
         _peak_panels,
-        _peak_details,
+        peak_details,
     ),
     Statement(
         48,
@@ -477,17 +465,24 @@ STATEMENTS = (
         "patches gives, forces are those of two contacts of Hertz, and leaving out the second patch changes "
         "F_y by more than its estimated error.",
         (
-            Numbers(area_differences).below(
-                SAME, "one grid", "two areas and one grid: difference over p_max, or over the approach"
+            below(
+                SAME,
+                "one grid",
+                "two areas and one grid: difference over p_max, or over the approach",
+                area_differences,
             ),
-            Numbers(two_point_errors).below(
+            below(
                 OF_HERTZ,
                 "Hertz",
                 "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|",
+                two_point_errors,
             ),
-            Numbers(load_errors).below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|"),
-            Numbers(second_patch_effects).above(
-                1.0, "second patch", "change of F_y without the second patch over its estimated error"
+            below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|", load_errors),
+            above(
+                1.0,
+                "second patch",
+                "change of F_y without the second patch over its estimated error",
+                second_patch_effects,
             ),
         ),
         _patch_panels,

@@ -109,7 +109,7 @@ CHANGED = {  # by a file: whether models, results and studies are other ones
     "femic/cli/main.py": (False, False, False),
     "femic/interface/ics.py": (False, False, False),
     "compare/studies/frontier.py": (False, False, True),
-    "compare/validation/statements/sn.py": (False, False, True),
+    "compare/validation/statements/wheels.py": (False, False, True),
     "compare/pages/ics.py": (False, False, False),
 }
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from compare.pages.friction_pages import PAGES
 from compare.studies.frontier import Advice, Question
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.contact.pairs.grids import grids_of
 from femic.reference.engine import ExpectedCost

@@ -15,23 +15,22 @@ from compare.validation.extremes.cases import (
     Limit,
     WithinLimit,
     refusal,
-    results_of,
+    run_limits,
 )
 from compare.validation.extremes.engines import (
-    Engines,
-    compared,
+    component_errors,
     curved,
-    each,
     flat,
     moduli,
     on_outline,
     ratio,
+    solve_case,
     wheel,
+    within_limit,
 )
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.reference.job import NotConverged
-from femic.reference.run_options import RunOptions
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N, X
 from tests.compare.validation.statements.handmade import made
@@ -41,7 +40,7 @@ from tests.compare.validation.statements.handmade import made
 
 def scene_of(case):
     """Of the harmonic engine, without a check by another."""
-    return engines._scene(case, HARMONIC)
+    return case.scene(HARMONIC)
 
 
 def test_lines_of_a_plane_are_in_proportion_to_its_patch():
@@ -111,13 +110,19 @@ def plane_with(error, estimate=0.01, component=(N, N)):
     return made("flat", c, estimate=estimate)
 
 
+def compared(results, finer):
+    """The largest error, estimate, and error over estimate."""
+    case = within_limit(flat(), results, finer)
+    return case.error, case.estimate, case.used
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_errors_are_over_estimates_whatever_their_sign(sign):
     """0.012 of the same scale away where C is known to 0.01: 1.2 estimates."""
     results = plane_with(sign * 0.012)
     error, estimate, used = compared(results, None)
     assert used == pytest.approx(1.2)
-    assert len(list(each(results, None))) == 3 * 6
+    assert len(list(component_errors(results))) == 3 * 6
     assert error > 0
     assert estimate > 0
 
@@ -137,57 +142,61 @@ def test_estimates_of_vanishing_components_count_as_rounding():
     assert used == pytest.approx(error / 1e-9)
 
 
-class Solving(Engines):
-    """Engines that solve nothing: the calls, and errors that are given."""
+@pytest.fixture
+def solving(monkeypatch):
+    """Return how to set errors of the next results; nothing is solved, and scenes are recorded."""
 
-    def __init__(self, errors):
-        super().__init__(RunOptions(1))
-        object.__setattr__(self, "calls", [])
-        object.__setattr__(self, "errors", iter(errors))
+    def with_errors(*errors):
+        remaining, scenes = iter(errors), []
 
-    def _solved(self, scene_case, engine, engine_settings):
-        self.calls.append((scene_case, engine, dict(engine_settings)))
-        cost = SimpleNamespace(seconds={"mesh": 1.0, "solution": 0.5})
-        results = plane_with(next(self.errors))
-        references = {name: replace(of, models={"fine": cost}) for name, of in results.references.items()}
-        return replace(results, references=references)
+        def compute(scene, _):
+            scenes.append(scene)
+            cost = SimpleNamespace(seconds={"mesh": 1.0, "solution": 0.5})
+            results = plane_with(next(remaining))
+            references = {name: replace(of, models={"fine": cost}) for name, of in results.references.items()}
+            return replace(results, references=references)
+
+        monkeypatch.setattr(engines, "compute", compute)
+        return scenes
+
+    return with_errors
 
 
 @pytest.mark.parametrize(("engine", "tolerance"), [(HARMONIC, 0.01), (SOLID, 0.1)])
-def test_planes_are_compared_with_a(engine, tolerance):
-    solving = Solving([0.005])
-    reached = solving._case(engine, flat(nu=0.1))
-    assert [(call[1], call[2]) for call in solving.calls] == [(engine, {"tolerance": tolerance})]
+def test_planes_are_compared_with_a(engine, tolerance, solving):
+    scenes = solving(0.005)
+    reached = solve_case(engine, flat(nu=0.1), None)
+    assert [(scene.settings.engine.name, scene.settings.tolerance) for scene in scenes] == [
+        (engine, tolerance)
+    ]
     assert (reached.at, reached.exact, reached.seconds) == ("ν = 0.1", "A", 3.0)
     assert reached.used == pytest.approx(0.5)
     assert reached.honest
 
 
-def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
-    solving = Solving([0.012, 0.001])
-    reached = solving._case(SOLID, curved(30.0))
-    assert [call[1] for call in solving.calls] == [SOLID, HARMONIC]
-    finer = solving.calls[1][2]
-    assert finer["tolerance"] == 0.001
-    assert finer["far_radius"] > 2 * 1280
+def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine(solving):
+    scenes = solving(0.012, 0.001)
+    reached = solve_case(SOLID, curved(30.0), None)
+    assert [scene.settings.engine.name for scene in scenes] == [SOLID, HARMONIC]
+    assert scenes[1].settings.tolerance == 0.001
+    assert {body.domain.far_radius for body in scenes[1].bodies.values()} == {3000.0}
     assert reached.exact == "a finer C"
     assert reached.used == pytest.approx(1.1)
     assert not reached.honest
 
 
-def test_planes_are_drawn_within_their_ranges_and_the_worst_is_returned():
+def test_planes_are_drawn_within_their_ranges_and_the_worst_is_returned(solving):
     """The 29th is 3 estimates away in one component on every line, all others half of one."""
-    solving = Solving([0.03 if k == 28 else 0.005 for k in range(40)])
-    worst = solving._drawn_planes()
+    scenes = solving(*(0.03 if k == 28 else 0.005 for k in range(40)))
+    worst = engines.drawn_planes(None)
     assert worst.used == pytest.approx(3)
     assert worst.seconds == 3.0
     assert worst.note.startswith("40 scenes: 717 of 720 errors")  # of six components on three lines
-    assert {call[1] for call in solving.calls} == {HARMONIC}
-    assert [call[2]["tolerance"] for call in solving.calls] == [(0.1, 0.01, 0.001)[k % 3] for k in range(40)]
-    drawn = [call[0].changes for call in solving.calls]
-    nu = np.array([changes["lower"]["nu"] for changes in drawn])
-    a, b = np.array([[changes["patch"][side] for changes in drawn] for side in "ab"])
-    beside = np.array([changes["lines"][0]["s"] for changes in drawn]) / b
+    assert {scene.settings.engine.name for scene in scenes} == {HARMONIC}
+    assert [scene.settings.tolerance for scene in scenes] == [(0.1, 0.01, 0.001)[k % 3] for k in range(40)]
+    nu = np.array([scene.bodies["lower"].material.nu for scene in scenes])
+    a, b = np.array([[getattr(scene.patch, side) for scene in scenes] for side in "ab"])
+    beside = np.array([scene.lines[0].s[0] for scene in scenes]) / b
     for values, low, high in (
         (nu, 0, 0.49),
         (np.log10(a / b), -1, 1),
@@ -215,7 +224,7 @@ def test_cases_reach_both_ends_of_the_range(kind, rows):
     for name, value in VALUES.items():
         allowed, within = named[name]
         ends = [float(end) for end in re.findall(r"\d[\d.e-]*", allowed)]
-        values = [value(engines._scene(case, kind)) for case in within]
+        values = [value(case.scene(kind)) for case in within]
         tried = [end for end in ends if not (name.startswith("distance") and end == 0)]
         assert all(np.min(np.abs(np.array(values) - end)) <= 1e-9 * end for end in tried), name
         assert np.max(values) == pytest.approx(1e6 if "∞" in allowed else ends[-1])
@@ -231,8 +240,8 @@ def test_radii_from_equal_to_tenfold_are_tried():
 
 
 def test_planes_are_drawn_for_the_harmonic_engine_alone():
-    names = {kind: [row.name for row in Engines(RunOptions(1)).limits(kind)] for kind in (HARMONIC, SOLID)}
-    assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
+    harmonic, solid = (limits() for limits in (engines.harmonic_limits, engines.solid_limits))
+    assert [row.name for row in harmonic] == [*(row.name for row in solid), "all of a plane at once"]
 
 
 # --- reports ---------------------------------------------------------------------------------------------
@@ -246,11 +255,11 @@ def test_estimates_that_just_hold_are_honest():
 
 
 def test_a_refusal_is_reported_with_its_last_line():
-    def bad():
+    def bad(_):
         raise WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")
 
-    assert refusal("ν = 0.6", bad)() == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
-    assert refusal("ν = 0.3", lambda: 0.3)() == BeyondLimit("ν = 0.3", "")
+    assert refusal("ν = 0.6", bad)(None) == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
+    assert refusal("ν = 0.3", lambda _: 0.3)(None) == BeyondLimit("ν = 0.3", "")
 
 
 def not_converged(*_):
@@ -260,7 +269,7 @@ def not_converged(*_):
 def in_place_of(first, second):
     """A call that raises the second error while it handles the first one."""
 
-    def call():
+    def call(_):
         try:
             raise first
         except Failure:
@@ -285,37 +294,37 @@ SHORT, PLAIN = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), Failure("it reac
 )
 def test_only_failures_that_a_case_names_are_refusals(call, failed):
     """A plain failure is of the kind that it was raised in place of."""
-    result = refusal("here", call, (PotentialAreaTooSmall,))()
+    result = refusal("here", call, (PotentialAreaTooSmall,))(None)
     assert result.failed == failed
     assert result.says
 
 
 def test_without_names_no_failure_is_a_refusal_but_all_wrong_input_is():
-    def plain():
+    def plain(_):
         raise Failure("no: a larger `tolerance`")
 
-    def wrong():
+    def wrong(_):
         raise WrongInput("no: nu")
 
-    assert refusal("", plain)() == BeyondLimit("", "no: a larger engine.tolerance", failed=True)
-    assert refusal("", not_converged)().failed
-    assert refusal("", wrong)() == BeyondLimit("", "no: nu")
+    assert refusal("", plain)(None) == BeyondLimit("", "no: a larger engine.tolerance", failed=True)
+    assert refusal("", not_converged)(None).failed
+    assert refusal("", wrong)(None) == BeyondLimit("", "no: nu")
 
 
 def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():
-    def failing():
+    def failing(_):
         raise Failure("no: a larger `tolerance`")
 
     said = []
     estimated = WithinLimit("here", 1.2e-3, 2.5e-3, 0.5, "A", 1.26)
     in_digits = WithinLimit("there", 1e-15, None, None, "", 0.0)
-    cases = (lambda: estimated, lambda: in_digits, failing)
-    row = Limit("harmonic", "ν", "0 … 1", cases, (lambda: BeyondLimit("there", "no"),))
-    (result,) = results_of([row], said.append)
+    cases = (lambda _: estimated, lambda _: in_digits, failing)
+    row = Limit("harmonic", "ν", "0 … 1", cases, (lambda _: BeyondLimit("there", "no"),))
+    options = SimpleNamespace(watch=SimpleNamespace(on_stage=said.append))
+    (result,) = run_limits([row], options)
     assert said[0] == "  harmonic: ν: here: error 1.2e-03, estimate 2.5e-03, 1.3 s"
     assert said[1] == "  harmonic: ν: there: error 1.0e-15, 0.0 s"
-    failed = result.reached[-1]
-    assert result.worst is failed
-    assert (failed.error, failed.used, failed.note) == (np.inf, np.inf, "no: a larger engine.tolerance")
-    assert not failed.honest
-    assert result.beyond == (BeyondLimit("there", "no"),)
+    failed = result["reached"][-1]
+    assert (failed["error"], failed["used"], failed["note"]) == (None, None, "no: a larger engine.tolerance")
+    assert not failed["honest"]
+    assert result["beyond"] == [{"at": "there", "says": "no", "computed": False, "failed": False}]

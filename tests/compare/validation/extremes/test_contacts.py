@@ -8,27 +8,22 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from compare.validation.extremes import compute, friction, frictionless, histories, rolling
-from compare.validation.extremes import friction_forms as closed_forms
-from compare.validation.extremes import friction_forms as motions
-from compare.validation.extremes.bodies import (
-    BUMP_RADIUS,
-    conformal,
-    crossed,
-    hertz_of,
-    one_of_two,
-    two_bumps,
-)
-from compare.validation.extremes.cases import CONTACT, FRICTION, WithinLimit
+from compare.validation.extremes import friction, friction_solutions, frictionless
+from compare.validation.extremes.cases import CONTACT, FRICTION, Limit, WithinLimit, run_limits
 from compare.validation.extremes.contacts import (
+    BUMP_RADIUS,
     BeyondContact,
     ContactCase,
     ContactSolution,
     Truth,
     compare,
+    conformal,
+    crossed,
     finer,
-    problem_of,
+    hertz_bump,
+    hertz_contact,
     same_as,
+    two_bumps,
 )
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
@@ -50,19 +45,23 @@ def solved(numbers, estimates, scales=None):
 
 def truth_of(case, **changes):
     """What a case is compared with, of a contact that is not solved."""
-    problem = problem_of(case.base, {**case.changes, **changes}, case.gap)
-    return case.truth.of(ContactSolution(problem, None, {}, {}, {}, None))
+    problem = replace(case, changes={**case.changes, **changes}).problem
+    return case.truth.numbers(ContactSolution(problem, None, {}, {}, {}, None))
+
+
+def problem_of(base, changes):
+    return ContactCase("", base, changes, None, None).problem
 
 
 @cache
 def cases(part):
-    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits(ALONE)
-    return {limit.name: [case.func.__self__ for case in limit.reached] for limit in limits}
+    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits()
+    return {limit.name: limit.reached for limit in limits}
 
 
 @cache
 def refused(part):
-    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits(ALONE)
+    limits = {CONTACT: frictionless, FRICTION: friction}[part].limits()
     return [(limit.name, case) for limit in limits for case in limit.beyond]
 
 
@@ -107,8 +106,8 @@ def test_finer_grids_cover_the_same_area_with_smaller_elements():
 
     on_grid = type("OnGrid", (), {"grid": Grid(6, 10, 0.3, 0.2, 1.1)})
     known = replace(solved({}, {}), on_grid=on_grid, on=on)
-    assert finer("a").of(known) == {"a": 2.0}
-    assert finer("a", factor=2).of(known) == {"a": 2.0}
+    assert finer("a").numbers(known) == {"a": 2.0}
+    assert finer("a", factor=2).numbers(known) == {"a": 2.0}
     assert [(grid.n_x, grid.n_s) for grid in grids] == [(24, 40), (12, 20)]
     for grid in grids:
         assert grid.extent == pytest.approx(on_grid.grid.extent)
@@ -119,7 +118,7 @@ def test_numbers_of_another_case_are_taken_times_factors():
     other = ContactCase(
         "", "flat", crossed(1.0), lambda *_: solved({"F_y": 2.0, "a": 3.0}, {}), Truth("", None)
     )
-    assert same_as("", other, ALONE, {"F_y": -1.0, "a": 10.0}).of(None) == {"F_y": -2.0, "a": 30.0}
+    assert same_as("", other, {"F_y": -1.0, "a": 10.0}).numbers(solved({}, {})) == {"F_y": -2.0, "a": 30.0}
 
 
 # --- builders --------------------------------------------------------------------------------------------
@@ -142,7 +141,7 @@ VALUES = {  # of a contact, by the name of a parameter
     "R_roll": lambda problem: problem.bodies["upper"].rolling_radius,
     "elements across": lambda problem: problem.specification.elements,
     "element aspect dx/ds": lambda problem: problem.grid.dx / problem.grid.ds,
-    "patch aspect a/b": lambda problem: hertz_of(problem).a / hertz_of(problem).b,
+    "patch aspect a/b": lambda problem: hertz_contact(problem).a / hertz_contact(problem).b,
     "friction": lambda problem: problem.specification.friction.coefficients[0],
     "creepage": lambda problem: problem.specification.friction.longitudinal[-1],
     "lateral creepage": lambda problem: problem.specification.friction.lateral,
@@ -191,7 +190,7 @@ def test_radii_of_conformal_cases_differ_by_their_label():
 
 def test_hertz_has_the_curvatures_at_the_crown():
     """Of ellipses d / b^2, of the wheel 1 / R_roll."""
-    surfaces = hertz_of(problem_of("tall", {"contact": {"loads": [1.0]}})).surfaces
+    surfaces = hertz_contact(problem_of("tall", {"contact": {"loads": [1.0]}})).surfaces
     assert surfaces.curvature_x == pytest.approx(1 / 653.7)
     assert surfaces.curvature_s == pytest.approx(12.97 / 6.485**2 - 14.7 / 6.985**2, rel=1e-6)
 
@@ -209,19 +208,19 @@ def test_the_stiffness_of_two_patches_is_the_derivative_of_their_load():
         for step in (-0.1, 0, 0.1)
     )
     assert middle["stiffness"] == pytest.approx(0.2 / (high["approach"] - low["approach"]), rel=1e-6)
-    one = one_of_two(case.problem)
+    one = hertz_bump(case.problem)
     assert one.load == 100.0
     assert middle["approach"] > 1.01 * one.approach
     assert middle["stiffness"] < 2 * one.stiffness
 
 
 def rollers(xi=0.0, coefficient=0.3, **keys):
-    return rolling.case("", rolling.rollers(xi, coefficient, **keys), Truth("", None))
+    return friction.case("", friction.rollers(xi, coefficient, **keys), Truth("", None))
 
 
 def test_kalkers_forces_are_those_of_the_ellipse_of_hertz():
-    case = replace(rollers(2e-4, lateral=1e-4, spin=3e-5), truth=closed_forms.KALKER)
-    hertz, constants = hertz_of(case.problem), case.problem.pair.constants
+    case = replace(rollers(2e-4, lateral=1e-4, spin=3e-5), truth=friction_solutions.KALKER)
+    hertz, constants = hertz_contact(case.problem), case.problem.pair.constants
     coefficients = creepage_coefficients(hertz.a, hertz.b, constants.nu, degree=12)  # faster
     expected = coefficients.forces(constants.G, 2e-4, 1e-4, 3e-5)
     found = truth_of(case)
@@ -230,15 +229,15 @@ def test_kalkers_forces_are_those_of_the_ellipse_of_hertz():
 
 def test_carters_strips_are_kalkers_force_of_slender_patches_and_friction_times_load():
     """Where nothing slips C11 tends to pi^2 / (4 (1 - nu)): within 1 % at a/b = 1/66."""
-    case = replace(rollers(1e-6, 1000.0, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
-    kalker = truth_of(replace(case, truth=closed_forms.KALKER))["F_x"]
+    case = replace(rollers(1e-6, 1000.0, crown=1e5, roller=100.0), truth=friction_solutions.CARTER)
+    kalker = truth_of(replace(case, truth=friction_solutions.KALKER))["F_x"]
     assert truth_of(case)["F_x"] == pytest.approx(kalker, rel=0.01)
-    slides = replace(rollers(0.5, 0.3, crown=1e5, roller=100.0), truth=closed_forms.CARTER)
+    slides = replace(rollers(0.5, 0.3, crown=1e5, roller=100.0), truth=friction_solutions.CARTER)
     assert truth_of(slides)["F_x"] == pytest.approx(0.3 * 100.0, rel=0.01)
 
 
 def test_all_friction_opposes_the_slip_where_all_slides():
-    case = replace(rollers(0.3, 0.2, lateral=-0.4), truth=closed_forms.SLIDING)
+    case = replace(rollers(0.3, 0.2, lateral=-0.4), truth=friction_solutions.SLIDING)
     found = truth_of(case)
     assert (found["F_x"], found["F_y"]) == pytest.approx((0.2 * 100 * 0.6, 0.2 * 100 * 0.8))
     assert found["dissipation"] == pytest.approx(0.2 * 100 * 0.5)
@@ -246,7 +245,7 @@ def test_all_friction_opposes_the_slip_where_all_slides():
 
 def test_the_moment_of_a_circle_that_turns_is_the_integral_of_friction():
     turns = next(case for case in cases(FRICTION)["spin"] if case.truth.name == "turning circle")
-    hertz = hertz_of(turns.problem)
+    hertz = hertz_contact(turns.problem)
     assert hertz.a == pytest.approx(hertz.b)
     moment, _ = quad(lambda r: 2 * np.pi * r**2 * 0.3 * float(hertz.pressure(r, 0.0)), 0, hertz.a)
     found = truth_of(turns)
@@ -258,65 +257,67 @@ def test_the_moment_of_a_circle_that_turns_is_the_integral_of_friction():
 
 def test_a_contact_of_few_elements_is_hertzs_within_its_estimates():
     case = frictionless.against_hertz("8", crossed(100.0, **FEWEST))
-    result = case.result(ALONE)
+    result = case(ALONE)
     assert result.honest
     assert (result.at, result.exact) == ("8", "Hertz")
-    assert json.dumps(compute._case(result))  # no number or truth value of numpy's
+    rows = list(run_limits([Limit(CONTACT, "", "", [lambda _: result])], ALONE))
+    assert json.dumps(rows)  # no number or truth value of numpy's
     assert 1e-3 < result.error < 0.05
     heavier = replace(case, changes=crossed(150.0, **FEWEST))  # and its truth the contact of 100 N
     wrong = replace(heavier, truth=Truth("", lambda _: truth_of(case)))
-    assert wrong.result(ALONE).used > 1
+    assert wrong(ALONE).used > 1
 
 
 def test_finer_contacts_are_nearer_to_hertz():
     known = frictionless.press(problem_of("flat", crossed(100.0, **FEWEST)), ALONE)
-    exact = hertz_of(known.problem).approach
+    exact = hertz_contact(known.problem).approach
     coarse, fine = (abs(numbers["approach"] / exact - 1) for numbers in (known.numbers, known.finer(2)))
     assert fine < coarse / 2
     assert set(known.scales) == set(OF_FRICTIONLESS)
 
 
 def test_rolling_of_few_elements_has_kalkers_force():
-    case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=closed_forms.KALKER)
-    known = motions.roll(case.problem, ALONE)
-    found, exact = known.numbers, case.truth.of(known)
+    case = replace(rollers(1e-4, 1000.0, **FEWEST), truth=friction_solutions.KALKER)
+    known = friction_solutions.roll(case.problem, ALONE)
+    found, exact = known.numbers, case.truth.numbers(known)
     assert found["F_x"] == pytest.approx(exact["F_x"], rel=0.03)
     assert found["F_x"] == pytest.approx(known.on(known.on_grid.grid)["F_x"], rel=1e-5)
     assert set(known.scales) == set(OF_ROLLING)
-    assert case.result(ALONE).honest
+    assert case(ALONE).honest
 
 
 def test_a_compression_ends_at_its_load_and_needs_no_friction_between_like_bodies():
-    changes = histories._pressed_on_circle(0.3, {})
+    changes = friction._pressed_on_circle(0.3, {})
     changes = {**changes, "contact": {**changes["contact"], **FEWEST, "loads": [50.0, 100.0]}}
-    known = motions.compress(problem_of("flat", changes), ALONE)
-    without = closed_forms.without_friction(known)
+    known = friction_solutions.compress(problem_of("flat", changes), ALONE)
+    without = friction_solutions.without_friction(known)
     assert known.numbers["p_max"] == pytest.approx(without["p_max"], rel=1e-5)
-    assert known.numbers["p_max"] == pytest.approx(hertz_of(known.problem).p_max, rel=0.05)
+    assert known.numbers["p_max"] == pytest.approx(hertz_contact(known.problem).p_max, rel=0.05)
 
 
 def test_loads_of_a_compression_let_its_radius_grow_in_equal_steps():
-    loads = histories._growing(64.0)
+    loads = friction._growing(64.0)
     assert loads[-1] == 64.0
     assert np.ptp(np.diff(np.cbrt([0.0, *loads]))) < 1e-12
 
 
 def test_full_stick_of_like_bodies_is_hertz():
-    changes = histories._pressed_on_circle(1000.0, {})
+    changes = friction._pressed_on_circle(1000.0, {})
     like = ContactSolution(problem_of("flat", changes), None, {}, {}, {}, None)
-    hertz = hertz_of(like.problem)
-    found = closed_forms.full_stick(like)
+    hertz = hertz_contact(like.problem)
+    found = friction_solutions.full_stick(like)
     assert (found["a"], found["approach"]) == pytest.approx((hertz.a, hertz.approach), rel=1e-6)
-    unlike = problem_of("flat", histories._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
+    unlike = problem_of("flat", friction._pressed_on_circle(1000.0, {"E": 2.1e3, "nu": 0.0}))
     assert (
-        closed_forms.full_stick(replace(like, problem=unlike))["approach"] < 0.99 * hertz_of(unlike).approach
+        friction_solutions.full_stick(replace(like, problem=unlike))["approach"]
+        < 0.99 * hertz_contact(unlike).approach
     )
 
 
 @pytest.mark.slow
 def test_rolling_from_rest_becomes_steady():
     (case,) = cases(FRICTION)["rolling from rest"]
-    result = case.result(ALONE)
+    result = case(ALONE)
     assert isinstance(result, WithinLimit)
     assert result.error < 0.05
 
@@ -340,7 +341,7 @@ def test_each_case_beyond_has_a_message_with_its_number(part):
     fields += ("longitudinal", "lateral", "spin", "distance")
     assert len(refused(part)) > 5
     for name, case in refused(part):
-        result = case()
+        result = case(ALONE)
         assert any(field in result.says for field in fields), (name, result)
         assert not result.failed, (name, result)
 
@@ -348,11 +349,11 @@ def test_each_case_beyond_has_a_message_with_its_number(part):
 @pytest.mark.slow  # they are among those of the test above
 def test_contacts_that_leave_their_contours_are_refused_when_they_are_solved_and_no_others():
     """All others are refused before (the test above)."""
-    every = [case.func.__self__ for part in (CONTACT, FRICTION) for _, case in refused(part)]
+    every = [case for part in (CONTACT, FRICTION) for _, case in refused(part)]
     solved_first = [case for case in every if case.also]
     assert [case.label for case in solved_first] == ["tall, 1e7 N", "-0.01"]
     for case in solved_first:
-        assert replace(case, also=()).result(ALONE).failed, case.label
+        assert replace(case, also=())(ALONE).failed, case.label
 
 
 def test_a_failure_beyond_is_a_refusal_only_where_the_case_names_it():
@@ -361,10 +362,10 @@ def test_a_failure_beyond_is_a_refusal_only_where_the_case_names_it():
 
     unnamed = BeyondContact("here", "flat", crossed(1.0), failing)
     for case, failed in ((unnamed, True), (replace(unnamed, also=(PotentialAreaTooSmall,)), False)):
-        result = case.result(ALONE)
+        result = case(ALONE)
         assert result.failed == failed
         assert result.says.startswith("potential contact area")
-    taken = replace(unnamed, solve=lambda *_: None).result(ALONE)
+    taken = replace(unnamed, solve=lambda *_: None)(ALONE)
     assert (taken.says, taken.failed) == ("", False)
 
 

@@ -8,23 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from compare.validation.extremes import analytic, engines, friction, frictionless
-from compare.validation.extremes import analytic as exact
+from compare.validation.extremes import analytic, engines
+from compare.validation.extremes import page as extremes
 from compare.validation.extremes.cases import (
     HARMONIC,
     SOLID,
     BeyondLimit,
     Limit,
-    LimitResult,
     WithinLimit,
-    results_of,
+    run_limits,
 )
-from compare.validation.extremes.compute import summary
-from compare.validation.extremes.engines import Engines, compared, flat, on_outline
+from compare.validation.extremes.engines import flat, on_outline, within_limit
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.job import component_of
-from femic.reference.run_options import RunOptions
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import compute, ics_of, reference_of
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
@@ -39,8 +37,8 @@ ROUNDING = 5e-15  # some twenty roundings
 
 
 @pytest.fixture(scope="module")
-def engine(tmp_path_factory):
-    return Engines(RunOptions(2, Store(tmp_path_factory.mktemp("extremes"))))
+def options(tmp_path_factory):
+    return RunOptions(2, Store(tmp_path_factory.mktemp("extremes")))
 
 
 @pytest.fixture(scope="module")
@@ -48,23 +46,22 @@ def of_analytic():
     """The results of all analytic limits, with a tenth of the drawn cases."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analytic, "DRAWING", settings(analytic.DRAWING, max_examples=15))
-        return list(results_of(analytic.limits(), lambda _: None))
+        return list(run_limits(analytic.limits(), DEFAULT))
 
 
 def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond(of_analytic):
-    limits = {result.limit.name for result in of_analytic}
-    assert limits > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
-    for result in of_analytic:
-        assert result.worst.error < ROUNDING, result.limit.name
-        assert all(case.says and not case.failed for case in result.beyond)
+    assert {row["parameter"] for row in of_analytic} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for row in of_analytic:
+        assert max(case["error"] for case in row["reached"]) < ROUNDING, row["parameter"]
+        assert all(case["says"] and not case["failed"] for case in row["beyond"])
 
 
 def test_a_wrong_digit_is_found():
     case = analytic.HalfSpaces(x=1e8, s=-3e8)
     assert case.error() < ROUNDING
-    right = exact.exact_integrals
+    right = analytic.exact_integrals
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(exact, "exact_integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
+        patch.setattr(analytic, "exact_integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
         assert case.error() == pytest.approx(1e-13, rel=0.1)
 
 
@@ -77,16 +74,15 @@ def test_integrals_in_many_digits_are_those_of_the_kernels():
     kernels = (X**2 / R**3, S**2 / R**3, X * S / R**3, X / R**2, S / R**2)
     by_rule = [patch.a * patch.b * weights @ kernel @ weights for kernel in kernels]
     np.testing.assert_allclose(
-        by_rule, [float(value) for value in exact.exact_integrals(patch, x, s)], rtol=1e-14
+        by_rule, [float(value) for value in analytic.exact_integrals(patch, x, s)], rtol=1e-14
     )
-    zeros = [value == 0 for value in exact.exact_integrals(patch, 0.0, s)]
+    zeros = [value == 0 for value in analytic.exact_integrals(patch, 0.0, s)]
     assert zeros == [False, False, True, True, False]
 
 
 @pytest.mark.parametrize("kind", [HARMONIC, SOLID])
-def test_cases_beyond_an_engine_are_refused_with_the_field(kind, engine):
-    rows = engine.limits(kind)
-    beyond = [case() for row in rows for case in row.beyond]
+def test_cases_beyond_an_engine_are_refused_with_the_field(kind):
+    beyond = [case(DEFAULT) for row in extremes.LIMITS[kind]() for case in row.beyond]
     assert len(beyond) == 5
     for case in beyond:
         assert case.says, case.at
@@ -104,73 +100,32 @@ def test_cases_beyond_an_engine_are_refused_with_the_field(kind, engine):
     ],
     ids=["on the outline", "few wavenumbers"],
 )
-def test_estimates_hold_in_cases_that_once_exceeded_them(scene_case, tolerance, engine):
-    error, estimate, used = compared(engine._solved(scene_case, HARMONIC, {"tolerance": tolerance}), None)
-    assert 0 < error < tolerance
-    assert estimate < tolerance
-    assert used <= 1
+def test_estimates_hold_in_cases_that_once_exceeded_them(scene_case, tolerance, options):
+    results = compute(scene_case.scene(HARMONIC, {"tolerance": tolerance}), options)
+    case = within_limit(scene_case, results)
+    assert 0 < case.error < tolerance
+    assert case.estimate < tolerance
+    assert case.used <= 1
 
 
 @pytest.mark.slow
-def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(engine):
+def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(options):
     """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
     scene_case = flat(nu=0.4999)
     alone = replace(scene_case, changes={**scene_case.changes, "components": ["sn"]})
-    results = engine._solved(alone, HARMONIC, {"tolerance": 0.001})
+    results = compute(alone.scene(HARMONIC, {"tolerance": 0.001}), options)
     c, a = reference_of(results, "lower"), ics_of(results, "A", "lower")
     for line in results.lines.values():
         error, estimate = np.abs(c.ic - a)[1, 2, line], c.estimate[1, 2, line]
         assert error.max() <= max(estimate.max(), 1e-9 * a[2, 2, line].max())
 
 
-def test_an_estimate_that_is_too_small_is_counted():
-    good, bad = (WithinLimit("ν = 0", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.12))
-    beyond = (BeyondLimit("here", ""), BeyondLimit("there", "no"), BeyondLimit("far", "computed", True))
-    result = LimitResult(Limit("solid", "ν", "", ()), (good, bad), beyond)
-    assert result.worst.error == 0.02
-    text = summary([result])
-    assert "in 1 of the 2 that have estimates" in text
-    assert "1.1 (solid, ν = 0)" in text
-    assert "Of 3 cases beyond them femic refuses 1 with a message and computes 1 all the same" in text
-    assert "it says nothing at here" in text
-    assert "fails" not in text
-
-
-def test_a_failure_beyond_a_limit_is_no_refusal():
-    """Also one without a message, which counts once."""
-    beyond = (
-        BeyondLimit("here", "no"),
-        BeyondLimit("there", "not converged", failed=True),
-        BeyondLimit("far", "", failed=True),
-    )
-    text = summary([LimitResult(Limit("solid", "ν", "", ()), (), beyond)])
-    assert "Of 3 cases beyond them femic refuses 1 with a message; it fails instead at there, far." in text
-
-
-def test_cases_without_estimates_and_those_that_failed_are_said_to_be_so():
-    row = Limit("analytic", "ν", "", ())
-    exact = WithinLimit("2 corners", 1e-16, None, None, "300 digits", 1.0)
-    failed = WithinLimit("failed", np.inf, None, np.inf, "", 0.0, "not converged")
-    assert summary([LimitResult(row, (exact,), ())]) == "1 cases within the limits."
-    assert summary([LimitResult(row, (exact, failed), ())]) == (
-        "2 cases within the limits, 1 failed (analytic, ν)."
-    )
-
-
 def test_the_command_writes_json_and_a_page(of_analytic, tmp_path, monkeypatch, capsys):
     """Its cases are those of `of_analytic`, which are not computed again."""
-    known = [
-        replace(
-            result.limit,
-            reached=[lambda case=case: case for case in result.reached],
-            beyond=[lambda case=case: case for case in result.beyond],
-        )
-        for result in of_analytic
-    ]
-    monkeypatch.setattr(analytic, "limits", lambda: known)
+    monkeypatch.setattr(extremes, "run_limits", lambda *_: of_analytic)
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert len(record["rows"]) == len(known)
+    assert len(record["rows"]) == len(of_analytic)
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
@@ -184,22 +139,17 @@ def test_parts_of_contact_are_run_alone(part, tmp_path, monkeypatch):
     """With the options of the command; nothing of other parts."""
     asked = []
 
-    def limits_of(name):
-        def limits(options):
-            asked.append((name, options.workers))
-            beyond = (lambda: BeyondLimit("-1 N", "loads = -1"),)
-            return [
-                Limit(name, "load", "", (lambda: WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0),), beyond)
-            ]
+    def case(options):
+        asked.append(options.workers)
+        return WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0)
 
-        return limits
-
-    monkeypatch.setattr(frictionless, "limits", limits_of("contact"))
-    monkeypatch.setattr(friction, "limits", limits_of("friction"))
+    for name in ("contact", "friction"):
+        limit = Limit(name, "load", "", [case], [lambda _: BeyondLimit("-1 N", "loads = -1")])
+        monkeypatch.setitem(extremes.LIMITS, name, lambda limit=limit: [limit])
     assert exit_code(["extremes", "--of", part, "--workers", "1", "--out", str(tmp_path)]) == DONE
     record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
     assert [row["engine"] for row in record["rows"]] == [part]
-    assert asked == [(part, 1)]
+    assert asked == [1]
 
 
 def test_each_component_is_judged_by_its_own_estimate():
@@ -213,18 +163,18 @@ def test_each_component_is_judged_by_its_own_estimate():
     nn[2, 2] = 1.0
     small = replace(c, ic=c.ic + 2 * nn * c.estimate, mesh_error=c.mesh_error + 10 * (1 - nn) * c.mesh_error)
     changed = replace(results, references={"lower": replace(body, c=small)})
-    assert compared(results, None)[2] <= 1
-    error, estimate, used = compared(changed, None)
-    assert error < estimate
-    assert used > 1
+    assert within_limit(flat(), results).used <= 1
+    case = within_limit(flat(), changed)
+    assert case.error < case.estimate
+    assert case.used > 1
 
 
 def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
-    def failing():
+    def failing(_):
         raise Failure("not converged, and why")
 
     row = Limit("analytic", "ν", "", (failing,))
-    monkeypatch.setattr(analytic, "limits", lambda: [row])
+    monkeypatch.setitem(extremes.LIMITS, "analytic", lambda: [row])
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
     assert record["rows"][0]["reached"][0]["note"] == "not converged, and why"
@@ -232,10 +182,10 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
+def test_drawn_planes_are_known_to_their_estimates(options, monkeypatch):
     """99 of 100 errors are within their estimates; of the others none is ten times its own."""
     monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
-    worst = engine._drawn_planes()
+    worst = engines.drawn_planes(options)
     within, errors = map(int, re.search(r"(\d+) of (\d+) errors", worst.note).groups())
     assert errors == 15 * 3 * len(engines.SIX)
     assert within >= 0.99 * errors

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
+from compare.validation.statements.components_and_moduli import CONCAVE, CONVEX, moduli
 from compare.validation.statements.friction_contacts import FRICTIONS, ICS, LOADS
-from compare.validation.statements.softer_bodies import CONCAVE, CONVEX, moduli
 from femic.contact.estimates import SAFETY
 from tests.compare.validation.statements.makers import contacts as fe_contacts
 
@@ -167,20 +167,9 @@ def softer(number, v, ratio_of_moduli):
     return lambda: SimpleNamespace(friction=friction)
 
 
-def remembered(**numbers):
-    """What statements remember: contacts with these numbers."""
-    one = SimpleNamespace(**numbers)
-    return lambda: SimpleNamespace(remembered=lambda *_: {("B", "rolling"): one})
-
-
-def moved(**numbers):
-    """The same by the name of a case."""
-    return lambda: SimpleNamespace(remembered=lambda *_: {"B, rolling": SimpleNamespace(**numbers)})
-
-
-def fe(**apart):
-    """Contacts by C off finite elements."""
-    return fe_contacts(**apart)
+def two_contacts(**numbers):
+    """Contacts by two operators that are apart by these numbers."""
+    return lambda: SimpleNamespace(once=lambda *_: {"B, rolling": SimpleNamespace(**numbers)})
 
 
 SHIFTED, FIT = ("B", "Bhat"), ("Bhat_prime",)
@@ -216,14 +205,14 @@ MADE = {  # the threshold, and runs for a value
     (41, "concave curve"): (1.0, lambda v: softer("rms", v, CONCAVE)),
     (41, "convex pressure"): (1.0, lambda v: softer("p_max", v, CONVEX)),
     (41, "concave pressure"): (1.0, lambda v: softer("p_max", v, CONCAVE)),
-    (42, "tractions"): (1e-5, lambda v: remembered(traction_difference=v)),
-    (42, "approach"): (1e-5, lambda v: remembered(approach_difference=v)),
-    (43, "patch"): (0.02, lambda v: fe(**dict.fromkeys(("a", "b", "angle", "p_max"), v))),
-    (43, "approach"): (0.02, lambda v: fe(approach=v)),
-    (45, "tractions"): (1e-4, lambda v: moved(tractions=v)),
-    (45, "forces"): (1e-4, lambda v: moved(forces=v)),
-    (45, "patch"): (1e-4, lambda v: moved(area=v)),
-    (45, "approach"): (1e-5, lambda v: moved(approach=v)),
+    (42, "tractions"): (1e-5, lambda v: two_contacts(tractions=v)),
+    (42, "approach"): (1e-5, lambda v: two_contacts(approach=v)),
+    (43, "patch"): (0.02, lambda v: fe_contacts(**dict.fromkeys(("a", "b", "angle", "p_max"), v))),
+    (43, "approach"): (0.02, lambda v: fe_contacts(approach=v)),
+    (45, "tractions"): (1e-4, lambda v: two_contacts(tractions=v)),
+    (45, "forces"): (1e-4, lambda v: two_contacts(forces=v)),
+    (45, "patch"): (1e-4, lambda v: two_contacts(area=v)),
+    (45, "approach"): (1e-5, lambda v: two_contacts(approach=v)),
 }
 BY_CLOSED_FORMS = {  # tests/compare/validation/statements/test_closed_forms.py
     (44, name)

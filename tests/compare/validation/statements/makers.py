@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from compare.validation.estimates import GridComparison
+from compare.validation.statements.coupling_components import ics_with_factor
 from compare.validation.statements.curves import CONCAVE, CONVEX
+from compare.validation.statements.random_contacts import GridComparison
 from compare.validation.statements.runs import GEOMETRIES
-from compare.validation.statements.sn import with_factor
 from femic.results.finite_elements import FE, NUMBERS
 from geometries.patches import N, S, X
 from tests.compare.validation.statements.handmade import (
@@ -92,7 +92,7 @@ def beyond_factor(share):
 
     def c(of):
         results = with_c(of.results, lambda of: of.a)
-        pairs = [(of.by(v), with_factor(results, v, of.body)) for v in ("B", "Bhat")]
+        pairs = [(of.by(v), ics_with_factor(results, v, of.body)) for v in ("B", "Bhat")]
         return np.mean([plain + share * (factor - plain) for plain, factor in pairs], axis=0)
 
     return c
@@ -166,7 +166,7 @@ def _compared(estimate):
 
 def wide(times):
     """Random contacts whose estimates are as many times their errors."""
-    return lambda: SimpleNamespace(random_contacts=lambda *_: [_compared(times)])
+    return lambda: SimpleNamespace(once=lambda *_: [_compared(times)])
 
 
 def known(held, count=2000):
@@ -174,4 +174,4 @@ def known(held, count=2000):
     of_size = [_compared(size) for size in (2.0, 0.5)]
     within = round(held * count)
     comparisons = [of_size[0]] * within + [of_size[1]] * (count - within)
-    return lambda: SimpleNamespace(random_contacts=lambda *_: comparisons)
+    return lambda: SimpleNamespace(once=lambda *_: comparisons)

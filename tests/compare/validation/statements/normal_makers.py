@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from compare.validation.statements.contact_series import Estimated
-from compare.validation.statements.normal_contacts import NAMES, SOURCE_ANGLES, TALL, WIDE
-from compare.validation.statements.pressure_shapes import OF_HERTZ
+from compare.validation.statements.frame import Estimated
+from compare.validation.statements.normal_contacts import NAMES, OF_HERTZ, SOURCE_ANGLES, TALL, WIDE
 from femic.contact.patch import Extent
 from femic.results.finite_elements import FE
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from compare.validation.statements import closed_forms
-from compare.validation.statements import closed_forms as cones
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS
 from femic.contact import frictional
 from femic.contact.friction.motion import RollingKinematics, Shift, SteadyRolling
 from femic.contact.rolling import RollingProblem
@@ -25,12 +24,12 @@ def missed(names=CRITERIA):
     """Those of some criteria that are missed in some case; contacts are solved once for all of them."""
     memory = {}
 
-    def remembered(of, compute):
-        if of not in memory:
-            memory[of] = compute(None)
-        return memory[of]
+    def once(name, compute):
+        if name not in memory:
+            memory[name] = compute()
+        return memory[name]
 
-    runs, chosen = SimpleNamespace(remembered=remembered), {name: CRITERIA[name] for name in names}
+    runs, chosen = SimpleNamespace(once=once), {name: CRITERIA[name] for name in names}
     return {
         name
         for name, criterion in chosen.items()
@@ -132,7 +131,7 @@ def test_wrong_signs_and_factors_miss_criteria(mutation, monkeypatch):
 
 def test_a_cone_rolls_on_its_circle_whichever_side_it_falls_to():
     """The circle of a point of the line of the wheel's contour beside the arc of its rail, by hand."""
-    low, high = (cones.Cone(delta) for delta in (0.1, -0.1))
+    low, high = (closed_forms.Cone(delta) for delta in (0.1, -0.1))
     rail_y = 300 * np.sin(0.1)
     assert low.circle == pytest.approx(460 - (40 - rail_y) * np.tan(0.1))
     assert high.circle == pytest.approx(460 + (40 + rail_y) * np.tan(0.1))
@@ -141,7 +140,7 @@ def test_a_cone_rolls_on_its_circle_whichever_side_it_falls_to():
         low.forces[1] < 0 < high.forces[1]
     )  # against the spin's lateral slip ahead, where tractions are low
     for cone in (low, high):
-        contour, touching = cones.on_grid(cone).undeformed.upper.contour, 300 * np.sin(cone.delta) - 40
+        contour, touching = closed_forms.on_grid(cone).undeformed.upper.contour, 300 * np.sin(cone.delta) - 40
         assert 460 - contour.position(touching / np.cos(cone.delta))[1] == pytest.approx(cone.circle)
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.validation.estimates import STUDIES
 from compare.validation.statements.changes import CHANGES
 from compare.validation.statements.curves import ACROSS, BESIDE, CONVEX, THROUGH
-from compare.validation.statements.elements import ELEMENTS
-from compare.validation.statements.elements import NUMBERS as ELEMENT_NUMBERS
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.finite_elements import ELEMENTS
+from compare.validation.statements.finite_elements import NUMBERS as ELEMENT_NUMBERS
+from compare.validation.statements.page import STATEMENTS
+from compare.validation.statements.random_contacts import STUDIES
 from compare.validation.statements.runs import GEOMETRIES
 from femic.results.finite_elements import OF_PATCH
 from tests.compare.validation.statements import normal_makers
@@ -338,8 +338,7 @@ def test_a_criterion_is_met_and_missed(number, name):
 
 
 def test_every_change_belongs_to_a_statement():
-    assert {change.number for change in CHANGES} <= set(STATEMENTS)
-    assert [change.number for change in CHANGES] == sorted(change.number for change in CHANGES)
+    assert {change["number"] for change in CHANGES} <= set(STATEMENTS)
 
 
 def test_lines_of_the_geometries_have_the_names_that_measures_use():

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from compare.validation.statements import criteria, curves
-from compare.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, Curve, line_of
+from compare.validation.statements import curves
+from compare.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, Curve, find_line
+from compare.validation.statements.frame import Criterion
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, X
 from tests.compare.validation.statements.handmade import Runs, made, times, with_c, without_c
@@ -63,21 +64,19 @@ def test_a_panel_can_begin_away_from_the_load():
 
 def test_without_curvature_along_x_a_wheel_is_its_section():
     results = made(SECOND, times("A", None, 1))
-    rail, same = curves.not_revolved(results, "Bhat", CONVEX), results.approximations["Bhat", CONVEX]
+    rail, same = curves.prismatic_ics(results, "Bhat", CONVEX), results.approximations["Bhat", CONVEX]
     np.testing.assert_allclose(rail, same, rtol=0, atol=1e-15 * np.max(rail))
     through = results.lines[THROUGH]
-    wheel = curves.not_revolved(results, "Bhat", CONCAVE)[..., through]
+    wheel = curves.prismatic_ics(results, "Bhat", CONCAVE)[..., through]
     np.testing.assert_array_equal(wheel, results.approximations["A", CONCAVE][..., through])  # alpha is 0
-    both = curves.not_revolved(results, "Bhat", "combined")
-    parts = [curves.not_revolved(results, "Bhat", body) for body in (CONVEX, CONCAVE)]
+    both = curves.prismatic_ics(results, "Bhat", "combined")
+    parts = [curves.prismatic_ics(results, "Bhat", body) for body in (CONVEX, CONCAVE)]
     np.testing.assert_allclose(both, sum(parts), rtol=0, atol=1e-15 * np.max(both))
 
 
 def test_closeness_to_a_threshold_is_a_share_of_it():
     """0.002 of it; of 1 where it is 0."""
-    at_zero, at_half, tiny = (
-        criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5, 1e-12)
-    )
+    at_zero, at_half, tiny = (Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5, 1e-12))
     assert at_zero.close(0.0019)
     assert not at_zero.close(0.0021)
     assert at_half.close(0.5009)
@@ -91,8 +90,8 @@ def test_numbers_are_measured_without_a_fit_by_default():
     class Runs:
         geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
 
-    assert set(criteria.per_geometry(lambda results: results)(Runs).values()) == {"plain"}
-    assert set(criteria.per_geometry(lambda results: results, fitted=True)(Runs).values()) == {"fitted"}
+    assert set(curves.per_geometry(lambda results: results)(Runs).values()) == {"plain"}
+    assert set(curves.per_geometry(lambda results: results, fitted=True)(Runs).values()) == {"fitted"}
 
 
 # --- places, units, cases -------------------------------------------------------------------------------
@@ -128,7 +127,7 @@ def test_sizes_count_whatever_their_sign():
 def test_a_panel_is_dimensionless_in_both_directions():
     """Lengths over 10 mm, ICs and estimates times E L; one side of the load."""
     results = made(FIRST, linear_in, estimate=0.01)
-    line = line_of(results, ACROSS)
+    line = find_line(results, ACROSS)
     more = {"other": np.arange(len(line.s), dtype=float)}
     panel = Curve(results, CONCAVE, "sn", ACROSS).panel("A", more=more)
     shown = {curve.label: curve for curve in panel.curves}
@@ -145,16 +144,16 @@ def test_a_panel_is_dimensionless_in_both_directions():
 def test_cases_are_named_by_geometry_body_and_component():
     runs = Runs({FIRST: 1.0, SECOND: 10.0})
     tenths = {"lower": 0.1, "upper": 0.2, "combined": 0.3}
-    per_body = criteria.per_body(lambda results, body: results + tenths[body])(runs)
+    per_body = curves.per_body(lambda results, body: results + tenths[body])(runs)
     assert per_body == {f"{g}, {b}": n + t for g, n in runs.geometries.items() for b, t in tenths.items()}
-    alone = criteria.per_body(lambda results, _: results, curves.ALONE)(runs)
+    alone = curves.per_geometry(lambda results, _: results, curves.ALONE)(runs)
     assert list(alone) == [f"{g}, {b}" for g in GEOMETRIES for b in (CONVEX, CONCAVE)]
-    of_components = criteria.per_geometry(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
+    of_components = curves.per_geometry(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
     assert len(of_components) == 12
     assert of_components["geometry2, upper, sn"] == 12.2
-    assert criteria.second_minus_first(lambda results: results**2)(runs) == {"both": 99.0}
+    assert curves.second_minus_first(lambda results: results**2)(runs) == {"both": 99.0}
 
 
 def test_panels_of_both_geometries_stand_side_by_side():
-    panels = criteria.side_by_side(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
+    panels = curves.side_by_side(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
     assert panels == [1, 2, -1, -2]

@@ -7,21 +7,12 @@ import pytest
 import xarray as xr
 
 from compare.report.looks import label_looks
-from compare.validation.estimates import GridComparison
-from compare.validation.statements import (
-    bodies,
-    choices,
-    curvature,
-    elements,
-    fe_contacts,
-    nn,
-    random_contacts,
-    sn,
-    tangential,
-    xn,
-)
+from compare.validation.statements import coupling_components as coupling
+from compare.validation.statements import direct_components as direct
+from compare.validation.statements import engines_and_limits, finite_elements, random_contacts
 from compare.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, Curve
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS
+from compare.validation.statements.random_contacts import GridComparison
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S
 from tests.compare.validation.statements.handmade import (
@@ -51,15 +42,15 @@ def test_nn_is_compared_at_plus_10_mm():
     results = made(
         FIRST, times("A", NN, lambda of: 1 / (1 + np.where(of.on(ACROSS), of.points.s, of.points.x) / 50))
     )
-    assert nn.relative_error_across("A")(results) == pytest.approx(0.2, rel=1e-3)
-    assert nn.relative_error_across("A", nn.HALF_WAY)(results) == pytest.approx(0.1, rel=1e-3)
-    assert nn.relative_error_along("A")(results, BESIDE) == pytest.approx(0.2, rel=1e-3)
+    assert direct.nn_error("A")(results) == pytest.approx(0.2, rel=1e-3)
+    assert direct.nn_error("A", at=direct.HALF_WAY)(results) == pytest.approx(0.1, rel=1e-3)
+    assert direct.nn_error("A", BESIDE)(results) == pytest.approx(0.2, rel=1e-3)
 
 
 def test_ss_is_compared_a_reference_length_away():
     """C_ss is (1 - x / 100) B_ss: a tenth less at 10 mm."""
     results = made(FIRST, times("B", SS, lambda of: 1 - of.points.x / 100))
-    assert tangential.deficit(results, CONCAVE) == pytest.approx(0.1, rel=1e-3)
+    assert direct.deficit(results, CONCAVE) == pytest.approx(0.1, rel=1e-3)
 
 
 def test_the_half_space_is_compared_on_s_0_within_1_mm():
@@ -69,7 +60,7 @@ def test_the_half_space_is_compared_on_s_0_within_1_mm():
         near = (np.abs(of.points.x) <= 1 + 1e-9) & (of.points.s == 0)
         return of.a - np.where(near, 0.3, 0.9) * of.a[NN]
 
-    assert bodies.deviation_at_load(made(FIRST, c), "combined", "xx") == pytest.approx(0.3)
+    assert direct.deviation_at_load(made(FIRST, c), "combined", "xx") == pytest.approx(0.3)
 
 
 def test_near_is_up_to_2_5_mm_and_far_from_10_to_20_mm():
@@ -79,7 +70,7 @@ def test_near_is_up_to_2_5_mm_and_far_from_10_to_20_mm():
         steps = np.select([distance(of) <= lim for lim in (2.5, 9.99, 20.0)], [1.0, 5.0, 2.0], 7.0)
         return of.a - steps * of.a[NN]
 
-    assert bodies.near_over_far(made(FIRST, c), CONVEX, "sn") == pytest.approx(0.5)
+    assert direct.near_over_far(made(FIRST, c), CONVEX, "sn") == pytest.approx(0.5)
 
 
 def test_a_fit_is_too_large_between_the_patch_and_3_mm():
@@ -95,8 +86,9 @@ def test_a_fit_is_too_large_between_the_patch_and_3_mm():
     fit = np.abs(results.approximations["Bhat_prime", "combined"][XN])[on_lines]
     is_near = near(results.points)[on_lines]
     expected = np.mean(0.2 * fit[is_near]) / np.max(np.where(is_near, 0.8, 2.0) * fit)
-    assert xn.excess(results) == pytest.approx(expected)
-    less = xn.first_minus_second(Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)}))
+    assert coupling.fit_excess(results) == pytest.approx(expected)
+    runs = Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)})
+    less = next(c for c in STATEMENTS[7].criteria if c.name == "geometry").measure(runs)
     assert less == {"both": pytest.approx(expected)}
 
 
@@ -106,7 +98,8 @@ def test_xn_of_both_bodies_is_compared_beside_the_load_only():
     def size(of):
         return np.where(of.on(BESIDE), by_body(2, 1)(of), by_body(1, 9)(of))
 
-    assert xn.convex_over_concave_c(made(FIRST, times("A", XN, size))) == pytest.approx(2)
+    results = made(FIRST, times("A", XN, size))
+    assert coupling.c_xn_rms(results, CONVEX) / coupling.c_xn_rms(results, CONCAVE) == pytest.approx(2)
 
 
 def test_a_is_compared_with_prismatic_variants_off_s_0_only():
@@ -117,7 +110,7 @@ def test_a_is_compared_with_prismatic_variants_off_s_0_only():
         out[XN] += np.where(of.points.s == 0, 1e-9 * np.sign(of.points.x), 0)
         return out
 
-    assert xn.a_over("B")(made(SECOND, c), CONCAVE) == pytest.approx(0.5)
+    assert coupling.a_over_prismatic("B")(made(SECOND, c), CONCAVE) == pytest.approx(0.5)
 
 
 def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
@@ -129,7 +122,7 @@ def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
         def factor(of):
             return np.where((np.abs(of.points.s) > low) & (np.abs(of.points.s) <= high), 1.5, 1)
 
-        return sn.within_arc(made(SECOND, times("B", SN, factor)), "B")
+        return coupling.error_within_arc(made(SECOND, times("B", SN, factor)), "B")
 
     assert off(wheel, rail) < 1e-15
     assert off(wheel - 0.4, wheel) > 1e-3
@@ -137,12 +130,12 @@ def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
 
 def test_gains_are_errors_at_least_a_tenth_smaller(monkeypatch):
     """Of four cases two gain; up to six of eight gains are inconsistent."""
-    monkeypatch.setattr(sn, "errors_with_factor", lambda _: {"a": 0.9, "b": 0.901, "c": 0.5, "d": 2.0})
-    assert sn.gain_share(None) == {"all": 0.5}
+    monkeypatch.setattr(coupling, "errors_with_factor", lambda _: {"a": 0.9, "b": 0.901, "c": 0.5, "d": 2.0})
     (criterion,) = STATEMENTS[10].criteria
+    assert criterion.measure(None) == {"all": 0.5}
     for gains, met in ((5, True), (6, False)):
         ratios = {str(k): 0.1 if k < gains else 1.0 for k in range(8)}
-        monkeypatch.setattr(sn, "errors_with_factor", lambda _, ratios=ratios: ratios)
+        monkeypatch.setattr(coupling, "errors_with_factor", lambda _, ratios=ratios: ratios)
         assert criterion.met(criterion.measure(None)["all"]) == met
 
 
@@ -157,7 +150,7 @@ def test_gains_are_errors_at_least_a_tenth_smaller(monkeypatch):
 )
 def test_the_larger_xn_of_prismatic_variants_is_inverse_to_the_modulus(variant, name):
     """ICs are: whatever the ratio of equal materials, twice the modulus of the concave body halves it."""
-    ratio = xn.concave_over_convex(variant)
+    ratio = coupling.concave_over_convex(variant)
     equal = ratio(made(name, times("A", None, 1)))
     criterion = next(c for c in STATEMENTS[6].criteria if c.name == {"B": "in B", "Bhat": "in B̂"}[variant])
     for value in (0.99, 1.01):
@@ -179,10 +172,10 @@ def test_the_factor_is_on_sn_and_ns_of_a_and_vanishes_opposite(body, normal):
     cos, sin = np.cos(alpha / 2), np.sin(alpha / 2)
     b_hat = cos * (-ss * sin + sn_ * cos) - sin * (-ns * sin + n_n * cos)
     for variant, expected in (("B", b), ("Bhat", b_hat)):
-        computed = sn.with_factor(results, variant, body)[SN]
+        computed = coupling.ics_with_factor(results, variant, body)[SN]
         np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-13 * np.max(np.abs(a)))
-        both = sn.with_factor(results, variant, "combined")
-        parts = sum(sn.with_factor(results, variant, one) for one in ALONE)
+        both = coupling.ics_with_factor(results, variant, "combined")
+        parts = sum(coupling.ics_with_factor(results, variant, one) for one in ALONE)
         np.testing.assert_allclose(both, parts, rtol=0, atol=1e-15 * np.max(np.abs(a)))
 
 
@@ -191,7 +184,7 @@ def test_the_factor_is_on_sn_and_ns_of_a_and_vanishes_opposite(body, normal):
 
 def test_rotations_are_dimensionless():
     """1e-9 rad/N times 210 GPa times (10 mm)^2."""
-    rotations = bodies.rotations(turned(-2e-9, 1e-9)())
+    rotations = STATEMENTS[19].details(turned(-2e-9, 1e-9)())
     of_both = {"lower": -0.042, "upper": 0.021}
     assert rotations == pytest.approx(
         {f"rotation · E L²: {g}, {b}": n for g in GEOMETRIES for b, n in of_both.items()}
@@ -200,7 +193,7 @@ def test_rotations_are_dimensionless():
 
 def test_sizes_in_xs_are_dimensionless():
     runs = runs_of(times("A", XS, by_body(1.5, 0.8)))
-    sizes = tangential.sizes_in_xs(runs)
+    sizes = STATEMENTS[4].details(runs)
     for name in GEOMETRIES:
         for body, share in ((CONVEX, 0.5), (CONCAVE, 0.2)):
             a = np.max(np.abs(runs.geometry(name).approximations["A", body][XS]))
@@ -209,7 +202,7 @@ def test_sizes_in_xs_are_dimensionless():
 
 def test_the_term_of_curvature_is_due_to_point_loads_away_from_the_load():
     """A_xx + A_nn on s = 0 are (2 - nu) / 2 pi G x; alpha is -x / 500 mm; here it is twice the change."""
-    details = curvature.terms_and_changes(term(2.0)())
+    details = coupling.curvature_details(term(2.0)())
     for x in (8.0, 16.0):
         expected = 10 * 1.3 * (2 - 0.3) / np.pi / x * np.sin(x / 500) / 2  # E L / (2 pi G) = L (1 + nu) / pi
         assert details[f"-½ (A_xx + A_nn) sin α_x: x = {x:g} mm"] == pytest.approx(expected, rel=1e-3)
@@ -219,7 +212,7 @@ def test_the_term_of_curvature_is_due_to_point_loads_away_from_the_load():
 def test_errors_of_xn_are_listed_with_curvature_along_x_and_without():
     """C of the wheel is B-hat with it: that has no error; the others have what is between them and it."""
     results = made(SECOND, times("Bhat", None, 1))
-    errors = xn.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
+    errors = coupling.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
     assert len(errors) == 5 * 6
     assert errors[f"error of B̂: {SECOND}, {CONCAVE}"] == 0
     prismatic = errors[f"error of B̂, not revolved: {SECOND}, {CONCAVE}"]
@@ -233,7 +226,7 @@ def test_errors_of_xn_are_listed_with_curvature_along_x_and_without():
 def test_mean_errors_are_listed_for_all_variants_that_exist():
     """C is A / 1.2; the fit is of both bodies together only."""
     runs = Runs({name: made(name, times("A", None, 1 / 1.2), fitted=True) for name in GEOMETRIES})
-    errors = choices.mean_errors(runs)
+    errors = engines_and_limits.mean_errors(runs)
     for body in ALONE:
         assert errors[f"mean error of A: {FIRST}, {body}"] == pytest.approx(0.2)
         assert f"mean error of B̂′: {SECOND}, {body}" not in errors
@@ -244,8 +237,8 @@ def test_mean_errors_are_listed_for_all_variants_that_exist():
 def test_the_mix_is_compared_with_the_best_variant():
     """C is B but for a thousandth: the mix is more than ten times worse than B, not better than another."""
     results = made(FIRST, between("B", "A", 1e-3))
-    assert choices.mix_over_best(results, CONVEX, np.max) > 10
-    assert choices.mix_over_best(results, CONVEX, np.mean) > 10
+    assert engines_and_limits.mix_over_best(np.max)(results, CONVEX) > 10
+    assert engines_and_limits.mix_over_best(np.mean)(results, CONVEX) > 10
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------
@@ -263,7 +256,7 @@ def test_coverage_is_drawn_over_multiples_of_the_estimate(monkeypatch):
         for size in (2.0, 0.8)
     ]
     monkeypatch.setattr(random_contacts, "STUDIES", ["rolling"])
-    runs = SimpleNamespace(random_contacts=lambda *_: of_size)
+    runs = SimpleNamespace(once=lambda *_: of_size)
     (panel,) = random_contacts.STATEMENTS[0].panels(runs)
     drawn = curves_in(panel)
     assert set(drawn) == {"p_max", "F_x"}
@@ -289,7 +282,7 @@ def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
         },
     )
     runs = SimpleNamespace(fe_contact=lambda _: dataset)
-    (panel,) = fe_contacts.panels(fe_contacts.BESIDE, runs)
+    (panel,) = STATEMENTS[23].panels(runs)
     drawn = curves_in(panel)
     assert panel.title == "tall, 58000 N"
     assert set(drawn) == {"C", "A", "FE"}
@@ -303,9 +296,11 @@ def test_approaches_are_drawn_over_elements_with_the_estimate_of_c():
         values = {"approach": ("ics", [n, 2.0 * n]), "estimate_approach": ("ics", [np.nan, 1.0 / n])}
         return xr.Dataset(values, coords={"ics": ["Bhat", "C"]}).expand_dims("case")
 
-    (panel,) = elements.STATEMENTS[0].panels(SimpleNamespace(contact=contact))
+    (panel,) = STATEMENTS[24].panels(SimpleNamespace(contact=contact))
     c, b_hat = panel.curves
-    np.testing.assert_array_equal(c.points, [elements.ELEMENTS, 2.0 * np.array(elements.ELEMENTS)])
-    np.testing.assert_array_equal(b_hat.points[1], elements.ELEMENTS)
-    np.testing.assert_array_equal(c.band, 1 / np.array(elements.ELEMENTS))
+    np.testing.assert_array_equal(
+        c.points, [finite_elements.ELEMENTS, 2.0 * np.array(finite_elements.ELEMENTS)]
+    )
+    np.testing.assert_array_equal(b_hat.points[1], finite_elements.ELEMENTS)
+    np.testing.assert_array_equal(c.band, 1 / np.array(finite_elements.ELEMENTS))
     assert b_hat.band is None

@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 
-from compare.validation.statements.contact_series import Estimated, estimate_of, ratio
-from compare.validation.statements.criteria import Criterion, Statement
-from compare.validation.statements.page import (
+from compare.validation.statements.frame import (
     DEPENDS,
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Finding,
-    entry,
+    Criterion,
+    Estimated,
+    Statement,
+    estimated_error,
+    find_verdict,
+    ratio,
 )
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS, as_entry
 from femic.contact.datasets import MISSED
 from tests.compare.validation.statements import friction_makers
 from tests.compare.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
@@ -37,7 +39,7 @@ OPEN_SMALL, OPEN_LARGE = Estimated(0.12, 0.03), Estimated(0.9, 0.2)
     ],
 )
 def test_what_a_number_is_known_to_may_leave_a_case_open(small, large, verdict):
-    assert Finding(BOTH, {"small": small, "large": large}).verdict == verdict
+    assert find_verdict(BOTH, {"small": small, "large": large}) == verdict
 
 
 def test_a_case_is_open_up_to_its_estimate():
@@ -49,7 +51,7 @@ def test_a_case_is_open_up_to_its_estimate():
 
 
 def test_results_have_the_estimates():
-    made = entry(Finding(BOTH, {"small": {"a": OPEN_SMALL, "b": 0.05}, "large": {"a": 2.0}}))
+    made = as_entry(BOTH, {"small": {"a": OPEN_SMALL, "b": 0.05}, "large": {"a": 2.0}})
     small, large = made["criteria"]
     assert small["values"] == {"a": 0.12, "b": 0.05}
     assert small["estimates"] == {"a": 0.03, "b": 0.0}
@@ -62,9 +64,9 @@ def test_a_ratio_is_known_to_the_worst_that_its_parts_can_make_of_it():
     known = ratio(one, other)
     assert known == pytest.approx(-3)
     corners = [(0.3 + a) / (-0.1 + b) for a in (-0.01, 0.01) for b in (-0.02, 0.02)]
-    assert estimate_of(known) == pytest.approx(max(abs(corner + 3) for corner in corners))
-    assert estimate_of(ratio(0.3, 0.1)) == 0.0
-    assert estimate_of(ratio(0.3, Estimated(0.1, 0.1))) == np.inf
+    assert estimated_error(known) == pytest.approx(max(abs(corner + 3) for corner in corners))
+    assert estimated_error(ratio(0.3, 0.1)) == 0.0
+    assert estimated_error(ratio(0.3, Estimated(0.1, 0.1))) == np.inf
     assert ratio(0.3, Estimated(0.0, 0.1)) == np.inf
     assert np.isnan(ratio(0.0, Estimated(0.0, 0.1)))
 
@@ -101,7 +103,7 @@ def test_numbers_on_contact_are_known_to_the_estimates_of_their_contacts(number,
     value, estimate = KNOWN_TO[number, name]
     _, made = (EXACT | friction_makers.MADE)[number, name]
     _, values = measured(number, name, made(value))
-    assert max(map(estimate_of, values.values())) == pytest.approx(estimate, rel=0.05)
+    assert max(map(estimated_error, values.values())) == pytest.approx(estimate, rel=0.05)
 
 
 MISSED = {  # values that are missed for certain, and values that nobody can tell

@@ -8,24 +8,24 @@ import pytest
 
 from compare.report.charts import chart_of
 from compare.report.interactive import as_json
-from compare.validation.statements import creep_forces, exchanged_components, softer_bodies
-from compare.validation.statements.creep_forces import LINES_OF
+from compare.validation.statements import components_and_moduli, rolling_and_compression
+from compare.validation.statements.frame import ratio
 from compare.validation.statements.friction_contacts import (
     left_after_shift,
     line_distance,
     line_distance_over_bound,
-    on_grid_of,
-    ratio,
     shift,
     traction_distance,
+    traction_distance_along,
 )
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS
+from compare.validation.statements.rolling_and_compression import LINE_ICS
 from femic.contact.pairs.ics import C
 from tests.compare.validation.statements import friction_makers as make
 
 LINES = {
     ("F_x = 0 friction load", name): np.array([[2.0, 0.0, 10.0], [2.0 + 0.5 * (name != C), 0.0, 10.0]])
-    for name in LINES_OF
+    for name in LINE_ICS
 }
 
 
@@ -39,7 +39,7 @@ def runs():
         sizes = {"zero": make.of((), 0, 0.1), "rms": make.of((), 0, 0.1), "p_max": make.scaled(names, 0.1)}
         return make.rolling(names, **sizes, p_x=lambda f, n: 1 + make.of(("B",), f / 2, 0.1)(f, n))
 
-    return SimpleNamespace(friction=friction, remembered=lambda *_: LINES)
+    return SimpleNamespace(friction=friction, once=lambda *_: LINES)
 
 
 @pytest.mark.parametrize("number", range(34, 42))
@@ -57,7 +57,7 @@ def test_shares_of_p_x_and_of_its_bound():
     contacts = runs().friction("rolling", {"contact": {"ics": ["B", "C"]}})
     assert line_distance(contacts, 0.4, "B") == pytest.approx(0.2)
     assert line_distance_over_bound(contacts, 0.4, "B") == pytest.approx(0.2 / 0.4)
-    details = creep_forces._shrinking(
+    details = rolling_and_compression.shrinking_details(
         SimpleNamespace(friction=lambda *_: make.rolling(rms=make.growing(0.5)))
     )
     assert details["of friction load: B, friction 0.4 over 0.2"] == pytest.approx(0.5)
@@ -66,7 +66,7 @@ def test_shares_of_p_x_and_of_its_bound():
 
 
 def test_lines_elsewhere_are_measured_like_those_of_the_curve():
-    details = creep_forces._lines(runs())
+    details = rolling_and_compression.line_details(runs())
     at = "F_x = 0 friction load, friction 0.2, B"
     assert details[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
     assert details[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
@@ -77,8 +77,8 @@ def test_directions_count_alone_or_together():
     """Only p_s is off."""
     contacts = make.compression(p_s=make.of((), 0, 0.1))
     assert traction_distance(contacts, 0.2, "B") == pytest.approx(0.1)
-    assert traction_distance(contacts, 0.2, "B", ("s",)) == pytest.approx(0.1)
-    assert traction_distance(contacts, 0.2, "B", ("x",)) == 0.0
+    assert traction_distance_along("s")(contacts, 0.2, "B") == pytest.approx(0.1)
+    assert traction_distance_along("x")(contacts, 0.2, "B") == 0.0
 
 
 def test_a_curve_that_is_only_moved_leaves_nothing():
@@ -92,15 +92,13 @@ def test_a_curve_that_is_only_moved_leaves_nothing():
 
 
 def test_moduli_keep_the_compliance_of_both():
-    for one in softer_bodies.RATIOS:
-        both = softer_bodies.moduli(one)
+    for one in components_and_moduli.RATIOS:
+        both = components_and_moduli.moduli(one)
         assert both["upper"] / both["lower"] == pytest.approx(one)
         assert 1 / both["upper"] + 1 / both["lower"] == pytest.approx(2 / 210e3)
-    assert softer_bodies.moduli(softer_bodies.CONVEX)["lower"] < 210e3  # the convex body is the lower one
-
-
-def test_the_grid_of_arrays_is_that_of_a_scene():
-    assert on_grid_of(make.rolling()) == {"n_x": 2, "n_s": 4, "dx": 2.0, "ds": 1.0, "s": 0.0}
+    assert (
+        components_and_moduli.moduli(components_and_moduli.CONVEX)["lower"] < 210e3
+    )  # the convex body is the lower one
 
 
 def test_ratios_to_nothing():
@@ -109,6 +107,6 @@ def test_ratios_to_nothing():
 
 
 def test_estimates_of_distances_stand_beside_those_of_the_mix():
-    details = exchanged_components._known_to(make.rolling())
+    details = components_and_moduli.mix_details(make.runs()())
     assert details["estimate of curve: friction 0.2, mix"] == pytest.approx(0.02)
     assert details["estimate of pressure: friction 0.2, mix"] == pytest.approx(make.PRESSURE, rel=0.01)

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.validation.statements import choices, curvature, curves, sn, xn
+from compare.validation.statements import coupling_components as coupling
+from compare.validation.statements import curves, engines_and_limits
 from compare.validation.statements.curves import ACROSS, CONCAVE, CONVEX, INDEPENDENT, THROUGH, Curve
+from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S, X
 from tests.compare.validation.statements.handmade import (
@@ -27,20 +29,20 @@ FIRST, SECOND = GEOMETRIES
 
 def test_xn_of_both_bodies_is_compared_by_rms_beside_the_load():
     results = made(FIRST, times("A", (X, N), by_body(3, 1)))
-    assert xn.convex_over_concave_c(results) == pytest.approx(3)
+    assert coupling.c_xn_rms(results, CONVEX) / coupling.c_xn_rms(results, CONCAVE) == pytest.approx(3)
     line = results.lines["s = 1.6 mm"]
     for variant in ("B", "Bhat"):  # prismatic: the variant itself
         sizes = [curves.rms(results.approximations[variant, b][X, N, line]) for b in (CONCAVE, CONVEX)]
-        assert xn.concave_over_convex(variant)(results) == pytest.approx(sizes[0] / sizes[1])
-    assert xn.concave_over_convex("B")(made(SECOND, times("A", None, 1))) > 1
+        assert coupling.concave_over_convex(variant)(results) == pytest.approx(sizes[0] / sizes[1])
+    assert coupling.concave_over_convex("B")(made(SECOND, times("A", None, 1))) > 1
 
 
 def test_the_term_of_curvature_has_its_sign():
     """On s = 0 it is what B-hat of the revolved wheel has more than that of its section, to (x / R)^2."""
     wheel = made(SECOND, times("A", None, 1))
     line = wheel.lines[THROUGH]
-    more = wheel.approximations["Bhat", CONCAVE] - curves.not_revolved(wheel, "Bhat", CONCAVE)
-    term = curvature._term(Runs({SECOND: wheel}))
+    more = wheel.approximations["Bhat", CONCAVE] - curves.prismatic_ics(wheel, "Bhat", CONCAVE)
+    term = coupling.curvature_term(Runs({SECOND: wheel}))
     x = np.abs(wheel.points.x[line])
     expected = curves.unit(wheel) * more[X, N, line]
     np.testing.assert_allclose(term[x > 1], expected[x > 1], rtol=0.01)
@@ -50,8 +52,8 @@ def test_errors_without_curvature_along_x_are_in_proportion_to_distances_from_c(
     """C is a quarter of the way from A to the prismatic B-hat: A is a third as far off."""
     results = made(SECOND, lambda of: 0.75 * of.a + 0.25 * of.prismatic("Bhat"))
     for body in curves.BODIES:
-        assert xn.a_over("Bhat")(results, body) == pytest.approx(1 / 3)
-    errors = xn.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
+        assert coupling.a_over_prismatic("Bhat")(results, body) == pytest.approx(1 / 3)
+    errors = coupling.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
     of_a, of_b_hat = (errors[f"error of {v}: {SECOND}, {CONCAVE}"] for v in ("A", "B̂, not revolved"))
     assert of_a == pytest.approx(of_b_hat / 3)
 
@@ -63,12 +65,13 @@ def test_a_right_factor_leaves_no_error():
     """C is B with the factor: without it something is missed, with it nothing."""
 
     def c(of):
-        return sn.with_factor(with_c(of.results, lambda of: of.a), "B", of.body)
+        return coupling.ics_with_factor(with_c(of.results, lambda of: of.a), "B", of.body)
 
     runs = runs_of(c)
-    ratios = sn.errors_with_factor(runs)
+    ratios = coupling.errors_with_factor(runs)
     np.testing.assert_allclose([v for case, v in ratios.items() if case.endswith(", B")], 0, atol=1e-9)
-    assert sn.gain_share(runs)["all"] == np.mean([v <= 0.9 for v in ratios.values()])
+    (gain,) = STATEMENTS[10].criteria
+    assert gain.measure(runs)["all"] == np.mean([v <= 0.9 for v in ratios.values()])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -81,10 +84,10 @@ def test_the_largest_misfit_counts_whatever_its_sign(sign):
         return out
 
     joint = 10 * np.radians(25.5)
-    assert sn.furthest_misfit(made(FIRST, c)) == pytest.approx(7.5 / joint, rel=0.01)
+    assert coupling.furthest_misfit(made(FIRST, c)) == pytest.approx(7.5 / joint, rel=0.01)
     runs = runs_of(c)
-    (flank,) = (criterion for criterion in sn.STATEMENTS[0].criteria if criterion.name == "flank")
-    assert flank.measure(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}
+    (flank,) = (criterion for criterion in STATEMENTS[9].criteria if criterion.name == "flank")
+    assert flank.measure(runs) == {FIRST: coupling.furthest_misfit(runs.geometry(FIRST))}
 
 
 # --- 11, 12: choices ------------------------------------------------------------------------------------
@@ -95,10 +98,14 @@ def test_a_change_of_c_and_variants_in_proportion_changes_no_error():
     one = made(FIRST, between("A", "B", 0.3))
     larger = {key: 1.03 * ic for key, ic in one.approximations.items()}
     other = with_c(replace(one, approximations=larger), between("A", "B", 0.3))
-    assert choices.error_change(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
-    assert choices.regret(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
     of_b = made(FIRST, between("A", "B", 1.0))
-    assert choices.regret(one, of_b, CONVEX, "sn") == pytest.approx(Curve(of_b, CONVEX, "sn").error("A"))
+    first, same, by_b = (
+        np.array([Curve(results, CONVEX, "sn").error(v) for v in engines_and_limits.COMPARED_VARIANTS])
+        for results in (one, other, of_b)
+    )
+    assert engines_and_limits.error_change(first, same) == pytest.approx(0, abs=1e-12)
+    assert engines_and_limits.regret(first, same) == pytest.approx(0, abs=1e-12)
+    assert engines_and_limits.regret(first, by_b) == pytest.approx(by_b[0])
 
 
 def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
@@ -113,5 +120,7 @@ def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
     results = made(FIRST, c)
     singles = [[Curve(results, CONVEX, i).error(v) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
     worst, mean = min(max(of) for of in singles), min(sum(of) / 6 for of in singles)
-    assert choices.mix_over_best(results, CONVEX, np.max) == pytest.approx(0.25 / worst)
-    assert choices.mix_over_best(results, CONVEX, np.mean) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)
+    assert engines_and_limits.mix_over_best(np.max)(results, CONVEX) == pytest.approx(0.25 / worst)
+    assert engines_and_limits.mix_over_best(np.mean)(results, CONVEX) == pytest.approx(
+        (1 / 4 + 1 / 9) / 6 / mean
+    )

@@ -5,11 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from compare.validation.statements import contact_series, normal_contacts, pressure_shapes, rigid_approaches
+from compare.validation.statements import contact_series, finite_elements, normal_contacts
 from compare.validation.statements.contact_series import LOAD_SHARE, ContactSeries
-from compare.validation.statements.normal_contacts import SOURCE_ANGLES, TALL, WIDE
-from compare.validation.statements.pressure_shapes import KURTOSIS_OF_HERTZ, OF_HERTZ, kurtosis, peakedness
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.frame import below
+from compare.validation.statements.normal_contacts import (
+    KURTOSIS_OF_HERTZ,
+    OF_HERTZ,
+    SOURCE_ANGLES,
+    TALL,
+    WIDE,
+    kurtosis,
+    peakedness,
+)
+from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.runs import Runs
 from femic.contact import undeformed
 from femic.contact.operators.dense import Asymmetry
@@ -107,9 +115,9 @@ def test_each_load_has_the_first_grid_that_is_large_enough(series):
     assert loads == sorted(loads)
     assert loads[-1] == pytest.approx(series.loads[1])
     for shared in series.grids:
-        assert series.grid_of(shared.load) is shared
-        assert series.grid_of(0.99 * shared.load) is shared
-    assert series.grid_of(2 * loads[-1]) is series.grids[-1]
+        assert series.grid(shared.load) is shared
+        assert series.grid(0.99 * shared.load) is shared
+    assert series.grid(2 * loads[-1]) is series.grids[-1]
 
 
 def test_numbers_are_those_of_the_contact_and_c_is_known_less_well(series):
@@ -168,7 +176,7 @@ def test_profiles_are_those_through_the_middle_of_the_patch():
     """The middle lines are raised along x and s by themselves; places are 1 at the edges of the patch."""
     contact = contact_of(np.outer(raised(N_X - 8, 1.5), raised(N_S - 6, 1.2)))
     for along, n, d, value in (("x", N_X - 8, DX, 1.5), ("s", N_S - 6, DS, 1.2)):
-        places, p = pressure_shapes.profile(contact, along)
+        places, p = normal_contacts.pressure_profile(contact, along)
         inside = p > 0
         assert np.count_nonzero(inside) == n
         assert np.max(np.abs(places[inside])) == pytest.approx(1 - 1 / n)
@@ -179,7 +187,7 @@ def test_profiles_are_those_through_the_middle_of_the_patch():
 def test_differences_are_compared_by_pressures_and_by_patch():
     """Pressures of `wide` sum up to twice those of `tall`, whose patch has three times the difference."""
     runs = spread(more=2.0, tall=3.0)()
-    for measure, ratio in ((pressure_shapes.by_pressures, 2.0), (pressure_shapes.by_patch, 3.0)):
+    for measure, ratio in ((normal_contacts.by_pressures, 2.0), (normal_contacts.by_patch, 3.0)):
         values = list(measure(runs).values())
         assert values == pytest.approx([ratio] * len(values))
 
@@ -187,10 +195,10 @@ def test_differences_are_compared_by_pressures_and_by_patch():
 def test_what_is_proportional_to_the_load_is_rigid():
     """M_zz is 1e-6 mm/N; a difference of 1.2 times M_zz times load is rigid, but not M_zz."""
     dataset = approaches(bent=0.0, of_mzz=1.2)().fe_contact(SimpleNamespace(loads=(1e3, 5e3, 2e4)))
-    assert rigid_approaches.compliance(dataset) == pytest.approx(1.2e-6)
-    np.testing.assert_allclose(rigid_approaches.off_rigid(dataset), 0.0, atol=1e-15)
+    assert finite_elements.rigid_compliance(dataset) == pytest.approx(1.2e-6)
+    np.testing.assert_allclose(finite_elements.non_rigid_share(dataset), 0.0, atol=1e-15)
     bent = dataset.assign(fe_raw_approach=dataset.fe_raw_approach + np.array([0.0, 0.0, 0.01]))
-    assert rigid_approaches.off_rigid(bent)[2] == pytest.approx(0.01)
+    assert finite_elements.non_rigid_share(bent)[2] == pytest.approx(0.01)
 
 
 @pytest.mark.slow
@@ -198,7 +206,7 @@ def test_what_is_proportional_to_the_load_is_rigid():
 def test_statements_have_numbers_panels_and_details(number, series, monkeypatch):
     """With the same contacts for both pairs; differences between pairs vanish then."""
     monkeypatch.setitem(SOURCE_ANGLES, WIDE, SOURCE_ANGLES[TALL])
-    monkeypatch.setitem(pressure_shapes.SHAPE_LOADS, WIDE, pressure_shapes.SHAPE_LOADS[TALL])
+    monkeypatch.setitem(normal_contacts.SHAPE_LOADS, WIDE, normal_contacts.SHAPE_LOADS[TALL])
     runs, statement = SimpleNamespace(contact_series=lambda _: series), STATEMENTS[number]
     for criterion in statement.criteria:
         values = criterion.measure(runs)
@@ -240,7 +248,7 @@ def doubled(self, approach):
     return 2 * RIGHT_DISTANCE(self, approach)
 
 
-BETTER = normal_contacts.bhat_over_b([(TALL, "p_max"), (TALL, "b")]).below(1.0, "better", "")
+BETTER = below(1.0, "better", "", normal_contacts.bhat_over_b([(TALL, "p_max"), (TALL, "b")]))
 (ANGLES,) = STATEMENTS[30].criteria
 FROM_PRESSURES = STATEMENTS[26].criteria[0]
 MUTATIONS = {  # what is wrong, and the criterion of which some case must change

@@ -2,14 +2,22 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from compare.validation.statements import program
+from compare.validation.statements import engines_and_limits
 from compare.validation.statements.curves import ACROSS, BODIES, CONVEX
-from compare.validation.statements.program import cylinder_error, far_field_error, point_load
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.engines_and_limits import (
+    cylinder_error,
+    deviation_from_limit,
+    error_over_estimate,
+    far_field_error,
+    largest_ratios,
+    point_load,
+)
+from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.materials import Material, one_body
 from geometries.patches import N, S
@@ -23,13 +31,9 @@ FIRST = GEOMETRIES[0]
 def test_deviations_are_multiples_of_estimates():
     """Half of an estimate away: 0.5, not 2; the engines 3 estimates of one of them apart: 3 of 2."""
     results = made("flat", lambda of: of.a + 0.5 * 0.01 * np.max(of.a[N, N]), estimate=0.01)
-    assert program._over_estimate(results, "combined") == pytest.approx(0.5)
-    off = {
-        body: replace(one, c=replace(one.c, ic=one.c.ic + 3 * one.c.estimate))
-        for body, one in results.references.items()
-    }
-    apart = program.agreement(replace(results, checks=off), CONVEX)
-    assert list(apart.values()) == pytest.approx([1.5] * 9)
+    assert error_over_estimate(results, "combined") == pytest.approx(0.5)
+    apart = engines_and_limits.engine_agreement(engines(1.5)())
+    assert list(apart.values()) == pytest.approx([1.5] * 54)
 
 
 def test_deviation_from_the_limit_is_the_largest_of_all_lines():
@@ -38,14 +42,14 @@ def test_deviation_from_the_limit_is_the_largest_of_all_lines():
         out[S, N] *= np.where(of.on(ACROSS), 1.05, 1)
         return out
 
-    assert program.deviation_from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
+    assert deviation_from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
 
     def of_both(of):
         out = of.a.copy()
         out[S, N] += 0.02 * np.max(of.a[N, N, of.on(ACROSS)]) * of.on(ACROSS)
         return out
 
-    assert program.deviation_from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
+    assert deviation_from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
 
 
 def test_point_loads_are_homogeneous_and_reciprocal():
@@ -64,9 +68,10 @@ def test_right_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
     criteria = {criterion.name: criterion for criterion in STATEMENTS[15].criteria}
     assert criteria["point loads"].met(far_field_error(nu))
     assert all(criteria["cylinder"].met(cylinder_error(side, nu)) for side in (UPPER, LOWER))
-    monkeypatch.setattr(program, "_cylinder", partial(program._cylinder, factor=False))
+    wrong = partial(engines_and_limits.cylinder_ics, factor=False)
+    monkeypatch.setattr(engines_and_limits, "cylinder_ics", wrong)
     assert criteria["cylinder"].met(cylinder_error(UPPER, nu)) == (nu == 0.5)  # nothing to multiply there
-    monkeypatch.setattr(program, "FAR_PATCHES", 1e3)
+    monkeypatch.setattr(engines_and_limits, "FAR_PATCHES", 1e3)
     assert not criteria["point loads"].met(far_field_error(nu))
 
 
@@ -87,10 +92,10 @@ def test_estimates_count_as_a_billionth_at_least():
     """Differences of 5e-10 with no estimate are half of it, with one of 1e-9 as well; the worst line is."""
     differences = {"one": np.full((3, 3), 5e-10), "other": np.full((3, 3), 3e-10)}
     for estimate in (0.0, 1e-9):
-        ratio = program._largest_ratios(differences, dict.fromkeys(differences, np.full((3, 3), estimate)))
+        ratio = largest_ratios(differences, dict.fromkeys(differences, np.full((3, 3), estimate)))
         np.testing.assert_allclose(ratio, 0.5)
     np.testing.assert_allclose(
-        program._largest_ratios(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10
+        largest_ratios(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10
     )
 
 
@@ -100,7 +105,7 @@ def test_details_of_the_engines_are_their_largest_estimate_and_difference():
     Components below a tenth of it vanish: shares are of 0.05 of the largest C_nn far from the load.
     """
     runs = engines(3)()
-    details, results = program._estimates(runs), runs.geometry(GEOMETRIES[0])
+    details, results = engines_and_limits.engine_details(runs), runs.geometry(GEOMETRIES[0])
     far = np.hypot(results.points.x, results.points.s) >= 1.6 - 1e-9  # four elements
     a_nn = results.approximations["A", "lower"][N, N]
     for body in BODIES:
@@ -120,10 +125,5 @@ def test_deviations_of_variants_are_shares_of_the_largest_ic():
         off[S, N] = 0.01 * np.max(np.abs(changed["A", "lower"]))
         changed["B", body] = changed["A", body] - off
     results = replace(flat, approximations=changed)
-    off_a = {body: program._deviation_from_a(results, "B", body) for body in BODIES}
-    assert off_a == pytest.approx({"combined": 0.005, "lower": 0.01, "upper": 0.0})
-
-
-def test_numbers_are_measured_at_all_ratios():
-    assert program.per_nu(lambda nu: 2 * nu)(None) == {"ν = 0": 0, "ν = 0.28": 0.56, "ν = 0.5": 1.0}
-    assert len(program.cylinder_errors(None)) == 6
+    off_a = engines_and_limits.variant_deviations(SimpleNamespace(plane=lambda: results))
+    assert off_a["B"] == pytest.approx(0.01)

@@ -8,8 +8,7 @@ import pytest
 
 from approx.variants import VARIANTS
 from compare.validation.statements import runs as module
-from compare.validation.statements.page import selection
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS, select_statements
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.reference.engines import HARMONIC
 from femic.reference.run_options import RunOptions
@@ -106,8 +105,8 @@ def test_a_geometry_is_fitted_to_itself_and_once(recorded, monkeypatch):
 
 
 def test_all_statements_are_selected_unless_some_are_named():
-    assert selection(None) == tuple(STATEMENTS)
-    assert selection([9, 1, 9, 21]) == (9, 1, 21)
+    assert select_statements(None) == tuple(STATEMENTS)
+    assert select_statements([9, 1, 9, 21]) == (9, 1, 21)
 
 
 @pytest.mark.parametrize(
@@ -116,4 +115,4 @@ def test_all_statements_are_selected_unless_some_are_named():
 )
 def test_unknown_numbers_of_statements_are_refused_by_name(only, message):
     with pytest.raises(WrongInput, match=rf"^{message}: give some of 1 to {max(STATEMENTS)}$"):
-        selection(only)
+        select_statements(only)

@@ -11,18 +11,17 @@ from approx.effective import EffectiveProperties, Transition
 from approx.forms import Rotation, rotation_between
 from compare.report.charts import chart_of
 from compare.report.interactive import as_json
-from compare.validation.statements import nn
 from compare.validation.statements import page as verdicts
-from compare.validation.statements.criteria import Criterion, Statement
-from compare.validation.statements.page import (
+from compare.validation.statements.direct_components import nn_error
+from compare.validation.statements.frame import (
     DEPENDS,
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Finding,
-    assess,
+    Criterion,
+    Statement,
 )
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS, as_entry, assess
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.cache.store import Store
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
@@ -96,9 +95,8 @@ def runs(store):
     ],
 )
 def test_a_verdict_follows_from_the_criteria(near, large, verdict, unmet):
-    finding = Finding(MADE, {"near": near, "large": large})
-    assert finding.verdict == verdict
-    assert len(finding.unmet) == unmet
+    entry = as_entry(MADE, {"near": near, "large": large})
+    assert (entry["verdict"], len(entry["unmet"])) == (verdict, unmet)
 
 
 def test_thresholds_themselves_are_not_met():
@@ -120,13 +118,13 @@ def test_statements_are_numbered_and_their_criteria_named():
 
 def test_every_criterion_is_measured_in_some_case(runs):
     for number in OF_GEOMETRIES:
-        finding = assess(number, runs)
-        assert set(finding.values) == {criterion.name for criterion in finding.statement.criteria}
-        assert all(finding.values.values())
-        assert all(np.isfinite(value) for _, _, value in finding.numbers), number
-        assert finding.panels
-        content = json.loads(as_json(chart_of("", finding.panels, finding.statement.columns)))
-        assert len({str(dict(entry, label="")) for entry in content["legend"]}) == len(content["legend"])
+        entry, panels = assess(number, runs)
+        assert len(entry["criteria"]) == len(STATEMENTS[number].criteria)
+        for criterion in entry["criteria"]:
+            assert None not in criterion["values"].values(), number
+        assert panels
+        content = json.loads(as_json(chart_of("", panels, STATEMENTS[number].columns)))
+        assert len({str(dict(each, label="")) for each in content["legend"]}) == len(content["legend"])
 
 
 # --- from the code to verdicts --------------------------------------------------------------------------
@@ -230,11 +228,9 @@ def test_the_command_writes_json_and_a_page_and_continues_after_an_interruption(
     assert exit_code(command) == DONE
     record = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
     assert [entry["number"] for entry in record["statements"]] == [1, 2]
-    assert record["statements"][0]["verdict"] == assess(1, runs).verdict
+    assert record["statements"][0]["verdict"] == assess(1, runs)[0]["verdict"]
     first = record["statements"][0]["criteria"][0]
-    assert first["values"] == pytest.approx(
-        {name: nn.relative_error_across("A")(runs.geometry(name)) for name in GEOMETRIES}
-    )
+    assert first["values"] == pytest.approx({name: nn_error("A")(runs.geometry(name)) for name in GEOMETRIES})
     assert set(record["runs"]) == set(GEOMETRIES)
     assert all(0 < run["weight"] < 0.01 for run in record["runs"].values())
     assert all(run["weight"] < run["estimate"] < 0.2 for run in record["runs"].values())
@@ -281,9 +277,9 @@ def test_a_statement_that_cannot_be_computed_is_not_decided(runs, monkeypatch):
 
     broken = replace(STATEMENTS[1], details=failing)
     monkeypatch.setattr(verdicts, "STATEMENTS", {**STATEMENTS, 1: broken})
-    finding = assess(1, runs)
-    assert finding.verdict == NOT_DECIDED
-    assert finding.failed == "not converged, and what to try"
+    entry, panels = assess(1, runs)
+    assert (entry["verdict"], entry["failed"]) == (NOT_DECIDED, "not converged, and what to try")
+    assert not panels
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from compare.validation.statements import wheels
-from compare.validation.statements.registry import STATEMENTS
+from compare.validation.statements.page import STATEMENTS
 from femic.contact.pairs import area_grids, planar
 from femic.contact.pairs.areas import Areas, Coupling
 from femic.contact.undeformed import TangentPlane
@@ -26,12 +26,12 @@ def runs():
     """Runs that remember what statements solve."""
     memory = {}
 
-    def remembered(of, compute):
-        if of not in memory:
-            memory[of] = compute(None)
-        return memory[of]
+    def once(name, compute):
+        if name not in memory:
+            memory[name] = compute()
+        return memory[name]
 
-    return SimpleNamespace(remembered=remembered)
+    return SimpleNamespace(once=once)
 
 
 def missed(keys):

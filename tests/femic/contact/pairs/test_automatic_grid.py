@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from approx.pair import matrix
-from compare.validation.extremes import bodies
+from compare.validation.extremes import contacts
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.motions.none import solve_frictionless
@@ -117,13 +117,13 @@ def test_search_for_a_grid_ends_with_a_failure():
 
 def test_an_automatic_grid_has_both_of_two_patches_apart():
     """Each is of Hertz under half of the load, lowered by the other as by a point load on a half-space."""
-    scene = load_scene("flat", bodies.bumps(load=200.0, automatic=True))
-    apart = replace(scene.contact, extra_gap=bodies.two_bumps())
+    scene = load_scene("flat", contacts.bumps(load=200.0, automatic=True))
+    apart = replace(scene.contact, extra_gap=contacts.two_bumps())
     on_bumps = replace(scene.contact_problem, specification=apart)
     (solved,) = solve_frictionless(on_bumps).contacts.values()
-    hertz = bodies.one_of_two(on_bumps)
+    hertz = contacts.hertz_bump(on_bumps)
     modulus = combined_modulus(*(body.material for body in on_bumps.bodies.values()))
     assert len(solved.normal.patches) == 2
     assert solved.normal.p.max() == pytest.approx(hertz.p_max, rel=0.01)
-    lowered = 100.0 / (np.pi * modulus * bodies.APART)
+    lowered = 100.0 / (np.pi * modulus * contacts.APART)
     assert solved.normal.approach == pytest.approx(hertz.approach + lowered, rel=0.002)

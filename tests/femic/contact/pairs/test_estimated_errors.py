@@ -3,7 +3,7 @@
 import numpy as np
 
 from approx.pair import Pair, Solid
-from compare.validation.estimates import STEEL, RandomContact, frictionless, rolling
+from compare.validation.statements.random_contacts import STEEL, RandomContact, frictionless, rolling
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.grids import contact_size

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from compare.validation.extremes.bodies import BUMP_RADIUS, bumps
+from compare.validation.extremes.contacts import BUMP_RADIUS, bumps
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.motions.none import solve_frictionless

@@ -10,9 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from compare.validation.extremes.bodies import hertz_of, one_of_two
-from compare.validation.extremes.contacts import ContactSolution, Truth, scales_of
-from compare.validation.study import coefficients_of
+from compare.validation.extremes.contacts import (
+    ContactSolution,
+    Truth,
+    error_scales,
+    hertz_bump,
+    hertz_contact,
+)
+from compare.validation.study import kalker_coefficients
 from femic.contact.estimates import Measured, Numbers, errors
 from femic.contact.exact.friction import StickingPoint, TractiveRolling
 from femic.contact.exact.hertz import LineContact, LoadedPoint
@@ -27,7 +32,6 @@ from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_e
 from femic.contact.pairs.quantities import Quantity, kinds
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import RunOptions
-from geometries.patches import Grid
 
 # --- closed forms ---------------------------------------------------------------------------------------
 
@@ -37,8 +41,8 @@ STRIPS = 4001  # of an ellipse
 
 def kalker(solved: ContactSolution) -> dict[str, float]:
     """Return forces and moment of elastically similar bodies where nothing slips, and Hertz."""
-    hertz = hertz_of(solved.problem)
-    F_x, F_y, M_z = _sticking(solved.problem, hertz, asked_of(solved))
+    hertz = hertz_contact(solved.problem)
+    F_x, F_y, M_z = _sticking(solved.problem, hertz, friction_specification(solved))
     return {"F_x": F_x, "F_y": F_y, "M_z": M_z, "p_max": hertz.p_max}
 
 
@@ -47,13 +51,13 @@ def _sticking(
 ) -> tuple[float, float, float]:
     """Return F_x, F_s [N] and M_n [N mm] of a patch where nothing slips."""
     constants = problem.pair.constants
-    coefficients = coefficients_of(patch, float(constants.nu))
+    coefficients = kalker_coefficients(patch, float(constants.nu))
     return coefficients.forces(float(constants.G), asked.longitudinal[-1], asked.lateral, asked.spin)
 
 
 def sliding(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers where all slides in one direction: Coulomb's law, and Hertz."""
-    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    asked, hertz = friction_specification(solved), hertz_contact(solved.problem)
     xi, upsilon = asked.longitudinal[-1], asked.lateral
     size, largest = float(np.hypot(xi, upsilon)), asked.coefficients[0] * hertz.load
     return {
@@ -67,7 +71,7 @@ def sliding(solved: ContactSolution) -> dict[str, float]:
 
 def turning(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers of a circle that slides about its middle: M = 3 pi / 16 friction load a."""
-    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    asked, hertz = friction_specification(solved), hertz_contact(solved.problem)
     moment = 3 * np.pi / 16 * asked.coefficients[0] * hertz.load * hertz.a
     return {
         "M_z": -moment * np.sign(asked.spin),
@@ -78,7 +82,7 @@ def turning(solved: ContactSolution) -> dict[str, float]:
 
 def carter(solved: ContactSolution) -> dict[str, float]:
     """Return the force of strips along x, each a contact of cylinders: of patches much longer along s."""
-    asked, hertz = asked_of(solved), hertz_of(solved.problem)
+    asked, hertz = friction_specification(solved), hertz_contact(solved.problem)
     s = (np.arange(STRIPS) + 0.5) / STRIPS * 2 - 1  # over b
     surfaces = LineContact(hertz.surfaces.curvature_x, hertz.surfaces.modulus)
     loads = np.pi / 2 * hertz.a * hertz.p_max * (1 - s**2)  # N/mm
@@ -97,7 +101,7 @@ def without_friction(solved: ContactSolution) -> dict[str, float]:
 
 def full_stick(solved: ContactSolution) -> dict[str, float]:
     """Return the numbers of unlike bodies with equal curvatures that stick wherever they touch."""
-    hertz, constants = hertz_of(solved.problem), solved.problem.pair.constants
+    hertz, constants = hertz_contact(solved.problem), solved.problem.pair.constants
     beta = float(constants.mismatch_k / (1 - constants.nu))
     exact = StickingPoint(hertz.surfaces.curvature_x, hertz.surfaces.modulus, abs(beta))
     radius = exact.radius(hertz.load)
@@ -106,12 +110,12 @@ def full_stick(solved: ContactSolution) -> dict[str, float]:
 
 def two_of_kalker(solved: ContactSolution) -> dict[str, float]:
     """Return the force of two bumps far apart where nothing slips: each bears half of the load."""
-    patch = one_of_two(solved.problem)
-    F_x, _, _ = _sticking(solved.problem, patch, asked_of(solved))
+    patch = hertz_bump(solved.problem)
+    F_x, _, _ = _sticking(solved.problem, patch, friction_specification(solved))
     return {"F_x": 2 * F_x, "p_max": patch.p_max}
 
 
-def asked_of(solved: ContactSolution) -> FrictionSpecification:
+def friction_specification(solved: ContactSolution) -> FrictionSpecification:
     """Return the specification of friction and motion of a contact."""
     asked = solved.problem.specification.friction
     assert asked is not None
@@ -128,20 +132,74 @@ NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full st
 
 def roll(problem: ContactProblem, options: RunOptions) -> ContactSolution:
     """Solve steady rolling at the last creepage of a problem, with its only ICs and friction."""
-    return solve_with_friction(problem, _roll_on, options)
+
+    def solve(pair: PairWithFriction) -> ContactSolution:
+        fine = _frictional(pair)
+        known = _roll_steadily(pair, fine)
+        larger = on_larger_elements(
+            pair, fine, pair.problem.name, lambda pair, problem, *_: _roll_steadily(pair, problem)
+        )
+        estimates = errors(kinds(OF_ROLLING), known, larger)
+        return _solution(pair, known, estimates, OF_ROLLING, _steady_numbers)
+
+    return solve_with_friction(problem, solve, options)
 
 
-def _roll_on(pair: PairWithFriction) -> ContactSolution:
-    fine = _frictional(pair)
-    known = _roll_steadily(pair, fine)
-    larger = on_larger_elements(pair, fine, pair.problem.name, lambda *of: _roll_steadily(*of[:2]))
-    estimates = errors(kinds(OF_ROLLING), known, larger)
+def roll_from_rest(problem: ContactProblem, options: RunOptions) -> ContactSolution:
+    """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
 
-    def on(grid: Grid) -> Numbers:
-        other = _on(pair, grid)
-        return _roll_steadily(other, _frictional(other)).numbers
+    def solve(pair: PairWithFriction) -> ContactSolution:
+        contact, label, asked = _frictional(pair), pair.problem.name, pair.specification
+        path = solve_path(pair, contact, label)
+        estimates, _ = estimate_path(pair, contact, label, path)
+        steady = replace(asked, longitudinal=(-1.0, asked.creepage))
+        return _solution(
+            pair,
+            path.steps[-1],
+            estimates[-1],
+            OF_ROLLING,
+            lambda other: _steady_numbers(_with(other, friction=steady)),
+        )
 
-    return _solution(pair, known, estimates, OF_ROLLING, on)
+    return solve_with_friction(problem, solve, options)
+
+
+def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
+    """Solve a compression, and return the numbers under the last load.
+
+    On other grids the steps of the load are half as large.
+    """
+
+    def numbers(pair: PairWithFriction) -> Numbers:
+        slower = _with(pair, loads=tuple(in_halves(pair.loads)))
+        return in_steps(slower, _frictional(slower), "finer")[0][-1].numbers
+
+    def solve(pair: PairWithFriction) -> ContactSolution:
+        contact, label = _frictional(pair), pair.problem.name
+        steps, _ = in_steps(pair, contact, label)
+        estimates = estimate_steps(pair, contact, label, steps)
+        return _solution(pair, steps[-1], estimates[-1], OF_COMPRESSION, numbers)
+
+    return solve_with_friction(problem, solve, options)
+
+
+def _solution(
+    pair: PairWithFriction,
+    known: Measured,
+    estimates: Numbers,
+    quantities: Mapping[str, Quantity],
+    numbers: Callable[[PairWithFriction], Numbers],
+) -> ContactSolution:
+    """Return a solution; `numbers` are those of the pair on another grid."""
+    return ContactSolution(
+        pair.problem,
+        pair.on_grid,
+        known.numbers,
+        estimates,
+        error_scales(known, quantities),
+        lambda grid: numbers(replace(pair, on_grid=replace(pair.on_grid, grid=grid))),
+        pair.options,
+    )
 
 
 def _roll_steadily(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:
@@ -152,54 +210,8 @@ def _roll_steadily(pair: PairWithFriction, problem: FrictionalProblem) -> Measur
     return measured_rolling(pair.on_grid, rolling, rolling.contact(creepages, Loading(pair.loads[0])))
 
 
-def roll_from_rest(problem: ContactProblem, options: RunOptions) -> ContactSolution:
-    """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
-    return solve_with_friction(problem, _roll_from_rest_on, options)
-
-
-def _roll_from_rest_on(pair: PairWithFriction) -> ContactSolution:
-    problem, label, asked = _frictional(pair), pair.problem.name, pair.specification
-    path = solve_path(pair, problem, label)
-    estimates, _ = estimate_path(pair, problem, label, path)
-    steady = replace(asked, longitudinal=(-1.0, asked.creepage))
-
-    def on(grid: Grid) -> Numbers:
-        other = _on(_with(pair, friction=steady), grid)
-        return _roll_steadily(other, _frictional(other)).numbers
-
-    return _solution(pair, path.steps[-1], estimates[-1], OF_ROLLING, on)
-
-
-def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
-    """Solve a compression, and return the numbers under the last load.
-
-    On other grids the steps of the load are half as large.
-    """
-    return solve_with_friction(problem, _compress_on, options)
-
-
-def _compress_on(pair: PairWithFriction) -> ContactSolution:
-    problem, label = _frictional(pair), pair.problem.name
-    steps, _ = in_steps(pair, problem, label)
-    estimates = estimate_steps(pair, problem, label, steps)
-
-    def on(grid: Grid) -> Numbers:
-        other = _on(_with(pair, loads=tuple(in_halves(pair.loads))), grid)
-        return in_steps(other, _frictional(other), "finer")[0][-1].numbers
-
-    return _solution(pair, steps[-1], estimates[-1], OF_COMPRESSION, on)
-
-
-def _solution(
-    pair: PairWithFriction,
-    known: Measured,
-    estimates: Numbers,
-    quantities: Mapping[str, Quantity],
-    on: Callable[[Grid], Numbers],
-) -> ContactSolution:
-    return ContactSolution(
-        pair.problem, pair.on_grid, known.numbers, estimates, scales_of(known, quantities), on
-    )
+def _steady_numbers(pair: PairWithFriction) -> Numbers:
+    return _roll_steadily(pair, _frictional(pair)).numbers
 
 
 def _frictional(pair: PairWithFriction) -> FrictionalProblem:
@@ -212,7 +224,3 @@ def _with(pair: PairWithFriction, **changes: Any) -> PairWithFriction:
     """Return the pair with changes of its specification."""
     specification = replace(pair.problem.specification, **changes)
     return replace(pair, problem=replace(pair.problem, specification=specification))
-
-
-def _on(pair: PairWithFriction, grid: Grid) -> PairWithFriction:
-    return replace(pair, on_grid=replace(pair.on_grid, grid=grid))

@@ -1,0 +1,390 @@
+"""Statements 22 to 24, 33 and 43: contact with C beside contact of two meshed bodies, without ICs.
+
+Both have the same supports, and nothing is fitted between them. Their patches turn by 39 to 109 degrees;
+`wide` under 18 000 kN, where the linearised distance decides (statement 30), is not among them.
+
+Approaches differ by a rigid part ([BVSV] section 6.1), which moves each body as a whole in proportion to the
+load: one compliance for all loads. With C it is M_zz of both bodies, which their ICs exclude.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+
+from compare.pages.finite_elements import deviations, differences, estimates, relative_estimates
+from compare.report.charts import Curve, Panel, curves_of
+from compare.report.looks import symbol_of
+from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
+from compare.validation.statements.runs import Contacts, Runs
+from femic.contact.finite_elements.fineness import FEWEST
+from femic.contact.pairs.ics import C
+from femic.results.contact import case_names, pressures
+from femic.results.finite_elements import APPROACH, FE, OF_PATCH, OF_PLACE
+from geometries.arrays import Array
+
+AGREES = 0.02  # of a number, beside the estimate of finite elements
+AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
+
+CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
+AT_ALL_ANGLES = Contacts("tall", (7.4e3, 58e3, 310e3), cells=FEWEST)  # over 46, 79 and 109 degrees
+# touching first where the rail inclines by 61 deg
+BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
+
+# --- 22, 23, 43: numbers of contacts --------------------------------------------------------------------
+
+
+def by_case(dataset: xr.Dataset, name: str, values: xr.DataArray) -> dict[str, float]:
+    """Return the values of a number with C by load and name."""
+    with_c = values.sel(ics="C")
+    return {f"{case}, {name}": float(with_c[k]) for k, case in enumerate(case_names(dataset))}
+
+
+def share_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Measure:
+    """Measure deviations of numbers with C from finite elements, less the estimate of the latter."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset, measured = runs.fe_contact(contacts), dict[str, float]()
+        for name in names:
+            beyond = abs(deviations(dataset, name)) - relative_estimates(dataset, name)
+            measured |= by_case(dataset, name, beyond)
+        return measured
+
+    return measure
+
+
+def beyond_estimate(contacts: Contacts, name: str, *, over_load: bool = False) -> Measure:
+    """Measure the same of a number that vanishes by symmetry, in its unit or over the load."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = runs.fe_contact(contacts)
+        beyond = abs(differences(dataset, name)) - estimates(dataset, name)
+        return by_case(dataset, name, beyond / dataset["load"] if over_load else beyond)
+
+    return measure
+
+
+def share_beyond_estimate_everywhere(names: Sequence[str]) -> Measure:
+    """Measure deviations of numbers with C beyond the estimate of finite elements, of both pairs."""
+    return lambda runs: {
+        f"{contacts.scene}, {case}": value
+        for contacts in (AT_ALL_ANGLES, CENTRED)
+        for case, value in share_beyond_estimate(contacts, names)(runs).items()
+    }
+
+
+def deviation_details(contacts: Contacts) -> Measure:
+    """Measure deviations of all ICs from finite elements, and the estimates of the latter.
+
+    They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
+    """
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset, details = runs.fe_contact(contacts), dict[str, float]()
+        for name in (*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())):
+            in_unit = name in OF_PLACE
+            deviation = (differences if in_unit else deviations)(dataset, name)
+            estimate = (estimates if in_unit else relative_estimates)(dataset, name)
+            for k, case in enumerate(case_names(dataset)):
+                details |= {
+                    f"{case}, {name} by {symbol_of(ics)}": float(deviation.sel(ics=ics)[k])
+                    for ics in map(str, deviation.ics.values)
+                }
+                details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
+        return details
+
+    return measure
+
+
+def angle_details(runs: Runs) -> Mapping[str, float]:
+    """Return deviations of all ICs, the angle by finite elements, and how much an edge off by 1 % turns.
+
+    On a sharply curved part of a contour a small error of the edge is a large one of the angle: the last
+    number is the relative change of the angle over that of the half-length b.
+    """
+    details: dict[str, float] = {}
+    for contacts in (AT_ALL_ANGLES, CENTRED):
+        scene, dataset = contacts.scene, runs.fe_contact(contacts)
+        details |= {f"{scene}, {case}": v for case, v in deviation_details(contacts)(runs).items()}
+        for k, case in enumerate(case_names(dataset)):
+            angle, b = (dataset[name].isel(case=k) for name in ("angle", "b"))
+            details[f"{scene}, {case}: Δδ by FE [rad]"] = float(angle.sel(ics=FE))
+            turned, moved = (float(one.sel(ics="C") / one.sel(ics=FE)) - 1 for one in (angle, b))
+            details[f"{scene}, {case}: relative deviation of Δδ over that of b, C"] = turned / moved
+    return details
+
+
+def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
+    """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
+
+    def panels(runs: Runs) -> list[Panel]:
+        dataset, drawn = runs.fe_contact(contacts), []
+        for number, case in enumerate(case_names(dataset)):
+            p = pressures(dataset, number).dropna("ics", how="all")
+            p_fe = dataset.p_fe.isel(case=number).dropna("s_fe")
+            s = p_fe.s_fe.values
+            curves = {
+                symbol_of(str(name)): np.interp(s, p.s.values, p.sel(ics=name).values)
+                for name in p.ics.values
+            } | {FE: p_fe.values}
+            title = f"{contacts.scene}, {case}"
+            drawn.append(Panel(title, "s [mm]", "pressure at x = 0 [MPa]", curves_of(s, curves)))
+        return drawn
+
+    return panels
+
+
+def angle_panels(runs: Runs) -> list[Panel]:
+    """Return deviations of p_max over the angle, and pressures across the patches."""
+    panels = []
+    for contacts in (AT_ALL_ANGLES, CENTRED):
+        dataset = runs.fe_contact(contacts)
+        deviation = deviations(dataset, "p_max")
+        by_ics = {symbol_of(ics): deviation.sel(ics=ics).values for ics in map(str, deviation.ics.values)}
+        panels.append(
+            Panel(
+                contacts.scene,
+                "Δδ by finite elements [rad]",
+                "p_max over that by finite elements, less 1 [-]",
+                curves_of(dataset["angle"].sel(ics=FE).values, by_ics),
+            )
+        )
+    return [*panels, *pressure_panels(AT_ALL_ANGLES)(runs), *pressure_panels(CENTRED)(runs)]
+
+
+# --- 24: size of elements -------------------------------------------------------------------------------
+
+SCENE, LOAD = "tall", 310e3  # N: a patch over 108 degrees
+ELEMENTS = (8, 16, 32)  # across the patch
+SAME = 0.002  # of a number, beside both estimates
+NUMBERS = ("approach", "p_max", "a", "b")
+
+
+def on_elements(runs: Runs) -> Mapping[int, xr.Dataset]:
+    """Return the numbers of the contact by the number of elements across the patch."""
+    changes = {"loads": [LOAD], "ics": ["Bhat", "C"]}
+    return {n: runs.contact(SCENE, {**changes, "elements": n}).isel(case=0) for n in ELEMENTS}
+
+
+def change_beyond_estimates(name: str) -> Measure:
+    """Measure the change of a number from grid to grid beyond both estimates, as a share of it."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        with_c = {n: dataset.sel(ics="C") for n, dataset in on_elements(runs).items()}
+        estimate = f"estimate_{name}"
+        return {
+            f"{few} and {many} elements, {name}": float(
+                abs(coarse[name] - fine[name]) - coarse[estimate] - fine[estimate]
+            )
+            / float(fine[name])
+            for (few, coarse), (many, fine) in pairwise(with_c.items())
+        }
+
+    return measure
+
+
+def element_details(runs: Runs) -> Mapping[str, float]:
+    """Return the numbers with C."""
+    return {
+        f"{n} elements, {name} [{dataset[name].units}]": float(dataset[name].sel(ics="C"))
+        for n, dataset in on_elements(runs).items()
+        for name in NUMBERS
+    }
+
+
+def element_panels(runs: Runs) -> list[Panel]:
+    """Return approaches with C and with B-hat over the number of elements, and the estimate with C."""
+    names = ["approach", "estimate_approach"]
+    contacts = xr.concat([dataset[names] for dataset in on_elements(runs).values()], "n")
+    approaches = {symbol_of(ics): contacts.approach.sel(ics=ics).values for ics in ("C", "Bhat")}
+    curves = curves_of(ELEMENTS, approaches, contacts.estimate_approach.sel(ics="C").values)
+    return [Panel(f"{SCENE}, {LOAD / 1e3:g} kN", "elements across the patch", "approach [mm]", curves)]
+
+
+# --- 33: the rigid part of approaches -------------------------------------------------------------------
+
+RIGID_SERIES = (CENTRED, AT_ALL_ANGLES)
+
+
+def rigid_parts(dataset: xr.Dataset, ics: str = C) -> Array:
+    """Return approaches of finite elements on their supports less those with ICs [mm], by load, (n,)."""
+    with_ics = dataset[APPROACH].sel(ics=ics, drop=True)
+    return np.asarray((dataset[f"fe_raw_{APPROACH}"] - with_ics).values, dtype=float)
+
+
+def rigid_compliance(dataset: xr.Dataset, ics: str = C) -> float:
+    """Return the one compliance [mm/N] that fits the rigid parts of all loads best (least squares)."""
+    load = dataset["load"].values
+    return float(rigid_parts(dataset, ics) @ load / (load @ load))
+
+
+def non_rigid_share(dataset: xr.Dataset, ics: str = C) -> Array:
+    """Return |rigid part less compliance times load| over the approach with ICs, by load, (n,).
+
+    The compliance is that of the other loads, so that one load alone cannot decide it.
+    """
+    parts, load = rigid_parts(dataset, ics), dataset["load"].values
+    others = [np.arange(len(load)) != k for k in range(len(load))]
+    known = np.array([parts[other] @ load[other] / (load[other] @ load[other]) for other in others])
+    return np.asarray(np.abs(parts - known * load) / dataset[APPROACH].sel(ics=ics).values)
+
+
+def non_rigid_beyond_estimate(runs: Runs) -> Mapping[str, float]:
+    """Measure what is not rigid in the differences with C, less the estimate of finite elements."""
+    measured: dict[str, float] = {}
+    for contacts in RIGID_SERIES:
+        dataset = runs.fe_contact(contacts)
+        known = estimates(dataset, APPROACH).values / dataset[APPROACH].sel(ics=FE).values
+        beyond = zip(contacts.loads, non_rigid_share(dataset) - np.abs(known), strict=True)
+        measured |= {f"{contacts.scene}, {load / 1e3:g} kN": float(value) for load, value in beyond}
+    return measured
+
+
+def off_mzz(runs: Runs) -> Mapping[str, float]:
+    """Measure |compliance over M_zz of both bodies - 1|."""
+    datasets = {contacts.scene: runs.fe_contact(contacts) for contacts in RIGID_SERIES}
+    return {
+        scene: abs(rigid_compliance(dataset) / float(dataset.rigid_compliance) - 1)
+        for scene, dataset in datasets.items()
+    }
+
+
+def rigid_details(runs: Runs) -> Mapping[str, float]:
+    """Return the rigid parts by load, and compliances with all ICs."""
+    details: dict[str, float] = {}
+    for contacts in RIGID_SERIES:
+        scene, dataset = contacts.scene, runs.fe_contact(contacts)
+        details[f"{scene}: M_zz of both bodies [mm/MN]"] = 1e6 * float(dataset.rigid_compliance)
+        for ics in (str(name) for name in dataset.ics.values if name != FE):
+            difference = f"{scene}: compliance of the difference to {symbol_of(ics)} [mm/MN]"
+            details[difference] = 1e6 * rigid_compliance(dataset, ics)
+            rest = f"{scene}: largest part with {symbol_of(ics)} that is not rigid, of its approach"
+            details[rest] = float(np.max(non_rigid_share(dataset, ics)))
+        parts = zip(contacts.loads, rigid_parts(dataset) / dataset[APPROACH].sel(ics=C).values, strict=True)
+        for load, part in parts:
+            details[f"{scene}, {load / 1e3:g} kN: difference over the approach with C"] = float(part)
+    return details
+
+
+def rigid_panels(runs: Runs) -> list[Panel]:
+    """Return differences over the load with all ICs, and M_zz times the load, a panel per pair."""
+    panels = []
+    for contacts in RIGID_SERIES:
+        dataset, load = runs.fe_contact(contacts), np.array(contacts.loads) / 1e3
+        names = [str(name) for name in dataset.ics.values if name != FE]
+        curves = curves_of(load, {symbol_of(name): rigid_parts(dataset, name) for name in names})
+        rigid = Curve("M_zz · load", load, float(dataset.rigid_compliance) * 1e3 * load)
+        title = f"{contacts.scene}: approach by finite elements less that with ICs"
+        panels.append(Panel(title, "load [kN]", "difference [mm]", [*curves, rigid]))
+    return panels
+
+
+STATEMENTS = (
+    Statement(
+        22,
+        "Contact with C agrees with contact of two meshed bodies without ICs.",
+        (
+            below(
+                AGREES,
+                "patch",
+                f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
+                "their estimate",
+                share_beyond_estimate(CENTRED, OF_PATCH),
+            ),
+            below(
+                AGREES,
+                "approach",
+                f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
+                "nothing fitted",
+                share_beyond_estimate(CENTRED, (APPROACH,)),
+            ),
+        ),
+        pressure_panels(CENTRED),
+        deviation_details(CENTRED),
+    ),
+    Statement(
+        23,
+        "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
+        (
+            below(
+                AGREES,
+                "pressure",
+                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
+                "finite elements minus their estimate",
+                share_beyond_estimate(BESIDE, ("p_max",)),
+            ),
+            below(
+                AGREES_FORCE,
+                "force",
+                "lateral force with C, likewise, over the load",
+                beyond_estimate(BESIDE, "F_y", over_load=True),
+            ),
+            below(
+                AGREES_CENTRE,
+                "centre",
+                "centre of pressure with C, likewise [mm]",
+                beyond_estimate(BESIDE, "s_centre"),
+            ),
+            below(
+                AGREES,
+                "approach",
+                "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                share_beyond_estimate(BESIDE, (APPROACH,)),
+            ),
+        ),
+        pressure_panels(BESIDE),
+        deviation_details(BESIDE),
+    ),
+    Statement(
+        24,
+        "Contact with C does not depend on the size of elements beyond its estimates.",
+        [
+            below(
+                SAME,
+                name,
+                f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid minus both estimates, as a share",
+                change_beyond_estimates(name),
+            )
+            for name in NUMBERS
+        ],
+        element_panels,
+        element_details,
+    ),
+    Statement(
+        33,
+        "Approaches by finite elements and with ICs differ by a rigid part (section 6.1).",
+        (
+            below(
+                AGREES,
+                "proportional",
+                "|difference of the approach with C less the compliance at the other loads times the load| "
+                "over the approach, minus the estimate of finite elements",
+                non_rigid_beyond_estimate,
+            ),
+            below(SATISFACTORY, "rigid", "|compliance of all loads over M_zz of both bodies - 1|", off_mzz),
+        ),
+        rigid_panels,
+        rigid_details,
+    ),
+    Statement(
+        43,
+        "Contact with C agrees with contact of two meshed bodies at all angles, on both pairs.",
+        (
+            below(
+                AGREES,
+                "patch",
+                "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate",
+                share_beyond_estimate_everywhere(OF_PATCH),
+            ),
+            below(
+                AGREES,
+                "approach",
+                "approach with C, likewise; without M_zz of both bodies",
+                share_beyond_estimate_everywhere((APPROACH,)),
+            ),
+        ),
+        angle_panels,
+        angle_details,
+    ),
+)
