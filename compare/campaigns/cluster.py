@@ -168,7 +168,15 @@ def local_cluster(size: ClusterSize) -> Iterator[Client]:
                 )
             )
             client = started.enter_context(Client(cluster, set_as_default=False))
-        yield client
+        try:
+            yield client
+        except BaseException:  # Dask would wait for tasks, 4 s and longer on a busy machine
+            for nanny in cluster.workers.values():
+                nanny.auto_restart = False
+                process = getattr(nanny.process, "process", None)
+                if process is not None and process.pid is not None:
+                    process._process.kill()
+            raise
 
 
 @contextmanager
