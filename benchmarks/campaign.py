@@ -11,7 +11,7 @@ from time import perf_counter, process_time
 
 from compare.campaigns import tasks
 from compare.campaigns.cluster import ClusterSize, local_cluster
-from compare.campaigns.collected import Collected
+from compare.campaigns.dataset import CampaignDataset
 from compare.campaigns.load import load_campaign
 from compare.campaigns.run import compute_sweep
 from femic.cache.store import Store
@@ -63,8 +63,8 @@ def campaign_in(folder, text):
 
 
 def computed(campaign, folder, client):
-    collected, store = Collected(campaign, Path(folder)), Store(f"{folder}/store")
-    return compute_sweep(collected, store, lambda _: nullcontext(client))
+    dataset, store = CampaignDataset(campaign, Path(folder)), Store(f"{folder}/store")
+    return compute_sweep(dataset, store, lambda _: nullcontext(client))
 
 
 def swept(name, text, workers):

@@ -15,13 +15,13 @@ import xarray as xr
 from campaign import campaign_in
 from distributed import as_completed
 
-from compare.campaigns import collected as outcomes
+from compare.campaigns import dataset as outcomes
+from compare.campaigns import kinds
 from compare.campaigns.cluster import ClusterSize, local_cluster
-from compare.campaigns.collected import Collected, SceneOutcome
-from compare.campaigns.results import registry
-from compare.campaigns.results.kind import ResultKind
+from compare.campaigns.dataset import CampaignDataset, SceneOutcome
+from compare.campaigns.kinds import ResultKind
 from compare.campaigns.run import compute_sweep
-from compare.campaigns.tasks import tasks_of
+from compare.campaigns.tasks import campaign_tasks
 from femic.cache.store import Store
 from femic.reference.engine import peak_memory
 
@@ -151,21 +151,21 @@ def campaign(n):
 
 def _seconds_a_scene(folder, n, client):
     swept = campaign_in(folder, CAMPAIGN.format(n=n))
-    collected, store = Collected(swept, Path(folder, "out")), Store(f"{folder}/store")
+    dataset, store = CampaignDataset(swept, Path(folder, "out")), Store(f"{folder}/store")
     start, cpu_start = perf_counter(), process_time()
-    compute_sweep(collected, store, lambda _: nullcontext(client))
+    compute_sweep(dataset, store, lambda _: nullcontext(client))
     return (perf_counter() - start) / n, (process_time() - cpu_start) / n
 
 
 def _nothing_is_computed():
-    registry.KINDS = {"errors": ResultKind(lambda *_: errors(), lambda _: [])}
+    kinds.KINDS = {"errors": ResultKind(lambda *_: errors(), lambda _: [])}
 
 
 def listed(n):
     """Print the seconds to make the tasks of a campaign one after the other."""
     with TemporaryDirectory() as folder:
         swept, start = campaign_in(folder, CAMPAIGN.format(n=n)), process_time()
-        count = sum(1 for _ in tasks_of(swept, Store(folder)))
+        count = sum(1 for _ in campaign_tasks(swept, Store(folder)))
         print(f"tasks of scenes: {1e3 * (process_time() - start) / count:.2f} ms of a core each", flush=True)
 
 

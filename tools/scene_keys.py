@@ -8,7 +8,7 @@ from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
 
 from compare.campaigns.keys import AxisTable, CampaignFile
-from compare.campaigns.results.registry import KINDS
+from compare.campaigns.kinds import KINDS
 from femic.contact.motions import MOTIONS
 from femic.key_types import LARGEST, LARGEST_LENGTH, LEAST_LENGTH
 from femic.scenes.bodies import CONTOURS, OutlineTable

@@ -1,7 +1,7 @@
 """Dask clusters for campaigns: the cores of this machine, or any cluster with a scheduler.
 
-Workers have one thread each, and one BLAS thread. Workers on this machine end with the program, however it
-ends, and their connections are closed to other users. The address of a scheduler is checked first: its form,
+Workers have one thread each, and one BLAS thread. Dask ends workers on this machine with the program, however
+it ends; their connections are closed to other users. The address of a scheduler is checked first: its form,
 and whether a scheduler answers there.
 """
 
@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from threading import current_thread, main_thread
-from time import perf_counter, sleep
 from typing import Any
 from urllib.parse import urlsplit
 from warnings import catch_warnings, simplefilter
@@ -23,6 +22,7 @@ import dask
 from distributed import Client, LocalCluster, Security
 from distributed.core import rpc
 from distributed.system import MEMORY_LIMIT
+from distributed.utils import silence_logging_cmgr
 
 from femic.reference.engine import BASE_MEMORY
 from femic.reference.run_options import cores
@@ -36,52 +36,43 @@ HOST = re.compile(r"[\w.:%-]+")
 ANSWERS_WITHIN = 5.0  # seconds in which a machine takes a connection
 
 
-@dataclass(frozen=True)
-class Address:
-    """An address such as tcp://10.0.0.5:8786."""
-
-    scheme: str
-    host: str
-    port: int
-
-    def __str__(self) -> str:
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{self.scheme}://{host}:{self.port}"
-
-
-def address_of(text: str) -> Address:
-    """Return the address in a text, tcp where it names no protocol; raise WrongInput."""
+def parse_address(text: str) -> str:
+    """Return an address such as tcp://10.0.0.5:8786; tcp is the default protocol. Raise WrongInput."""
     scheme, separator, rest = text.strip().rpartition("://")
-    wrong = WrongInput(
-        f"--scheduler {text!r}: is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT as "
-        f"`dask scheduler` prints it, such as tcp://10.0.0.5:8786; protocols are {', '.join(SCHEMES)}"
-    )
-    try:
-        parts = urlsplit(f"//{rest}")
-        host, port = parts.hostname, parts.port
-    except ValueError as error:  # a port that is no number, or too large
-        raise wrong from error
     scheme = scheme if separator else "tcp"
-    plain = not (parts.path or parts.query or parts.fragment or parts.username)
-    if scheme not in SCHEMES or not host or not HOST.fullmatch(host) or not port or not plain:
-        raise wrong
-    return Address(scheme, host, port)
+    host, port = _host_and_port(rest)
+    if scheme not in SCHEMES or not HOST.fullmatch(host) or not port:
+        raise WrongInput(
+            f"--scheduler {text!r}: is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT as "
+            f"`dask scheduler` prints it, such as tcp://10.0.0.5:8786; protocols are {', '.join(SCHEMES)}"
+        )
+    return f"{scheme}://[{host}]:{port}" if ":" in host else f"{scheme}://{host}:{port}"
 
 
-def require_scheduler(address: Address, timeout: float = ANSWERS_WITHIN) -> None:
+def _host_and_port(address: str) -> tuple[str, int]:
+    """Return host and port of HOST:PORT, "" and 0 where there are none, or other parts."""
+    try:
+        parts = urlsplit(f"//{address}")
+        is_plain = not (parts.path or parts.query or parts.fragment or parts.username)
+        return (parts.hostname or "", parts.port or 0) if is_plain else ("", 0)
+    except ValueError:  # a port that is no number, or too large
+        return "", 0
+
+
+def require_scheduler(address: str, timeout: float = ANSWERS_WITHIN) -> None:
     """Raise Failure where no scheduler of Dask answers at an address."""
     try:
-        socket.create_connection((address.host, address.port), timeout).close()
-        kind = asyncio.run(_kind(str(address), timeout))
+        socket.create_connection(_host_and_port(address.partition("://")[2]), timeout).close()
+        kind = asyncio.run(_server_kind(address, timeout))
     except Exception as error:  # whatever another kind of server, or a certificate, causes
-        raise no_answer(str(address), timeout, error) from error
+        raise no_answer(address, timeout, error) from error
     if kind != "Scheduler":
         raise Failure(
             f"{address} is a {kind.lower()}, not a scheduler: give the address that `dask scheduler` prints"
         )
 
 
-async def _kind(address: str, timeout: float) -> str:
+async def _server_kind(address: str, timeout: float) -> str:
     """The kind of server at an address: Scheduler, Worker, Nanny.
 
     A client of Dask waits forever for a server that takes a connection and then says nothing.
@@ -106,15 +97,13 @@ def no_answer(address: str, timeout: float, error: Exception) -> Failure:
 
 CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
 WORKS_WITHIN = 25.0  # seconds in which a scheduler has a worker
-POLL_EVERY = 0.1  # seconds between polls for workers
 MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
 MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
-QUIET = ("distributed", "tornado", "asyncio")  # logs of workers that come and go
 
 NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
 LOCAL_SETTINGS: dict[str, Any] = {
-    "distributed.worker.preload": ["compare.campaigns.local_worker"],
+    "distributed.worker.preload": ["compare.campaigns.cluster"],
     "distributed.scheduler.http.routes": [],  # every user of this machine can reach what is served by HTTP
     "distributed.worker.http.routes": [],
     "distributed.worker.profile.enabled": False,  # a hundred samples a second without a reader
@@ -125,6 +114,12 @@ LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": MOST_DEATHS,
     "distributed.admin.system-monitor.gil.enabled": False,
 }
+
+
+def dask_setup(_worker: object) -> None:
+    """Prepare the process of a worker of this machine: its parent handles Ctrl-C, and says what is wrong."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
 
 
 @dataclass(frozen=True)
@@ -175,8 +170,12 @@ def local_cluster(size: ClusterSize) -> Iterator[Client]:
             client = started.enter_context(Client(cluster, set_as_default=False))
         try:
             yield client
-        except BaseException:
-            _kill(cluster)
+        except BaseException:  # Dask would wait for tasks, 4 s and longer on a busy machine
+            for nanny in cluster.workers.values():
+                nanny.auto_restart = False
+                process = getattr(nanny.process, "process", None)
+                if process is not None and process.pid is not None:
+                    process._process.kill()
             raise
 
 
@@ -207,53 +206,37 @@ def _interrupts_delayed() -> Iterator[None]:
 
 @contextmanager
 def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
-    """Yield a client of the scheduler at an address; raise Failure if none answers, or it has no workers."""
-    with _quiet(), _connected(address, timeout) as client:
-        _require_workers(client, address)
-        yield client
+    """Yield a client of the scheduler at an address; raise Failure if none answers, or it has no workers.
 
-
-def _require_workers(client: Client, address: str) -> None:
-    """Wait for workers, paused ones included; raise Failure if there are none in time."""
-    start = perf_counter()
-    while not client.scheduler_info(n_workers=-1).get("workers"):
-        if perf_counter() - start > WORKS_WITHIN:
-            raise Failure(
-                f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
-                "--nthreads 1 --nworkers 8`"
-            )
-        sleep(POLL_EVERY)
-
-
-def _connected(address: str, timeout: float) -> Client:
-    """Return a client of the scheduler at an address; raise Failure where none answers."""
-    with catch_warnings():
-        simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
+    Workers that Dask has paused count: a run says what it waits for.
+    """
+    with ExitStack() as started:
+        started.enter_context(_quiet())
         try:
-            return Client(address, timeout=timeout, set_as_default=False)
+            with catch_warnings():
+                simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
+                client = started.enter_context(Client(address, timeout=timeout, set_as_default=False))
         except (OSError, TimeoutError, ValueError) as error:
             raise no_answer(address, timeout, error) from error
-
-
-def _kill(cluster: LocalCluster) -> None:
-    """Kill the workers of a local cluster at once; the next run repeats their work."""
-    for nanny in cluster.workers.values():
-        nanny.auto_restart = False
-        process = getattr(nanny.process, "process", None)
-        if process is not None and process.pid is not None:
-            process._process.kill()
+        try:
+            client.wait_for_workers(1, timeout=WORKS_WITHIN)
+        except TimeoutError as error:
+            if not client.scheduler_info(n_workers=-1)["workers"]:
+                raise Failure(
+                    f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
+                    "--nthreads 1 --nworkers 8`"
+                ) from error
+        yield client
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Let Dask log critical errors only, within the context."""
-    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in QUIET]
-    loggers = [logging.getLogger(name) for name in {*QUIET, *known}]  # some have levels of their own
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL)
+    """Let Dask, whose workers come and go, log critical errors only within the context."""
+    others = logging.getLogger("asyncio")
+    before = others.level
+    others.setLevel(logging.CRITICAL)
     try:
-        yield
+        with silence_logging_cmgr(logging.CRITICAL):
+            yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        others.setLevel(before)

@@ -11,9 +11,9 @@ two nodes the polynomial errs by 3/8 there, and by 1/6 at each of the two when i
 import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -21,15 +21,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.integrity import (
-    CHECKSUM,
-    LAYOUT,
-    REMEDY,
-    damage_reported,
-    damaged_in_memory,
-    open_sweep,
-    require_layout,
-)
+from compare.campaigns.dataset import DIGEST, damage_reported, open_sweep
 from femic.scenes.errors import BadScene
 from femic.scenes.input_files import set_key
 from femic.scenes.load import scene_from_table
@@ -80,7 +72,11 @@ class AxisNodes:
     @property
     def places(self) -> Array:
         """The places of the nodes on the scale of `spacing`, (n,)."""
-        return self._places(np.array(self.values))
+        return SPACINGS[self.spacing](np.array(self.values))
+
+    def place(self, value: float) -> float:
+        """Return the place of a value on the scale of `spacing`."""
+        return float(SPACINGS[self.spacing](np.array(value)))
 
     def at(self, value: float) -> Stencil:
         """Return the stencil of a value; raise WrongInput outside the axis."""
@@ -89,17 +85,17 @@ class AxisNodes:
             raise WrongInput(f"{self.name} = {value:g}: outside the map, {low:g} ... {high:g}")
         if value in self.values:
             return Stencil(np.array([self.values.index(value)]), np.ones(1))
-        return self._through(np.arange(len(self.values)), float(self._places(np.array(value))))
+        return self._through(np.arange(len(self.values)), self.place(value))
 
     def left_out(self, value: float) -> list[tuple[int, Stencil]]:
         """Return the inner nodes among the nearest to a value, each with the stencil that predicts it."""
-        everywhere, place = np.arange(len(self.values)), float(self._places(np.array(value)))
+        everywhere, place = np.arange(len(self.values)), self.place(value)
         nearest = self._through(everywhere, place).nodes
         return [(int(node), self.without(int(node))) for node in nearest if 0 < node < len(everywhere) - 1]
 
     def neighbours(self, value: float) -> list[Stencil]:
         """Return the stencils of the nodes on both sides of a value."""
-        place = float(self._places(np.array(value)))
+        place = self.place(value)
         below = int(np.searchsorted(self.places, place, "right")) - 1
         low = min(max(below, 0), len(self.values) - 2)
         return [self.single(node) for node in (low, low + 1)]
@@ -112,9 +108,6 @@ class AxisNodes:
         """Return the stencil of the other nodes that predicts an inner node."""
         everywhere = np.arange(len(self.values))
         return self._through(everywhere[everywhere != node], float(self.places[node]))
-
-    def _places(self, values: Array) -> Array:
-        return SPACINGS[self.spacing](values)
 
     def _through(self, allowed: Indices, place: float) -> Stencil:
         """Return the polynomial through the nearest of some nodes at a place."""
@@ -144,12 +137,6 @@ class SceneGrid:
     axes: tuple[AxisNodes, ...]
     keys: tuple[Mapping[str, float], ...]  # by axis: keys of a scene, and the factor of each
     table: Mapping[str, Any]  # of the scenes, but for the axes
-    _undamaged: set[tuple[int, ...]] = field(default_factory=set)  # nodes whose values have been verified
-
-    @property
-    def names(self) -> str:
-        """The names of the axes."""
-        return ", ".join(axis.name for axis in self.axes)
 
     def stencils(self, point: Sequence[float]) -> list[Stencil]:
         """Return the stencil of a point along each axis; raise WrongInput outside the map."""
@@ -169,36 +156,17 @@ class SceneGrid:
         Raises Failure where it is missing or damaged.
         """
         nodes = {axis.name: stencil.nodes for axis, stencil in zip(self.axes, stencils, strict=True)}
-        self._require_undamaged(nodes)
-        chosen = self.dataset[[name, CHECKSUM]].isel(nodes)
-        if np.any(np.isnan(chosen[name])) or not np.all(chosen[CHECKSUM]):
-            raise Failure(self._missing(name, nodes))
-        return np.asarray(chosen[name], dtype=float)
-
-    def _require_undamaged(self, nodes: Mapping[str, Indices]) -> None:
-        """Raise Failure where scenes at some nodes do not have the values of their checksums."""
-        places = {*product(*(map(int, along) for along in nodes.values()))}
-        if places <= self._undamaged:
-            return
-        try:
-            damaged = bool(np.any(damaged_in_memory(self.dataset.isel(nodes))))
-        except Exception:  # whatever zarr raises
-            damaged = True
-        if damaged:
-            at = "; ".join(f"{name} = {self.dataset[name].values[along]}" for name, along in nodes.items())
-            raise Failure(f"{self.path}: a scene is damaged, at {at}: {REMEDY}")
-        self._undamaged.update(places)
-
-    def _missing(self, name: str, nodes: Mapping[str, Any]) -> str:
-        """Return the message about the first scene without results."""
-        chosen = self.dataset[[name, "failure", CHECKSUM]].isel(nodes)
+        with damage_reported(self.path):
+            chosen = self.dataset[[name, "failure", DIGEST]].isel(nodes).load()
         others = [dim for dim in chosen[name].dims if dim not in nodes]
-        known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)
-        at = np.argwhere(~known.transpose(*nodes).values)[0]
-        failure = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
-        where = ", ".join(f"{axis} = {float(failure[axis]):g}" for axis in nodes)
-        why = str(failure.values) or "not computed yet"
-        return f"{self.path}: nothing at {where}: {why}; run the campaign again"
+        known = (chosen[name].notnull().all(others) & (chosen[DIGEST] != 0)).transpose(*nodes).values
+        if not np.all(known):
+            first = dict(zip(nodes, np.argwhere(~known)[0], strict=True))
+            failure = chosen.failure.isel(first)
+            where = ", ".join(f"{axis} = {float(failure[axis]):g}" for axis in nodes)
+            why = str(failure.values) or "not computed yet"
+            raise Failure(f"{self.path}: nothing at {where}: {why}; run the campaign again")
+        return np.asarray(chosen[name], dtype=float)
 
 
 def open_grid(path: Path, keep: str, variables: Sequence[str]) -> SceneGrid:
@@ -222,25 +190,19 @@ def _open(path: Path, _changed: int) -> SceneGrid:
         raise BadScene(f"{path}: not the file of a campaign: {error}; make one by `femic sweep`") from error
     if dataset.attrs.get("points") != "grid" or "axes" not in dataset.attrs:
         raise BadScene(f"{path}: no map: the campaign needs points = 'all'")
-    _require_layout(path, dataset)
-    axes = json.loads(dataset.attrs["axes"])
-    texts = [axis["name"] for axis in axes if dataset[axis["name"]].dtype.kind not in "fi"]
-    if texts:
+    if DIGEST not in dataset.variables:
+        raise BadScene(f"{path}: written by an older version; make it again by `femic sweep`")
+    with damage_reported(path):
+        dataset = dataset.load() if path.is_file() else dataset
+        axes = json.loads(dataset.attrs["axes"])
+        values = {axis["name"]: dataset[axis["name"]].values for axis in axes}
+    if texts := [name for name, along in values.items() if along.dtype.kind not in "fi"]:
         raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are not numbers")
     try:
         nodes = tuple(
-            AxisNodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])
-            for axis in axes
+            AxisNodes(axis["name"], tuple(map(float, values[axis["name"]])), axis["spacing"]) for axis in axes
         )
     except WrongInput as error:
         raise BadScene(f"{path}: {error}") from error
     keys = tuple({key: factor or 1.0 for key, factor in axis["keys"].items()} for axis in axes)
     return SceneGrid(path, dataset, nodes, keys, tomllib.loads(dataset.attrs["table"]))
-
-
-def _require_layout(path: Path, dataset: xr.Dataset) -> None:
-    """Raise BadScene for files of older versions, Failure for damaged ones."""
-    if LAYOUT not in dataset.attrs:
-        raise BadScene(f"{path}: written by an older version; make it again by `femic sweep`")
-    with damage_reported(path):
-        require_layout(dataset)

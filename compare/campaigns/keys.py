@@ -44,7 +44,7 @@ class AxisTable(SceneTable):
         return float(f"{value:.{DIGITS}g}")
 
     @model_validator(mode="after")
-    def _values_or_range(self) -> "AxisTable":
+    def _check(self) -> "AxisTable":
         ends = self.start is not None, self.to is not None
         if (self.values and any(ends)) or any(ends) != all(ends):
             raise ValueError("give either values, or both from and to")
@@ -57,10 +57,6 @@ class AxisTable(SceneTable):
                 raise ValueError(
                     f"from = {self.start:g}, to = {self.to:g}: no number of {DIGITS} digits half way between"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _values_of_keys(self) -> "AxisTable":
         if isinstance(self.keys, dict):
             if not all(is_number(value) for value in self.values):
                 raise ValueError("values that are not numbers have no factors: give keys as a list")
@@ -68,7 +64,7 @@ class AxisTable(SceneTable):
                 raise ValueError(f"keys: a factor is 0, {OUT_OF_RANGE}")
         if any(map(is_out_of_range, self.values)):
             raise ValueError(f"values: {OUT_OF_RANGE}")
-        if len({text_of(value) for value in self.values}) < len(self.values):
+        if len({value_text(value) for value in self.values}) < len(self.values):
             raise ValueError(f"values: one is given twice (numbers count to {DIGITS} digits)")
         return self
 
@@ -82,7 +78,7 @@ class CampaignFile(SceneTable):
         ("errors",),
         min_length=1,
         description="kinds of results to keep of each scene : errors, ics, contact, stresses, ... "
-        "(compare/campaigns/results/registry.py)",
+        "(compare/campaigns/kinds.py)",
     )
     set: dict[str, Any] = Field({}, description="keys that all scenes have, as in a scene file")
     sweep: dict[str, AxisTable] = Field(min_length=1, description="the axes")
@@ -97,7 +93,7 @@ class CampaignFile(SceneTable):
     )
 
     @model_validator(mode="after")
-    def _points_of_axes(self) -> "CampaignFile":
+    def _check(self) -> "CampaignFile":
         for name, axis in self.sweep.items():
             is_range = axis.start is not None
             if self.points == "all" and not (is_range or axis.values):
@@ -108,23 +104,18 @@ class CampaignFile(SceneTable):
                 raise ValueError(f"sweep.{name}: random points need from and to")
             if self.points == "all" and is_range and axis.count is None:
                 raise ValueError(f"sweep.{name}: give count, the number of values")
-        return self
-
-    @model_validator(mode="after")
-    def _keys_of_one_axis(self) -> "CampaignFile":
         owners: dict[str, str] = {}
         for name, axis in self.sweep.items():
-            for key in axis.keys:
-                others = [f"{other} of sweep.{of}" for other, of in owners.items() if _replaces(key, other)]
+            for key in axis.keys:  # which may not be an earlier one, or the table that contains it
+                others = [
+                    f"{other} of sweep.{owner}"
+                    for other, owner in owners.items()
+                    if f"{other}.".startswith(f"{key}.")
+                ]
                 if others:
                     raise ValueError(f"sweep.{name}: {key} and {others[0]}: a key has one axis")
             owners |= dict.fromkeys(axis.keys, name)
         return self
-
-
-def _replaces(key: str, earlier: str) -> bool:
-    """Whether a key is an earlier one, or the table that contains it."""
-    return f"{earlier}.".startswith(f"{key}.")
 
 
 def is_out_of_range(value: Any) -> bool:
@@ -132,7 +123,7 @@ def is_out_of_range(value: Any) -> bool:
     return is_number(value) and not (abs(value) <= LARGEST or abs(value) == math.inf)
 
 
-def text_of(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value as in the name of a point: numbers with `DIGITS` digits, 0 without a sign."""
     return f"{value + 0.0:.{DIGITS}g}" if is_number(value) else str(value)
 

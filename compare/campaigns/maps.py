@@ -11,19 +11,18 @@ fitted: parameters that the data hardly determine jump from scene to scene, C do
 
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import joblib
 import numpy as np
 import xarray as xr
 
 from approx.calibration import Fit, Target, fit
-from compare.campaigns.interpolation import KINK, AxisNodes, SceneGrid, Stencil, interpolate, open_grid
+from compare.campaigns.interpolation import KINK, SceneGrid, Stencil, interpolate, open_grid
 from compare.campaigns.keys import is_number
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -79,29 +78,30 @@ class CMap:
         table, own = tomllib.loads(scene.text), json.loads(json.dumps(self.nodes.table))
         point = []
         for axis, keys in zip(self.nodes.axes, self.nodes.keys, strict=True):
-            values = [_number(table, key, axis.name) / factor for key, factor in keys.items()]
+            entries = {key: key_of(table, key, axis.name) for key in keys}
+            for key, entry in entries.items():
+                if not is_number(entry):
+                    raise BadScene(f"{key} = {entry!r}: a map of C over {axis.name} needs a number there")
+                set_key(own, key, entry, axis.name)
+            values = [float(entries[key]) / factor for key, factor in keys.items()]
             if not np.ptp(values) <= SAME * np.max(np.abs(values)):
                 raise BadScene(
                     f"{scene.name}: {', '.join(keys)} give {axis.name} = {values}: in {self.nodes.path} "
                     "they are the same"
                 )
-            for key in keys:
-                set_key(own, key, key_of(table, key, axis.name), axis.name)
-            point.append(_snap_to_node(axis, float(values[0])))
-        self._require_same(scene_from_table(own, scene.name))
-        return tuple(point)
-
-    def _require_same(self, own: Scene) -> None:
-        """Raise BadScene where C of the scene differs from C of the map's scene at the same point."""
-        scene = self.scene
+            same = (node for node in axis.values if abs(node - values[0]) <= SAME * abs(node))
+            point.append(next(same, values[0]))
+        own_scene = scene_from_table(own, scene.name)
         for name in ("lower", "upper"):
-            inputs, own_inputs = _inputs_of_c(scene, name), _inputs_of_c(own, name)
+            inputs, own_inputs = _inputs_of_c(scene, name), _inputs_of_c(own_scene, name)
             different = [what for what, value in inputs.items() if value != own_inputs[what]]
             if different:
+                axes = ", ".join(axis.name for axis in self.nodes.axes)
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
-                    f"{self.nodes.path}, which knows C for other values of {self.nodes.names} only"
+                    f"{self.nodes.path}, which knows C for other values of {axes} only"
                 )
+        return tuple(point)
 
     def _corrections(self, stencils: list[Stencil]) -> Array:
         """Return C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
@@ -116,20 +116,15 @@ class CMap:
         around = [axis.neighbours(value) for axis, value in zip(self.nodes.axes, point, strict=True)]
         errors = []
         for k, (axis, value) in enumerate(zip(self.nodes.axes, point, strict=True)):
-            along = [
-                self._prediction_error(
-                    [*beside[:k], others, *beside[k:]], [*beside[:k], axis.single(node), *beside[k:]]
-                )
-                for beside in product(*around[:k], *around[k + 1 :])
-                for node, others in axis.left_out(value)
-            ]
+            along = []
+            for beside in product(*around[:k], *around[k + 1 :]):
+                for node, others in axis.left_out(value):
+                    itself = [*beside[:k], axis.single(node), *beside[k:]]
+                    stencils = [*beside[:k], others, *beside[k:]]
+                    predicted = interpolate(self._corrections(stencils), stencils)
+                    along.append(np.abs(predicted - interpolate(self._corrections(itself), itself)))
             errors.append(KINK * np.max(along, axis=0))
         return np.asarray(np.sum(errors, axis=0))
-
-    def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
-        """Return the difference of corrections from other nodes and those at the node itself [-]."""
-        predicted = interpolate(self._corrections(others), others)
-        return np.abs(predicted - interpolate(self._corrections(itself), itself))
 
 
 def open_map(name: str, scene: Scene) -> CMap:
@@ -157,18 +152,6 @@ def bhat_nn(on_grid: PairOnGrid) -> Array:
 def _self_ic(bhat: Array) -> Array:
     """Return the mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
-
-
-def _snap_to_node(axis: AxisNodes, value: float) -> float:
-    """Return the node that equals a value to rounding, else the value."""
-    return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
-
-
-def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
-    value = key_of(table, key, axis)
-    if not is_number(value):
-        raise BadScene(f"{key} = {value!r}: a map of C over {axis} needs a number there")
-    return float(value)
 
 
 def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
@@ -222,8 +205,22 @@ def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
         for along in range(len(fits.axes))
         for node in product(*(inner[k] if k == along else places[k] for k in range(len(places))))
     ]
-    rows = [_deviations(fits, along, node, body) for along, node in cases]
-    values = np.array([_point(fits, node) for _, node in cases])
+    values = np.array(
+        [[axis.values[k] for axis, k in zip(fits.axes, node, strict=True)] for _, node in cases]
+    )
+    rows = []
+    for (along, node), point in zip(cases, values.tolist(), strict=True):
+        itself = [axis.single(k) for axis, k in zip(fits.axes, node, strict=True)]
+        others = [*itself[:along], fits.axes[along].without(node[along]), *itself[along + 1 :]]
+        properties = fits.scene(point).calibration.properties
+        target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
+        approximations = [
+            target.bhat_prime(fit(predicted, properties).effective),
+            target.bhat_prime(fit(target, properties).effective),
+            target.approximate("Bhat"),
+        ]
+        shares = [np.abs(ics - target.ics) / target.scales for ics in approximations]
+        rows.append([(np.sqrt(np.mean(share**2)), np.max(share)) for share in shares])
     share = {"units": "1", "long_name": "deviation from C, share of max |C| of the points"}
     return xr.Dataset(
         {
@@ -234,30 +231,6 @@ def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
         | {"along": ("node", [fits.axes[along].name for along, _ in cases])},
         coords={"by": list(BY)},
     )
-
-
-def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -> list[tuple[float, float]]:
-    point = _point(fits, node)
-    itself = [axis.single(k) for axis, k in zip(fits.axes, node, strict=True)]
-    others = [*itself[:along], fits.axes[along].without(node[along]), *itself[along + 1 :]]
-    properties = fits.scene(point).calibration.properties
-    target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
-    approximations = [
-        target.bhat_prime(fit(predicted, properties).effective),
-        target.bhat_prime(fit(target, properties).effective),
-        target.approximate("Bhat"),
-    ]
-    return [_rms_and_worst(target, ics) for ics in approximations]
-
-
-def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
-    """Return the values of the axes at a node."""
-    return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
-
-
-def _rms_and_worst(target: Target, ics: Array) -> tuple[float, float]:
-    deviation = np.abs(ics - target.ics) / target.scales
-    return float(np.sqrt(np.mean(deviation**2))), float(np.max(deviation))
 
 
 def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:

@@ -4,26 +4,30 @@ Kinds of results, names of axes, and scenes at single points are checked. The co
 its scenes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, product
 from time import perf_counter
 
-from compare.campaigns import collected as outcomes
-from compare.campaigns.campaign import Campaign, Point
-from compare.campaigns.frame import require_other_names
-from compare.campaigns.results import registry
-from compare.campaigns.tasks import SceneTask, model_tasks, stored_outcome, tasks_of
+from compare.campaigns import dataset as outcomes
+from compare.campaigns import kinds
+from compare.campaigns.campaign import Campaign, Point, coarse_order
+from compare.campaigns.dataset import require_other_names
+from compare.campaigns.keys import is_number
+from compare.campaigns.tasks import SceneTask, campaign_tasks, model_tasks, stored_outcome
 from femic.cache.store import Store
 from femic.reference.engine import BASE_MEMORY
 from femic.reference.refinement import ModelPlan, plans
 from femic.scenes.errors import BadScene, require_none
+from femic.scenes.values import Value
 from geometries.errors import Failure, WrongInput
 
 # --- checks ---------------------------------------------------------------------------------------------
 
 
+MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
+MOST_OTHERS = 16  # combinations that are tried with a value before it is refused
 REQUIRES_FOR = 10.0  # s in which scenes are checked for the results to keep: some take half a second
 MOST_REASONS = 5  # different reasons of impossible scenes that are listed before the run
 
@@ -33,43 +37,89 @@ def require_computable(campaign: Campaign) -> list[str]:
 
     Raises BadScene where a value makes a scene impossible whatever the other axes have, or no scene with it
     has the results to keep. So a wrong value in the middle of an axis is reported before the run; likewise
-    unknown kinds of results, and an axis that has the name of a result.
+    unknown kinds of results, and an axis that has the name of a result. Each row of a table is a value.
     """
     for keep in campaign.keep:
-        if keep not in registry.KINDS:
-            raise BadScene(f"{campaign.name}: keep = {keep!r}: must be one of {', '.join(registry.KINDS)}")
-        require_other_names(campaign, registry.KINDS[keep].names)
-    wrong, combinations, end = dict[str, str](), dict[str, str](), perf_counter() + REQUIRES_FOR
-    for point in campaign.checked_points:
-        reason = _reason(campaign, point, end)
-        if reason and reason not in wrong | combinations:
-            is_wrong = any(
-                all(_reason(campaign, other, end) for other in points) for points in campaign.others(point)
-            )
-            (wrong if is_wrong else combinations)[reason] = f"at {campaign.point_name(point)}: {reason}"
+        if keep not in kinds.KINDS:
+            raise BadScene(f"{campaign.name}: keep = {keep!r}: must be one of {', '.join(kinds.KINDS)}")
+        require_other_names(campaign, kinds.KINDS[keep].names)
+    ends, first, end = _ends(campaign), campaign.point(0), perf_counter() + REQUIRES_FOR
+
+    def reason(point: Point) -> str:
+        """Return why the scene at a point is impossible, or ""; results are asked for until the end."""
+        try:
+            scene = campaign.scene(point)
+            for keep in campaign.keep if perf_counter() < end else ():
+                kinds.KINDS[keep].require(scene)
+        except WrongInput as error:
+            return str(error).removeprefix(f"{campaign.point_name(point)}: ")
+        return ""
+
+    def is_hopeless(point: Point, k: int) -> bool:
+        """Whether no ends of the other axes are possible with the value of an axis; of tables True."""
+        others = product(*ends[:k], (point[k],), *ends[k + 1 :]) if ends else ()
+        return all(map(reason, islice(others, MOST_OTHERS)))
+
+    wrong, combinations = dict[str, str](), dict[str, str]()
+    for point in checked_points(campaign):
+        why = reason(point)
+        if why and why not in wrong | combinations:
+            values = [k for k, value in enumerate(point) if value != first[k]] or range(len(point))
+            is_wrong = any(is_hopeless(point, k) for k in values)
+            (wrong if is_wrong else combinations)[why] = f"at {campaign.point_name(point)}: {why}"
         if len(wrong) == MOST_REASONS:
             break
     require_none(campaign.name, [*wrong.values()])
-    for point in campaign.checked_combinations:
+    mixed = product(*ends) if campaign.is_grid else campaign.listed if campaign.is_random else ()
+    for point in islice(mixed, MOST_CHECKED):
         if len(combinations) >= MOST_REASONS:
             break
-        if reason := _reason(campaign, point, end):
-            combinations.setdefault(reason, f"at {campaign.point_name(point)}: {reason}")
+        if why := reason(point):
+            combinations.setdefault(why, f"at {campaign.point_name(point)}: {why}")
     return [*combinations.values()]
 
 
-def _reason(campaign: Campaign, point: Point, end: float) -> str:
-    """Return why the scene at a point is impossible, or "". Results to keep are asked for until the end."""
-    try:
-        scene = campaign.scene(point)
-        for keep in campaign.keep if perf_counter() < end else ():
-            registry.KINDS[keep].require(scene)
-    except WrongInput as error:
-        return str(error).removeprefix(f"{campaign.point_name(point)}: ")
-    return ""
+def checked_points(campaign: Campaign) -> Iterator[Point]:
+    """Yield up to `MOST_CHECKED` points: each value, and each row of a table, extreme ones first.
+
+    Each value of an axis comes with the first values of the others, coarsely first, and the axes take turns;
+    random points give the ends.
+    """
+    if campaign.is_grid or campaign.is_random:
+        columns, first = _ends(campaign), campaign.point(0)
+        if campaign.is_grid:
+            columns = [[axis.values[k] for k in coarse_order((len(axis.values),))] for axis in campaign.axes]
+        turns = ((place, k) for place in range(max(map(len, columns))) for k in range(len(columns)))
+        points: Iterator[Point] = (
+            (*first[:k], columns[k][place], *first[k + 1 :]) for place, k in turns if place < len(columns[k])
+        )
+    else:
+        points = _rows_to_check(campaign.listed)
+    yield from islice(points, MOST_CHECKED)
 
 
-# --- the cost -------------------------------------------------------------------------------------------
+def _ends(campaign: Campaign) -> Sequence[Sequence[Value]]:
+    """Return the ends of each axis; of random points the least and the largest, of tables ()."""
+    if campaign.is_grid:
+        return [axis.values[:: len(axis.values) - 1 or 1] for axis in campaign.axes]
+    columns = zip(*campaign.listed, strict=True) if campaign.is_random else ()
+    return [(min(column), max(column)) for column in columns]
+
+
+def _rows_to_check(points: Sequence[Point]) -> Iterator[Point]:
+    """Yield the first point, those with extreme numbers and with each text, then evenly spaced ones."""
+    yield points[0]
+    for column in zip(*points, strict=True):
+        numbers = [k for k, value in enumerate(column) if is_number(value)]
+        if numbers:
+            yield points[min(numbers, key=column.__getitem__)]
+            yield points[max(numbers, key=column.__getitem__)]
+        texts = {str(value): k for k, value in enumerate(column) if not is_number(value)}
+        yield from (points[k] for k in texts.values())
+    yield from points[:: -(-len(points) // MOST_CHECKED)]
+
+
+# --- cost -----------------------------------------------------------------------------------------------
 
 
 SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart
@@ -92,7 +142,7 @@ class SweepPlan:
 def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
     """Return the plan of a campaign: its scenes and models counted, and some of them planned."""
     keys, first, reused = outcomes.keys_in(store), list[SceneTask](), 0
-    for _, task in tasks_of(campaign, store):
+    for _, task in campaign_tasks(campaign, store):
         if keys.intersection(task.keys.values()) and stored_outcome(task, store):
             reused += 1
         elif len(first) < COUNTED:
@@ -101,48 +151,34 @@ def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
     for task in _within_time_limit(first):
         models.update(model_tasks(task, store))
         counted += 1
-    model_plans = list(_sample_plans(first[:SAMPLED]))
-    per_model = sum(plan.expected.seconds for plan in model_plans) / max(1, len(model_plans))
-    all_models = len(models) * left / max(1, counted)
-    return SweepPlan(
-        campaign.size,
-        reused,
-        counted,
-        len(models),
-        all_models * per_model + _seconds_besides(first[:SAMPLED]) * left,
-        _largest(model_plans),
-    )
-
-
-def _seconds_besides(tasks: list[SceneTask]) -> float:
-    """Return the mean seconds of some scenes besides their models, of those that can be built."""
-    seconds = []
-    for task in tasks:
+    besides = []  # seconds besides models, of scenes that can be built
+    for task in first[:SAMPLED]:
         with suppress(Failure, WrongInput):
-            seconds.append(sum(registry.KINDS[keep].seconds(task.scene) for keep in task.keys))
-    return sum(seconds) / max(1, len(seconds))
+            besides.append(sum(kinds.KINDS[keep].seconds(task.scene) for keep in task.keys))
+    model_plans = _sample_plans(first[:SAMPLED])
+    a_model = sum(plan.expected.seconds for plan in model_plans) / max(1, len(model_plans))
+    a_scene = sum(besides) / max(1, len(besides)) + a_model * len(models) / max(1, counted)
+    memory = max([plan.expected.memory for plan in model_plans], default=BASE_MEMORY)
+    return SweepPlan(campaign.size, reused, counted, len(models), a_scene * left, memory)
 
 
 def largest_memory(campaign: Campaign) -> float:
     """Return the memory [MB] of the largest model of the first scenes of a campaign, finished or not."""
-    store = Store()
-    return _largest(list(_sample_plans([task for _, task in islice(tasks_of(campaign, store), SAMPLED)])))
-
-
-def _largest(model_plans: list[ModelPlan]) -> float:
+    first = islice(campaign_tasks(campaign, Store()), SAMPLED)
+    model_plans = _sample_plans([task for _, task in first])
     return max([plan.expected.memory for plan in model_plans], default=BASE_MEMORY)
 
 
-def _sample_plans(tasks: list[SceneTask]) -> Iterator[ModelPlan]:
-    """Yield the models of scenes, each model of a scene once; none of those that cannot be built."""
+def _sample_plans(tasks: list[SceneTask]) -> list[ModelPlan]:
+    """Return the models of scenes, each model of a scene once; none of those that cannot be built."""
+    model_plans = list[ModelPlan]()
     for task in _within_time_limit(tasks):
-        try:
+        with suppress(Failure, WrongInput):
             scene = task.scene
             for keep in task.keys:
-                for jobs in registry.KINDS[keep].jobs(scene):
-                    yield from plans(jobs, 1)
-        except (Failure, WrongInput):
-            continue
+                for jobs in kinds.KINDS[keep].jobs(scene):
+                    model_plans += plans(jobs, 1)
+    return model_plans
 
 
 def _within_time_limit(tasks: list[SceneTask]) -> Iterator[SceneTask]:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
+from rich.progress import TextColumn
 
 from compare.campaigns.campaign import Campaign
 from compare.campaigns.load import load_campaign
 from femic.cache import folders
 from femic.cache.store import Store
-from femic.cli.progress import terminal
+from femic.cli.progress import EVERY, Write, bars, terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
 from femic.late import lazy_imports
 from geometries.errors import Failure, WrongInput
@@ -25,10 +27,13 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
+    from compare.campaigns.run import Progress
+
 with lazy_imports():
-    from compare.campaigns import cluster, collected, integrity, plan, run
+    import compare.campaigns.dataset as datasets
+    from compare.campaigns import cluster, plan, run
     from compare.campaigns.report import page
-    from femic.cli import campaign_progress, points
+    from femic.cli import points
 
 SHOWN_FAILURES = 5  # different messages of failures that are printed
 
@@ -73,14 +78,17 @@ def sweep(
     loaded, console = load_campaign(campaign), terminal()
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
-    address = None if scheduler is None else cluster.address_of(scheduler)
+    address = None if scheduler is None else cluster.parse_address(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
         for path in points.write_scenes(loaded, options.write, folder):
             console.print(str(path), soft_wrap=True)
         return
     if options.page:
-        _write_page(_undamaged(folder), folder, console)
+        path = datasets.dataset_path(folder)
+        if not path.exists():
+            raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
+        _write_page(datasets.open_undamaged(path), folder, console)
         return
     for combination in plan.require_computable(loaded):
         console.print(f"note: a scene that will fail: {combination}", soft_wrap=True)
@@ -97,24 +105,16 @@ def sweep(
 
     def client(scenes: int) -> AbstractContextManager[Client]:
         if address is not None:
-            return cluster.existing_cluster(str(address))
+            return cluster.existing_cluster(address)
         return _local_client(loaded, scenes, work.workers, console)
 
-    dataset = collected.Collected(loaded, folder)
-    with campaign_progress.show_campaign(console) as watch:
+    dataset = datasets.CampaignDataset(loaded, folder)
+    with show_campaign(console) as watch:
         progress = run.compute_sweep(dataset, store, client, run.Options(watch, options.retry, note))
     _print_outcome(dataset, progress, console)
     if len(dataset.failures) == loaded.size and not dataset.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
-    _write_page(integrity.open_sweep(dataset.path), folder, console)
-
-
-def _undamaged(folder: Path) -> xr.Dataset:
-    """Return the dataset in a folder; raise Failure where there is none, or a damaged one."""
-    path = integrity.file_in(folder)
-    if not path.exists():
-        raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
-    return integrity.open_undamaged(path)
+    _write_page(datasets.open_sweep(dataset.path), folder, console)
 
 
 def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:
@@ -149,7 +149,7 @@ def _print_plan(campaign: Campaign, store: Store, workers: int, console: Console
         console.print(f"note: {size.note}", soft_wrap=True)
 
 
-def _print_outcome(dataset: collected.Collected, progress: run.Progress, console: Console) -> None:
+def _print_outcome(dataset: datasets.CampaignDataset, progress: Progress, console: Console) -> None:
     """Print what was computed, what failed and where the dataset is."""
     console.print(
         f"{progress.scenes} scenes: {progress.finished - progress.failed} computed, {progress.failed} failed "
@@ -167,3 +167,57 @@ def _print_outcome(dataset: collected.Collected, progress: run.Progress, console
     if len(counts) > SHOWN_FAILURES:
         console.print(f"and {len(counts) - SHOWN_FAILURES} other messages: `failure` in the dataset")
     console.print(f"Dataset: {dataset.path}", soft_wrap=True)
+
+
+# --- progress -------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that shows the progress of a campaign: by a bar on a terminal, otherwise by lines."""
+    if not console.is_terminal:
+        yield campaign_lines(lambda text: console.print(text, soft_wrap=True))
+        return
+    with bars(console, TextColumn("{task.fields[time_left]}")) as shown:
+        scenes = shown.add_task("scenes", total=None, time_left="")
+
+        def show(progress: Progress) -> None:
+            shown.update(
+                scenes,
+                total=progress.scenes,
+                completed=progress.finished,
+                description=f"scenes ({_counts(progress)})",
+                time_left=_time_left(progress),
+            )
+
+        yield show
+
+
+def campaign_lines(write: Write, clock: Callable[[], float] = monotonic) -> Callable[[Progress], None]:
+    """Return a function that writes a line about progress every EVERY seconds, and at the end."""
+    last = -EVERY
+
+    def write_if_due(progress: Progress) -> None:
+        nonlocal last
+        if (now := clock()) - last >= EVERY or progress.finished == progress.scenes:
+            last = now
+            line = f"  {progress.finished} of {progress.scenes} scenes ({_counts(progress)})"
+            write(", ".join(text for text in (line, _time_left(progress)) if text))
+
+    return write_if_due
+
+
+def _counts(progress: Progress) -> str:
+    """Return text about the scenes and models of a campaign."""
+    return (
+        f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_reused} times reused"
+    )
+
+
+def _time_left(progress: Progress) -> str:
+    """Return text about the time that is left; "" where it is not known, and at the end."""
+    seconds = progress.seconds_left
+    if not seconds:
+        return ""
+    return f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"

@@ -18,9 +18,12 @@ from compare.campaigns.report.fields import (
     COLUMN,
     LEVELS,
     LOWEST,
+    NONE,
     REPORTED,
     ROW,
+    Advice,
     Field,
+    Names,
     ShownAxis,
     evenly_spaced,
     plain,
@@ -42,7 +45,8 @@ LEVEL_LOOKS = tuple(
     zip(LEVELS, (Look(dash="dot"), Look(dash="dashdot"), Look(width=2.6), Look(dash="dash")), strict=True)
 )
 FAILED = Look("#808080", "", "x")
-ALL, NONE, OTHERS = "all", "none", "some"  # of the ICs
+ALL, OTHERS = "all", "some"  # of the ICs
+ADVISED = "cheapest ICs that are good enough"
 RARE = -1  # stands for rare sets of ICs
 # pale, so that lines are seen: from all ICs to none; of many combinations, the rare ones have the last colour
 GREEN, RED = "#a5d8c5", "#f3b9a0"
@@ -130,46 +134,37 @@ def third_axis_chart(
     field: Field, row: str, axes: Sequence[ShownAxis], failed: xr.DataArray, name: str
 ) -> Chart:
     """Return maps of a row of a field over two axes, by the third; of errors the worst, too."""
-    third, of_row = axes[2], field.select(rows=[row])
+    third, one_row = axes[2], field.select(rows=[row])
     steps = {}
     if field.rates_ics:
-        steps["the worst"] = _maps(of_row.worst_over(third.name), Plane.from_axes(axes, failed), field)
+        steps["the worst"] = _maps(one_row.worst_over(third.name), Plane.from_axes(axes, failed), field)
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         at = {third.name: k}
-        steps[values_text({third.name: third.values[k]})] = _maps(
-            of_row.at(**at), Plane.from_axes(axes, failed.isel(at)), field
-        )
-    return _chart(name, steps, field, third.label, start=next(iter(steps)))
+        plane = Plane.from_axes(axes, failed.isel(at))
+        steps[values_text({third.name: third.values[k]})] = _maps(one_row.at(**at), plane, field)
+    return _chart(name, steps, field, third.label, next(iter(steps)))
 
 
 def _chart(name: str, steps: dict[str, list[Map]], field: Field, slider: str, start: str) -> Chart:
-    alt = f"maps of {field.what}"
-    return Chart(name, steps, columns_for(len(field.columns)), slider, 0.8, start, alt=alt)
+    columns = columns_for(len(field.columns))
+    return Chart(name, steps, columns, slider, 0.8, start, alt=f"maps of {field.what}")
 
 
 def _maps(field: Field, plane: Plane, whole: Field) -> list[Map]:
-    """Return maps of all columns of a field of one row, in the colours of a whole field."""
+    """Return maps of all columns of a field of one row, in the colours of a whole field.
+
+    Lines are where shares [%] exceed the levels.
+    """
     maps = []
     for column in field.columns:
-        shown = field.shown.sel({COLUMN: column}).isel({ROW: 0})
-        lines = _level_lines(field, plane, shown) if field.rates_ics else []
-        unit, colours = field.unit or _unit(column), _colours(whole.select(columns=[column]))
+        shown, lines = field.shown.sel({COLUMN: column}).isel({ROW: 0}), list[Curve]()
+        for level, look in LEVEL_LOOKS if field.rates_ics else ():
+            coloured = replace(look, colour=BLUE if field.kind == "error" else INK)
+            lines += plane.line(share(level), abs(shown), 100 * level, coloured)
+        unit = "%" if field.rates_ics else column.partition(" [")[2].removesuffix("]")
+        colours = _colours(whole.select(columns=[column]))
         maps.append(plane.draw_map(column, shown, unit, lines, **colours))
     return maps
-
-
-def _level_lines(field: Field, plane: Plane, shown: xr.DataArray) -> list[Curve]:
-    """Return the lines where shares [%] exceed the levels."""
-    colour = BLUE if field.kind == "error" else INK
-    return [
-        line
-        for level, look in LEVEL_LOOKS
-        for line in plane.line(share(level), abs(shown), 100 * level, replace(look, colour=colour))
-    ]
-
-
-def _unit(column: str) -> str:
-    return column.partition(" [")[2].removesuffix("]")
 
 
 def _colours(field: Field) -> dict[str, Any]:
@@ -185,30 +180,31 @@ def _colours(field: Field) -> dict[str, Any]:
 
 
 def within_chart(field: Field, plane: Plane) -> Chart:
-    """Return maps of which ICs are within a tolerance, by column; a slider changes the tolerance."""
-    sets = {level: _within(field, level) for level in LEVELS}
+    """Return maps of which ICs are within a tolerance, by column; a slider changes the tolerance.
+
+    Sets of ICs are numbered by sums of powers of two, NaN where nothing is known.
+    """
+    powers, known = xr.DataArray(2.0 ** np.arange(len(field.rows)), dims=ROW), field.values.notnull().any(ROW)
+    sets = {level: ((field.sizes <= level) * powers).sum(ROW).where(known) for level in LEVELS}
     kinds, looks = _kinds(list(sets.values()), list(map(symbol_of, field.rows))), looks_of(field.rows)
+    numbers = list(kinds)
+    rare = float(numbers.index(RARE)) if RARE in kinds else np.nan
 
     def draw_map(column: str, level: float) -> Map:
-        sizes = field.sizes.sel({COLUMN: column})
+        sizes, in_column = field.sizes.sel({COLUMN: column}), sets[level].sel({COLUMN: column})
         lines = [
             line
             for row in drawing_order(field.rows)
             for line in plane.line(symbol_of(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
         ]
-        numbers = _number_sets(sets[level].sel({COLUMN: column}), list(kinds))
-        return plane.draw_kinds(column, numbers, dict(kinds.values()), lines)
+        places = np.select([in_column == number for number in numbers], range(len(numbers)), rare)
+        shown = in_column.copy(data=places).where(in_column.notnull())
+        return plane.draw_kinds(column, shown, dict(kinds.values()), lines)
 
     steps = {share(level): [draw_map(column, level) for column in field.columns] for level in LEVELS}
     columns = columns_for(len(field.columns))
     alt = "which ICs are within a tolerance"
     return Chart(f"within_{field.name}", steps, columns, "tolerance", 0.75, share(REPORTED), alt=alt)
-
-
-def _within(field: Field, level: float) -> xr.DataArray:
-    """Return which ICs have sizes up to a level: a sum of powers of two, NaN where nothing is known."""
-    powers = xr.DataArray(2.0 ** np.arange(len(field.rows)), dims=ROW)
-    return ((field.sizes <= level) * powers).sum(ROW).where(field.values.notnull().any(ROW))
 
 
 def _kinds(sets: Sequence[xr.DataArray], symbols: Sequence[str]) -> dict[int, tuple[str, str]]:
@@ -227,11 +223,35 @@ def _kinds(sets: Sequence[xr.DataArray], symbols: Sequence[str]) -> dict[int, tu
     return kinds | {0: (NONE, RED)}
 
 
-def _number_sets(numbers: xr.DataArray, kinds: list[int]) -> xr.DataArray:
-    """Return the places of sets of ICs among the kinds, NaN where nothing is known."""
-    is_kind = [numbers == kind for kind in kinds]
-    rare = float(kinds.index(RARE)) if RARE in kinds else np.nan
-    return numbers.copy(data=np.select(is_kind, range(len(kinds)), rare)).where(numbers.notnull())
+def advised_chart(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Chart:
+    """Return the advised ICs over one axis, or over two by the third one, or as points of random scenes."""
+    advised, kinds = advice
+    if len(axes) == 1:
+        curve = Curve("", axes[0].at, advised.values, Look(INK, "", "circle"))
+        return chart_of("advice", [_axes_panel(ADVISED, axes[0], [curve], names_y=list(kinds))], 1, 0.6)
+    if "sample" in failed.dims:
+        across, up = axes[:2]
+        chosen = evenly_spaced(len(across.values), MOST_POINTS)
+        numbers, x, y = advised.values[chosen], across.at[chosen], up.at[chosen]
+        points = [
+            Curve(label, x[numbers == k], y[numbers == k], Look(colour, "", "circle"))
+            for k, (label, colour) in enumerate(kinds.items())
+        ]
+        panel = _axes_panel(ADVISED, across, points, up.label, log_y=up.is_logarithmic, names_y=up.categories)
+        return chart_of("advice", [panel], 1, 1.3)
+
+    def draw_map(place: Names) -> list[Map]:
+        plane = Plane.from_axes(axes, failed.isel(place))
+        return [plane.draw_kinds(ADVISED, advised.isel(place), kinds)]
+
+    if len(axes) == 2:
+        return chart_of("advice", draw_map({}), 1)
+    third, further = axes[2], {axis.name: 0 for axis in axes[3:]}
+    steps = {
+        values_text({third.name: third.values[k]}): draw_map(further | {third.name: k})
+        for k in evenly_spaced(len(third.values), MOST_STEPS)
+    }
+    return Chart("advice", steps, 1, third.label)
 
 
 # --- curves and points ----------------------------------------------------------------------------------
@@ -263,30 +283,28 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Chart:
     return Chart(field.name, steps, columns_for(len(axes)), slider, 1.1, next(iter(steps)), alt=alt)
 
 
+def _axes_panel(title: str, axis: ShownAxis, curves: Sequence[Curve], up: str = "", **style: Any) -> Panel:
+    return Panel(title, axis.label, up, curves, log_x=axis.is_logarithmic, names_x=axis.categories, **style)
+
+
 def _panel(field: Field, axis: ShownAxis, title: str, *, is_cloud: bool = False) -> Panel:
     """Return a panel of a field of one column over an axis."""
     looks = looks_of(field.rows)
     if is_cloud or not axis.is_number:
         looks = {row: replace(look, dash="") for row, look in looks.items()}
-    return Panel(
-        title,
-        axis.label,
-        f"{field.kind} [%]" if field.rates_ics else field.columns[0],
-        [
-            _curve(field.select(rows=[row]), axis, looks[row], has_band=not is_cloud)
-            for row in drawing_order(field.rows)
-        ],
-        log_x=axis.is_logarithmic,
-        log_y=field.kind == "error",
-        levels=_levels(field),
-        names_x=axis.categories,
-    )
-
-
-def _levels(field: Field) -> list[float]:
-    """Return the levels that errors and deviations are compared with [%]."""
     above = [100 * level for level in LEVELS]
-    return {"error": above, "deviation": [*(-level for level in above), *above], "value": []}[field.kind]
+    drawn = [
+        _curve(field.select(rows=[row]), axis, looks[row], has_band=not is_cloud)
+        for row in drawing_order(field.rows)
+    ]
+    return _axes_panel(
+        title,
+        axis,
+        drawn,
+        f"{field.kind} [%]" if field.rates_ics else field.columns[0],
+        log_y=field.kind == "error",
+        levels={"error": above, "deviation": [*(-level for level in above), *above], "value": []}[field.kind],
+    )
 
 
 def _curve(field: Field, axis: ShownAxis, look: Look, *, has_band: bool) -> Curve:

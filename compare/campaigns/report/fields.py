@@ -12,10 +12,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.results.contact import CURVES_LARGEST
-from compare.campaigns.results.stresses import HALF, OF_CONTACTS
+from compare.campaigns.kinds import CURVES_LARGEST, HALF, OF_CONTACTS
 from compare.report.errors import COMPONENTS
-from compare.report.looks import symbol_of
+from compare.report.looks import INK, looks_of, symbol_of
 from compare.report.parts import join_words
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.ic_errors.error_measure import ROUNDING
@@ -74,7 +73,7 @@ class ShownAxis:
     @cached_property
     def categories(self) -> list[str]:
         """The texts of an axis without numbers, in the order of their first scenes; () of numbers."""
-        return [] if self.is_number else list(dict.fromkeys(map(text_of, self.values)))
+        return [] if self.is_number else list(dict.fromkeys(map(value_text, self.values)))
 
     @property
     def at(self) -> Array:
@@ -82,15 +81,25 @@ class ShownAxis:
         if self.is_number:
             return self.values
         numbers = {text: float(k) for k, text in enumerate(self.categories)}
-        return np.array([numbers[text_of(value)] for value in self.values])
+        return np.array([numbers[value_text(value)] for value in self.values])
 
 
-def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:
+def read_axes(dataset: xr.Dataset) -> list[ShownAxis]:
     """Return all axes of a campaign, in the order of its file."""
-    return [
-        _axis(dataset[described["name"]], described.get("spacing", "linear"))
-        for described in json.loads(dataset.attrs["axes"])
-    ]
+    axes = []
+    for described in json.loads(dataset.attrs["axes"]):
+        values = dataset[described["name"]]
+        label, unit = str(values.attrs.get("long_name") or values.name), str(values.attrs.get("units", ""))
+        axes.append(
+            ShownAxis(
+                str(values.name),
+                f"{label} [{unit}]" if unit else label,
+                np.atleast_1d(values.values.astype(float if values.dtype.kind in "fiu" else str)),
+                described.get("spacing", "linear"),
+                unit,
+            )
+        )
+    return axes
 
 
 def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
@@ -115,7 +124,7 @@ def prepare(dataset: xr.Dataset) -> xr.Dataset:
             dataset = dataset.assign_coords({dim: [*(f"{ICS} {k}" for k in range(1, count)), last]})
     if not is_grid(dataset):
         return dataset
-    axes = axes_of(dataset)
+    axes = read_axes(dataset)
     dataset = dataset.sortby([axis.name for axis in axes if axis.is_number])
     return dataset.squeeze([axis.name for axis in axes if len(axis.values) == 1])
 
@@ -125,7 +134,7 @@ def is_grid(dataset: xr.Dataset) -> bool:
     return str(dataset.attrs["points"]) == "grid"
 
 
-def text_of(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value of an axis as text."""
     if isinstance(value, str):
         bare = value.translate(QUOTES)
@@ -137,7 +146,7 @@ def text_of(value: Any) -> str:
 
 def values_text(values: Names) -> str:
     """Return values of axes as text: flank = 30, ratio = 1.1."""
-    return ", ".join(f"{name} = {text_of(value)}" for name, value in values.items())
+    return ", ".join(f"{name} = {value_text(value)}" for name, value in values.items())
 
 
 def evenly_spaced(count: int, most: int) -> list[int]:
@@ -145,24 +154,11 @@ def evenly_spaced(count: int, most: int) -> list[int]:
     return sorted({int(k) for k in np.round(np.linspace(0, count - 1, min(count, most)))})
 
 
-def point_of(dataset: xr.Dataset, place: Iterable[Any]) -> str:
+def point_name(dataset: xr.Dataset, place: Iterable[Any]) -> str:
     """Return the name of the scene at a place, one number for each swept dim."""
     seconds = dataset["seconds"]
     scene = seconds.isel(dict(zip(seconds.dims, place, strict=True)))
-    return values_text({axis.name: scene[axis.name].item() for axis in axes_of(dataset)})
-
-
-def _axis(values: xr.DataArray, spacing: str) -> ShownAxis:
-    label = str(values.attrs.get("long_name") or values.name)
-    unit = values.attrs.get("units", "")
-    is_number = values.dtype.kind in "fiu"
-    return ShownAxis(
-        str(values.name),
-        f"{label} [{unit}]" if unit else label,
-        np.atleast_1d(values.values.astype(float if is_number else str)),
-        spacing,
-        str(unit),
-    )
+    return values_text({axis.name: scene[axis.name].item() for axis in read_axes(dataset)})
 
 
 # --- a field --------------------------------------------------------------------------------------------
@@ -219,11 +215,6 @@ class Field:
         return self.rows[int(options.argmin(ROW))]
 
     @property
-    def unit(self) -> str:
-        """The unit of the numbers in charts; values have units of their own, in the names of columns."""
-        return "%" if self.rates_ics else ""
-
-    @property
     def shown(self) -> xr.DataArray:
         """The numbers of charts: errors and deviations in percent."""
         return 100 * self.values if self.rates_ics else self.values
@@ -260,7 +251,7 @@ def plain(column: str) -> str:
     return column.removesuffix(VANISHES)
 
 
-def body_of(dataset: xr.Dataset) -> str:
+def shown_body(dataset: xr.Dataset) -> str:
     """Return the body whose ICs are shown: both together, or the first one compared."""
     bodies = [str(body) for body in dataset.body.values]
     return "combined" if "combined" in bodies else bodies[0]
@@ -308,13 +299,9 @@ VANISHING = (
 BY_PLACE = " Scenes differ in their ICs: here they are named after their places in the lists."
 
 
-def fields_of(dataset: xr.Dataset) -> list[Field]:
+def find_fields(dataset: xr.Dataset) -> list[Field]:
     """Return all fields of a campaign's dataset in which anything is computed."""
-    fields: list[Field] = []
-    if "error" in dataset:
-        fields += _errors(dataset)
-    if "known_error" in dataset and "error" not in dataset:
-        fields += _error_bounds(dataset)
+    fields = [*_errors(dataset)]
     kept = {*json.loads(dataset.attrs["keep"])}
     if "stresses" in kept:
         fields += _stresses(dataset)
@@ -326,41 +313,37 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
-    """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
-    body, columns = body_of(dataset), {}
-    dataset_of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
-    for component in SHOWN_ORDER:
-        component_errors = dataset_of_body.sel(i=component[0], j=component[1], drop=True)
-        worst = component_errors.error.max("line").load()
-        if worst.max() > ROUNDING:
-            vanishes = component_errors.vanishes == 1
-            mark = VANISHES if vanishes.any() else ""
-            columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
+    """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry.
+
+    Without them, errors with the estimate of C, the worst over lines and components, where these are known.
+    """
+    if "error" not in dataset and "known_error" not in dataset:
+        return
+    body, columns = shown_body(dataset), {}
+    if "error" in dataset:
+        at_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
+        for component in SHOWN_ORDER:
+            at_component = at_body.sel(i=component[0], j=component[1], drop=True)
+            worst = at_component.error.max("line").load()
+            if worst.max() > ROUNDING:
+                vanishes = at_component.vanishes == 1
+                mark = VANISHES if vanishes.any() else ""
+                columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
+        text = (
+            f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; "
+            f"the worst over all lines. {COMPONENTS}"
+        )
+    else:
+        columns[ANY] = dataset.known_error.sel(body=body, drop=True).drop_attrs()
+        text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
     if not columns:
         return
+    text += VANISHING if any(name.endswith(VANISHES) for name in columns) else ""
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
-    notes = [VANISHING] if any(name.endswith(VANISHES) for name in columns) else []
-    notes += [BY_PLACE] if f"{ICS} 1" in errors[ROW] else []
-    yield _error_field(
-        errors,
-        f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
-        f"worst over all lines. {COMPONENTS}{''.join(notes)}",
-    )
-
-
-def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
-    """Yield errors of all ICs with the estimate of C, the worst over lines and components."""
-    body = body_of(dataset)
-    bounds = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
-    text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
-    yield _error_field(bounds.expand_dims({COLUMN: [ANY]}), text)
-
-
-def _error_field(errors: xr.DataArray, text: str) -> Field:
-    """Return errors of approximations, with those of C as their floor."""
+    text += BY_PLACE if f"{ICS} 1" in errors[ROW] else ""
     approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
     floor = errors.sel({ROW: C}, drop=True)
-    return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
+    yield Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
@@ -390,9 +373,18 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
     """Return numbers of the contact with other ICs than the reference over those with it."""
-    deviations, estimates = zip(
-        *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
-    )
+    deviations, estimates = [], []
+    for name in numbers:
+        values = dataset[name].drop_attrs()
+        at_reference = values.sel(ics=reference, drop=True)
+        unit = xr.ones_like(at_reference) if name in SHARES else at_reference.where(at_reference != 0)
+        deviation = (values - at_reference) / unit
+        estimate = dataset.get(f"estimate_{name}", xr.full_like(values, np.nan)).drop_attrs()
+        estimate = abs(estimate.sel(ics=reference, drop=True) / unit)
+        for dim in _own_dims(dataset, name):
+            deviation, estimate = furthest_along(deviation, dim), estimate.max(dim)
+        deviations.append(deviation)
+        estimates.append(estimate)
     labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), symbol_of(reference)
     values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
@@ -405,19 +397,6 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
         xr.concat(estimates, labels),
         base,
     )
-
-
-def _relative_deviations(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return deviations of a number of the contact from the reference's, and the estimate of the latter."""
-    values = dataset[name].drop_attrs()
-    reference_values = values.sel(ics=reference, drop=True)
-    unit = xr.ones_like(reference_values) if name in SHARES else reference_values.where(reference_values != 0)
-    deviations = (values - reference_values) / unit
-    estimate = dataset.get(f"estimate_{name}", xr.full_like(values, np.nan)).drop_attrs()
-    estimates = abs(estimate.sel(ics=reference, drop=True) / unit)
-    for dim in _own_dims(dataset, name):
-        deviations, estimates = furthest_along(deviations, dim), estimates.max(dim)
-    return deviations, estimates
 
 
 def _stresses(dataset: xr.Dataset) -> Iterator[Field]:
@@ -478,3 +457,29 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
             f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
             xr.concat(errors, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )
+
+
+# --- the advised ICs ------------------------------------------------------------------------------------
+
+
+NONE, GREY = "none", "#c8ccd2"
+Advice = tuple[xr.DataArray, dict[str, str]]  # places among names of ICs over the swept dims; their colours
+
+
+def find_advice(dataset: xr.Dataset) -> Advice | None:
+    """Return the advised ICs of a campaign that kept them, of those that are advised anywhere; else None.
+
+    Colours are those of the ICs' curves, grey for none; C, whose curves have the colour of ink, is black.
+    """
+    if "advised" not in dataset:
+        return None
+    numbers = dataset.advised.sel(body=shown_body(dataset), drop=True).drop_attrs().load()
+    known = np.unique(numbers.values[np.isfinite(numbers.values)]).astype(int)
+    if not known.size:
+        return None
+    used = sorted(known, key=lambda k: (k < 0, k))  # -1, none, comes last
+    places = np.select([numbers == k for k in used], range(len(used)), np.nan)
+    names = [str(dataset.variant.values[k]) for k in used if k >= 0]
+    looks = looks_of(names)
+    colours = {symbol_of(name): looks[name].colour.replace(INK, "#000000") for name in names}
+    return numbers.copy(data=places), colours | ({NONE: GREY} if -1 in used else {})

@@ -6,12 +6,11 @@ import numpy as np
 import xarray as xr
 from distributed import Client, LocalCluster
 
+from compare.campaigns import kinds
 from compare.campaigns.cluster import NO_DASHBOARD
-from compare.campaigns.collected import Collected, SceneOutcome
-from compare.campaigns.integrity import open_sweep
+from compare.campaigns.dataset import CampaignDataset, SceneOutcome, open_sweep
+from compare.campaigns.kinds import ResultKind
 from compare.campaigns.load import load_campaign
-from compare.campaigns.results import registry
-from compare.campaigns.results.kind import ResultKind
 from compare.campaigns.run import Options, compute_sweep
 from femic.cache.store import Store
 from femic.results.ics_dataset import errors, to_dataset
@@ -75,9 +74,8 @@ values = [0.2, 0.15, 0.1]
 
 def all_are_large(monkeypatch, chunk=50.0):
     """All datasets are written as large ones are."""
-    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
-    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
-        monkeypatch.setattr(f"compare.campaigns.frame.{name}", value)
+    for name, value in {"LARGEST_FILE": 1, "LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
+        monkeypatch.setattr(f"compare.campaigns.dataset.{name}", value)
 
 
 def campaign_in(folder, text, name="mine"):
@@ -101,10 +99,10 @@ def light(scene, options):
 LIGHT_KINDS = {"errors": ResultKind(light, lambda _: [])}
 
 
-def register(monkeypatch, **kinds):
+def register(monkeypatch, **computed):
     """Register other kinds of results than those of the program, without models."""
-    registered = {name: ResultKind(compute, lambda _: []) for name, compute in kinds.items()}
-    monkeypatch.setattr(registry, "KINDS", registered)
+    registered = {name: ResultKind(compute, lambda _: []) for name, compute in computed.items()}
+    monkeypatch.setattr(kinds, "KINDS", registered)
 
 
 def assert_sums(dataset):
@@ -141,19 +139,19 @@ def in_this_process(**options):
 def swept(campaign, folder, client, options=None, store=None):
     """The progress at the end of a campaign, and its dataset."""
     store = store or Store(folder / "store")
-    done = compute_sweep(Collected(campaign, folder), store, clusters_of(client), options or Options())
+    done = compute_sweep(CampaignDataset(campaign, folder), store, clusters_of(client), options or Options())
     return done, open_sweep(folder)
 
 
 def collect(campaign, folder, compute, failing=()):
     """The path of a dataset of results that are computed in this process; some scenes have failed."""
-    collected = Collected(campaign, folder)
+    dataset = CampaignDataset(campaign, folder)
     for number in range(campaign.size):
         if number in failing:
-            collected.add(number, SceneOutcome(failure="did not converge"))
+            dataset.add(number, SceneOutcome(failure="did not converge"))
         else:
-            collected.add(number, SceneOutcome(compute(campaign.scene(campaign.point(number)))))
-    return collected.write()
+            dataset.add(number, SceneOutcome(compute(campaign.scene(campaign.point(number)))), 1)
+    return dataset.write()
 
 
 def errors_of(results):

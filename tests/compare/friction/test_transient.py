@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns.results.contact import NAMES
-from compare.campaigns.results.contact import contact as numbers_of
+from compare.campaigns.kinds import CONTACT_NAMES
+from compare.campaigns.kinds import contact as numbers_of
 from compare.pages import transient as transient_page
 from compare.pages.friction import number_tables, worst_friction
 from compare.pages.transient import STEADY, TRANSIENT, parts, settling_distance
@@ -144,7 +144,7 @@ def test_supports_are_changed_at_the_last_distance():
 
 def test_campaigns_store_numbers_by_distance():
     numbers = numbers_of(rolling(distance=2.0, friction=[0.5], ics=["A"]), RunOptions(1))
-    assert {"F_x", "estimate_F_x", "distance", "sliding_share"} <= set(numbers.variables) <= NAMES
+    assert {"F_x", "estimate_F_x", "distance", "sliding_share"} <= set(numbers.variables) <= CONTACT_NAMES
     assert numbers.F_x.dims == ("friction", "ics", "distance")
 
 

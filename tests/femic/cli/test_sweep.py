@@ -12,17 +12,16 @@ from pathlib import Path
 
 import h5py
 import pytest
-import zarr
 from rich.console import Console
 
+from compare.campaigns import kinds
 from compare.campaigns.cluster import ClusterSize
-from compare.campaigns.integrity import open_sweep
-from compare.campaigns.results import registry
+from compare.campaigns.dataset import open_sweep
 from compare.campaigns.run import Progress
 from femic.cli import scenes
-from femic.cli.campaign_progress import CampaignLines, show_campaign
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.cli.progress import EVERY
+from femic.cli.sweep import campaign_lines, show_campaign
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from tests.compare.campaigns.campaigns import (
@@ -56,7 +55,7 @@ def femic(client, tmp_path, monkeypatch, capsys):
     def cluster(_size):
         yield client
 
-    monkeypatch.setattr(registry, "KINDS", LIGHT_KINDS)
+    monkeypatch.setattr(kinds, "KINDS", LIGHT_KINDS)
     monkeypatch.setattr("compare.campaigns.cluster.local_cluster", cluster)
     monkeypatch.setattr("compare.campaigns.plan.largest_memory", lambda _: 100.0)
     monkeypatch.chdir(tmp_path)
@@ -173,17 +172,20 @@ def test_page_is_written_without_computing(femic, monkeypatch):
 @pytest.mark.parametrize("large", [False, True])
 def test_page_of_a_damaged_dataset_is_refused(femic, monkeypatch, large):
     if large:
-        monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
+        monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 1)
     femic(LIGHT)
-    if large:
-        zarr.open_group("out/mine/sweep.zarr", mode="a")["sum"][2, 1] = 1.0
-    else:
-        with h5py.File("out/mine/sweep.nc", "a") as file:
-            file["sum"][2, 1] = 1.0
+    path = Path("out/mine/sweep.zarr/sum/c/0/0" if large else "out/mine/sweep.nc")
+    content, place = bytearray(path.read_bytes()), 0
+    if not large:
+        with h5py.File(path) as file:
+            place = file["sum"].id.get_chunk_info(0).byte_offset
+    content[place] ^= 1
+    path.write_bytes(content)
     code, printed = femic(LIGHT, "--page")
     assert code == FAILED
-    assert "1 scenes are damaged: run the campaign again" in printed
-    assert ("scenes are damaged or half written" in femic(LIGHT)[1]) == large
+    assert "damaged (" in printed
+    assert "run the campaign again" in printed
+    assert ("it is written anew" in femic(LIGHT)[1]) == large
     assert femic(LIGHT, "--page")[0] == DONE
 
 
@@ -203,7 +205,7 @@ def test_written_scene_has_no_check(femic):
 
 
 def test_a_large_campaign_has_a_page(femic, monkeypatch):
-    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 1)
     code, printed = femic(LIGHT)
     assert code == DONE
     assert "Dataset: out/mine/sweep.zarr" in printed
@@ -238,10 +240,10 @@ def test_plan_of_a_campaign_computes_nothing(tmp_path, monkeypatch, capsys):
 
 
 def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
-    written, clock = [], iter([0.0, 0.0, 1.0, EVERY, EVERY, EVERY + 1, EVERY + 1])
-    lines = CampaignLines(written.append, lambda: next(clock))
+    written, clock = [], iter([0.0, 1.0, EVERY, EVERY + 1])
+    write_if_due = campaign_lines(written.append, lambda: next(clock))
     for finished in (1, 2, 3, 4):
-        lines.write_if_due(
+        write_if_due(
             Progress(4, finished=finished, reused=0, models=5, models_reused=2, seconds=60.0 * finished)
         )
     assert written == [

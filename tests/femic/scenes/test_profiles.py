@@ -10,7 +10,7 @@ import pytest
 
 from approx.effective import EffectiveProperties, Transition
 from compare.campaigns.load import load_campaign
-from compare.campaigns.tasks import tasks_of
+from compare.campaigns.tasks import campaign_tasks
 from compare.pages.ics_results import scene_from_text
 from femic.cache.store import Store
 from femic.cli.main import WRONG_INPUT, exit_code
@@ -253,12 +253,12 @@ def test_campaign_has_a_column_of_files_and_its_tasks_their_contents(tmp_path):
     (tmp_path / "radii.toml").write_text(f'scene = "my.toml"\n{sweep}', encoding="utf-8")
     campaign = load_campaign(tmp_path / "radii.toml")
     store = Store(tmp_path / "store")
-    before = [task.keys for _, task in tasks_of(campaign, store)]
+    before = [task.keys for _, task in campaign_tasks(campaign, store)]
     bodies = [campaign.scene((f"r{radius}.txt",)).bodies["lower"] for radius in (15, 16)]
     curvatures = [float(pickle.loads(pickle.dumps(body)).contour.curvature(1.0)) for body in bodies]
     np.testing.assert_allclose(curvatures, [1 / 15, 1 / 16], rtol=1e-4)
     write(tmp_path / "r16.txt", arc_points(161) * 17 / R)
-    after = [task.keys for _, task in tasks_of(load_campaign(tmp_path / "radii.toml"), store)]
+    after = [task.keys for _, task in campaign_tasks(load_campaign(tmp_path / "radii.toml"), store)]
     assert [keys in before for keys in after] == [True, False]
 
 

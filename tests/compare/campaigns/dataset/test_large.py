@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns.collected import Collected, SceneOutcome
-from compare.campaigns.integrity import open_sweep
-from compare.campaigns.run import code_of_dataset
-from compare.campaigns.tasks import task_of
+from compare.campaigns.dataset import CampaignDataset, open_sweep
+from compare.campaigns.tasks import campaign_tasks
 from femic.cache.store import Store
 from geometries.errors import Failure
 from tests.compare.campaigns.campaigns import (
@@ -83,13 +81,14 @@ def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep)
 def taken(light_scenes, large_there, tmp_path):  # noqa: ARG001
     """What a second run begins with: all 27 scenes of a large dataset."""
     campaign = campaign_in(tmp_path, LIGHT)
-    collected = Collected(campaign, tmp_path)
-    collected.begin(digests_in(campaign, tmp_path), code_of_dataset())
-    return collected
+    dataset = CampaignDataset(campaign, tmp_path)
+    assert dataset.resume(first_digest(campaign, tmp_path)) == ""
+    return dataset
 
 
-def digests_in(campaign, folder):
-    return lambda number: task_of(campaign, number, Store(folder / "store")).digest
+def first_digest(campaign, folder):
+    _, task = next(campaign_tasks(campaign, Store(folder / "store")))
+    return task.digest
 
 
 def test_removed_scene_is_missing(taken):
@@ -107,7 +106,7 @@ def test_removed_scene_is_missing(taken):
 def test_digest_is_removed_before_its_values_change(taken, tmp_path):
     """A run that is killed between leaves no scene with a digest and values of something else."""
     taken.remove(4)
-    taken._arrays.flush()
+    taken.flush()
     digests = open_sweep(tmp_path).digest.values.ravel()
     assert list(np.flatnonzero(digests == 0)) == [4]
 
@@ -127,21 +126,10 @@ def test_run_killed_at_its_start_loses_nothing(taken, tmp_path):
 
 def test_large_dataset_of_other_files_is_discarded(taken, tmp_path):
     """Its variables may have had other shapes."""
-    collected = Collected(taken.campaign, tmp_path)
-    collected.begin(lambda number: 1 + number, code_of_dataset())
-    assert not collected.template.data_vars
-    assert np.all(np.isnan(collected.seconds))
-
-
-def test_differing_labels_are_numbered_in_a_large_dataset(tmp_path, monkeypatch):
-    """Also where they are numbers, and have been written as such."""
-    all_are_large(monkeypatch)
-    collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
-    for number in range(2):
-        one = xr.Dataset({"y": ("load", [1.0])}, coords={"load": [10.0 + number]})
-        collected.add(number, SceneOutcome(one), 1)
-        labels = open_sweep(collected.write())["load"].values
-        assert list(labels) == ([10.0] if number == 0 else ["load 0"])
+    dataset = CampaignDataset(taken.campaign, tmp_path)
+    assert dataset.resume(1 + first_digest(taken.campaign, tmp_path)) == ""
+    assert not dataset.template.data_vars
+    assert np.all(np.isnan(dataset.seconds))
 
 
 @pytest.mark.usefixtures("light_scenes")
@@ -150,7 +138,7 @@ def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     all_are_large(monkeypatch)
-    monkeypatch.setattr("compare.campaigns.frame.SceneArrays.flush", full)
+    monkeypatch.setattr("compare.campaigns.dataset.CampaignDataset.flush", full)
     with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
         sweep()
 
@@ -160,7 +148,7 @@ def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path
     """And one that becomes large."""
     shorter = LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
     _, small = sweep(shorter)
-    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 800)  # 48 bytes a scene
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 800)  # 48 bytes a scene
     _, large = sweep()
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
     np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
@@ -178,7 +166,7 @@ def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatc
             raise Failure("not one of the first")
         return xr.Dataset({"many": ("k", np.full(1000, e))})
 
-    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 27 * 900)
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 27 * 900)
     register(monkeypatch, errors=light, advice=large)
     _, dataset = sweep('keep = ["errors", "advice"]' + LIGHT)
     assert (tmp_path / "sweep.zarr").is_dir()

@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-from compare.campaigns.load import points_in
+from compare.campaigns.load import read_points
 from femic.scenes.errors import BadScene
 from femic.scenes.values import value_of
 
@@ -18,7 +18,7 @@ def read(tmp_path):
     def read(content, axes=AXES, encoding="utf-8"):
         path = tmp_path / "points.csv"
         path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
-        return points_in(path, axes)
+        return read_points(path, axes)
 
     return read
 
@@ -107,7 +107,7 @@ def test_quoted_header_is_read_with_the_separator_that_fits(read):
 
 def test_unreadable_file_is_reported(tmp_path):
     with pytest.raises(BadScene, match="cannot be read"):
-        points_in(tmp_path, AXES)
+        read_points(tmp_path, AXES)
 
 
 def test_malformed_lists_and_numbers_are_text():

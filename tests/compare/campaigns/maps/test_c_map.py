@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.campaigns import kinds
 from compare.campaigns.maps import bhat_nn, maps_of_scene, open_map
-from compare.campaigns.results import matrix
 from compare.report.looks import symbol_of
 from femic.contact.pairs import ics as reference_ics
 from femic.contact.pairs.grids import grids_of
@@ -80,7 +80,7 @@ def map_of(tmp_path_factory):
 
 def write_map(folder, left_out, base, campaign):
     (folder / "base.toml").write_text(base, encoding="utf-8")
-    return collect(campaign_in(folder, campaign), folder / "out", matrix.matrix, left_out)
+    return collect(campaign_in(folder, campaign), folder / "out", kinds.matrix, left_out)
 
 
 @pytest.fixture
@@ -92,7 +92,7 @@ def make(map_of, tmp_path, monkeypatch):
             c = c_of(problem, on_grid, f)
             return c, np.full_like(c, ESTIMATE)
 
-        for module in (matrix, reference_ics):
+        for module in (kinds, reference_ics):
             monkeypatch.setattr(module, "normal_ics", normal_ics)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
         return f"map:{map_of(f, left_out, base, campaign)}"
@@ -208,35 +208,40 @@ def test_extrapolation_is_refused_and_missing_nodes_are_named(make, tmp_path):
         read(name, scene_at(tmp_path, 1.07, 1.5e5))
 
 
-DAMAGES = {
-    "a value": ("c", (1, 2, 0, 0, 0), 1.0, "a scene is damaged, at ratio = .*: run the campaign again"),
-    "an estimate": ("c_estimate", (2, 1, 3, 3, 3), 1e-8, "a scene is damaged"),
-    "the value of an axis": ("E", 0, 1.1e5, "damaged .axes, labels or attributes"),
-    "a checksum": ("checksum", (1, 2), 1, "a scene is damaged"),
-    "one half written": ("checksum", (1, 2), 0, "nothing at ratio = 1.1, E = 400000: not computed yet"),
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_damaged_map_is_refused(make, tmp_path, damage):
-    variable, place, value, message = damage
+@pytest.mark.parametrize("variable", ["c", "c_estimate", "bhat", "E"])
+def test_damaged_map_is_refused(make, tmp_path, variable):
     path = tmp_path / "sweep.nc"
     shutil.copy(make().removeprefix("map:"), path)
     scene = scene_at(tmp_path, 1.15, 3e5)
     read(f"map:{path}", scene)
-    with h5py.File(path, "a") as file:
-        file[variable][place] = value
-    with pytest.raises(Failure, match=message):
+    with h5py.File(path) as file:
+        place = file[variable].id.get_chunk_info(0).byte_offset
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1
+    path.write_bytes(content)
+    kind, message = Failure, r"sweep\.nc: damaged \(.*\): run the campaign again"
+    if variable == "E":  # axes are read when the file is opened
+        kind, message = BadScene, r"sweep\.nc: not the file of a campaign: .*read data"
+    with pytest.raises(kind, match=message):
         read(f"map:{path}", scene)
+
+
+def test_half_written_scene_is_not_read(make, tmp_path):
+    path = tmp_path / "sweep.nc"
+    shutil.copy(make().removeprefix("map:"), path)
+    with h5py.File(path, "a") as file:
+        file["digest"][1, 2] = 0
+    with pytest.raises(Failure, match=r"nothing at ratio = 1.1, E = 400000: not computed yet"):
+        read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
 
 
 def test_large_map_with_an_unreadable_chunk_is_refused(make, tmp_path, monkeypatch):
     make()
-    monkeypatch.setattr("compare.campaigns.collected.LARGEST_FILE", 1)
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 1)
     path = write_map(tmp_path, (), BASE, CAMPAIGN)
     chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:-9])
-    with pytest.raises(Failure, match="a scene is damaged"):
+    with pytest.raises(Failure, match=r"sweep\.zarr: damaged .*: run the campaign again"):
         read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
 
 

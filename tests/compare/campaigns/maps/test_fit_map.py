@@ -8,8 +8,8 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
+from compare.campaigns import kinds
 from compare.campaigns.maps import fit_at, leave_one_out, open_fits
-from compare.campaigns.results import calibration
 from femic.reference.run_options import RunOptions
 from femic.results.calibration import Calibrated, target_from
 from femic.scenes.errors import BadScene
@@ -48,11 +48,9 @@ def smooth(scene, _means):
 def fits(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fits")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(calibration, "calibrate", smooth)
+        patch.setattr(kinds, "calibrate", smooth)
         campaign = campaign_in(folder, CAMPAIGN)
-        return open_fits(
-            collect(campaign, folder, lambda scene: calibration.calibration(scene, RunOptions()))
-        )
+        return open_fits(collect(campaign, folder, lambda scene: kinds.calibration(scene, RunOptions())))
 
 
 def test_fit_between_scenes_recovers_the_smooth_properties(fits):

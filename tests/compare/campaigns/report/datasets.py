@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.report.fields import fields_of, prepare
-from compare.campaigns.report.page import page_of
+from compare.campaigns.report.fields import find_fields, prepare
+from compare.campaigns.report.page import sweep_page
 from compare.report import interactive
 from compare.report.charts import Chart
 
@@ -97,7 +97,7 @@ def with_failures(dataset, failing):
 def charts(dataset):
     """The charts of the page of a dataset, by name, as the browser gets them."""
     dataset = prepare(dataset)
-    sections = page_of(dataset, fields_of(dataset)).sections
+    sections = sweep_page(dataset, find_fields(dataset)).sections
     return {chart.name: json.loads(interactive.as_json(chart)) for chart in _charts_in(sections)}
 
 

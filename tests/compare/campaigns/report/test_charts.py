@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.campaigns.report.charts import BETWEEN, MOST_POINTS, OTHERS, Plane, within_chart
-from compare.campaigns.report.fields import COLUMN, LOWEST, ROW, axes_of, fields_of
+from compare.campaigns.report.fields import COLUMN, LOWEST, ROW, find_fields, read_axes
 from tests.compare.campaigns.report.datasets import (
     ESTIMATE,
     FLANKS,
@@ -67,8 +67,8 @@ def test_rare_combinations_of_ics_have_one_colour(grid):
     rng = np.random.default_rng(0)
     many = grid.isel(variant=[0, 0, 0, 0, 1, 1, 1, 2]).assign_coords(variant=[*"ABDEFGH", "C"])
     many = many.assign(error=(many.error.dims, rng.uniform(0, 0.1, many.error.shape)))
-    (field,) = fields_of(many)
-    chart = within_chart(field, Plane.from_axes(axes_of(many), many.failure != ""))
+    (field,) = find_fields(many)
+    chart = within_chart(field, Plane.from_axes(read_axes(many), many.failure != ""))
     kinds = chart.cells[0].classes
     assert OTHERS in kinds
     assert len(kinds) <= len(BETWEEN) + 2
@@ -125,7 +125,7 @@ def test_places_along_an_axis_of_text_are_named(curve):
 def test_random_points_are_drawn_over_each_axis_by_component(samples):
     chart = charts(samples)["errors"]
     assert (chart["slider"], chart["labels"]) == ("component", ["nn", "sn"])
-    (field,) = fields_of(samples)
+    (field,) = find_fields(samples)
     expected = 100 * np.maximum(field.values.sel({ROW: "Bhat", COLUMN: "sn"}), LOWEST)
     for cell, axis in zip(chart["steps"][1], ("flank", "ratio"), strict=True):
         (points,) = curve_of(cell, "B̂")

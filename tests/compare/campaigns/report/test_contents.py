@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns.report.fields import COLUMN, ROW, fields_of, prepare
-from compare.campaigns.report.page import worst_table, write_sweep
-from compare.campaigns.report.summary import summary
+from compare.campaigns.report.fields import COLUMN, ROW, find_fields, prepare
+from compare.campaigns.report.page import write_sweep
+from compare.campaigns.report.tables import answer_table, worst_table
 from tests.compare.campaigns.report.datasets import ESTIMATE, error
 
 
 def test_field_has_the_largest_combined_error_over_lines(grid):
-    (field,) = fields_of(grid)
+    (field,) = find_fields(grid)
     assert field.rows == ["A", "Bhat"]
     assert field.columns == ["nn", "sn"]  # xs vanishes by symmetry, others are not computed
     at = field.values.sel({ROW: "A", "flank": 30.0, "ratio": 1.2})
@@ -33,7 +33,7 @@ def test_contacts_are_compared_with_the_contact_with_c(curve):
         p_max=(by, 100 * numbers), estimate_p_max=(by, numbers)
     )
     kept = kept.assign_coords(ics=["A", "Bhat", "C"]).assign_attrs(keep=json.dumps(["contact"]))
-    off, reference = fields_of(kept)
+    off, reference = find_fields(kept)
     assert (off.kind, off.rows, off.columns) == ("deviation", ["A", "Bhat"], ["p_max"])
     of_a = 1.1 * np.linspace(1.0, 0.7, 7) - 1
     np.testing.assert_allclose(off.values.sel({ROW: "A"})[0], np.where(-of_a > 0.1, of_a, 0.1))
@@ -59,17 +59,16 @@ def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp
         largest_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
     )
     kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
-    off, reference = fields_of(kept)
+    off, reference = find_fields(kept)
     assert (off.rows, off.columns) == (["A"], ["p_max", "F_x(ξ)", "sliding"])
     np.testing.assert_allclose(off.values.sel({ROW: "A"}).isel(flank=0), [0.1, 0.07, -0.3])
     assert reference.columns == ["p_max [1]", "sliding [1]"]
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
-    sentences = summary(kept, [off, reference], None).split("\n")
-    assert sentences == [
-        "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
-        "F_x(ξ)).",
-        "7 scenes over flank = 0 ... 60 u: all computed; the numbers with B̂ are known, at the worst scene, "
-        "to 3 % (p_max).",
+    (row,) = answer_table(off, kept).rows
+    assert [(cell.text, cell.below) for cell in row.cells] == [
+        ("+10.0 ± 3.0", "everywhere"),
+        ("+7", "everywhere"),
+        ("-30", "everywhere"),
     ]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
     assert "the estimate of B̂" in text
@@ -78,10 +77,10 @@ def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp
 
 def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
     mixed = prepare(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
-    (field,) = fields_of(mixed)
+    (field,) = find_fields(mixed)
     assert field.rows == ["ICs 1", "ICs 2"]
     np.testing.assert_array_equal(
-        field.values.sel({ROW: "ICs 1"}), fields_of(curve)[0].values.sel({ROW: "A"})
+        field.values.sel({ROW: "ICs 1"}), find_fields(curve)[0].values.sel({ROW: "A"})
     )
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
 
@@ -103,7 +102,7 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
         dang_van_upper=400.0,
         half_space_dang_van_upper=404.0,
     )
-    off, true = fields_of(kept)
+    off, true = find_fields(kept)
     columns = ["σ_Mises, upper body", "τ_DV, upper body"]
     assert (off.kind, off.rows, off.columns) == ("deviation", ["half-space"], columns)
     np.testing.assert_allclose(off.values.sel({COLUMN: columns[0]})[0], -curve.flank / 200, atol=1e-12)
@@ -112,9 +111,8 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
     assert np.all(np.isnan(off.floor.sel({COLUMN: columns[1]})))
     assert (true.kind, true.columns) == ("value", [f"{column} [MPa]" for column in columns])
     np.testing.assert_allclose(true.values.sel({COLUMN: true.columns[1]}), 400.0)
-    sentence, _ = summary(kept, [off, true], None).split("\n")
-    assert sentence.startswith("Half-space is within 5 % in τ_DV, upper body everywhere")
-    assert "σ_Mises, upper body from flank = 10 on, at most by 30 %" in sentence
+    (row,) = answer_table(off, kept).rows
+    assert [cell.below for cell in row.cells] == ["from 10 on", "nowhere"]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
     assert "the estimate of true bodies" in text
 
@@ -122,7 +120,7 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
 def test_wear_is_compared_between_ics(curve):
     kept = of_stresses(curve).assign_coords(ics=["A", "C"])
     kept = kept.assign(t_gamma=(("flank", "ics"), np.broadcast_to([113.0, 100.0], (7, 2)).copy()))
-    off, reference = fields_of(kept)
+    off, reference = find_fields(kept)
     assert (off.rows, off.columns) == (["A"], ["Tγ"])
     np.testing.assert_allclose(off.values, 0.13)
     np.testing.assert_allclose(reference.values, 100.0)

@@ -3,15 +3,18 @@
 import numpy as np
 import pytest
 
-from compare.campaigns.report.fields import COLUMN, ROW, axes_of, fields_of
-from compare.campaigns.report.page import (
+from compare.campaigns.report.fields import COLUMN, NONE, ROW, find_advice, find_fields, read_axes
+from compare.campaigns.report.page import count_scenes, write_sweep
+from compare.campaigns.report.tables import (
     MOST_FAILURES,
+    advice_table,
+    answer_note,
+    answer_table,
     correlation_table,
+    cost_table,
     failure_table,
     rank_correlation,
-    write_sweep,
 )
-from compare.campaigns.report.summary import NONE, advice_of, answer_note, answer_table, summary
 from tests.compare.campaigns.report.datasets import (
     ESTIMATE,
     FLANKS,
@@ -26,37 +29,19 @@ from tests.compare.campaigns.report.datasets import (
 from tests.pages import widest
 
 
-def test_summary_says_which_ics_are_good_enough_and_where_they_fail(grid):
-    assert summary(grid, fields_of(grid), None).split("\n") == [
-        "B̂, the closest to C, is within 5 % in nn and sn everywhere.",
-        "Further off: A by up to 19 % in sn.",
-        "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed; C is known to 0.2 % or "
-        "better.",
-    ]
-    of_a = grid.sel(variant=["A", "C"])
-    assert summary(of_a, fields_of(of_a), None).split("\n")[0] == (
-        "A is within 5 % in nn everywhere, but off by more in sn from flank = 15.8 on at ratio = 1.05, "
-        "nowhere at ratio = 1.5, at most by 19 %."
+def test_first_sentence_counts_scenes(grid):
+    assert count_scenes(grid) == (
+        "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: 21 computed, 0 failed, 0 not computed "
+        "yet."
     )
-
-
-def test_ics_alike_share_a_sentence(grid):
-    same = grid.assign(error=grid.error.where(grid.variant != "Bhat", grid.error.sel(variant="A")))
-    first, *others = summary(same, fields_of(same), None).split("\n")
-    assert first.startswith("A and B̂ are within 5 % in nn everywhere")
-    assert len(others) == 1
-
-
-def test_summary_reports_nn_besides_the_worst_component(curve):
-    much = curve.assign(error=10 * curve.error).sel(variant=["A", "C"])
-    first, _ = summary(much, fields_of(much), None).split("\n")
-    assert first == (
-        "A is off by more than 5 % in nn from flank = 15.8 on; in sn from flank = 1.58 on, at most by 190 %."
+    some = with_failures(grid, (FLANKS[:, None] > 35) & (RATIOS < 1.3)).isel(ratio=[0, 2])
+    assert "over flank = 0 ... 60 u and ratio = 1.05 and 1.5 u: 15 computed, 6 failed, 0" in count_scenes(
+        some
     )
 
 
 def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_large(grid):
-    (field,) = fields_of(grid)
+    (field,) = find_fields(grid)
     table = answer_table(field, grid)
     assert [column.title for column in table.columns] == ["nn [%]", "sn [%]"]
     percent = {row.name: [cell.text for cell in row.cells] for row in table.rows}
@@ -65,27 +50,19 @@ def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_lar
         assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
     assert table.rows[0].cells[1].below == f"from {crossing('A', 0.05):.1f} on"
     assert table.rows[1].cells[1].below == "nowhere"
-    assert "flank [u] at which it exceeds 5 %, at the ratio where" in answer_note(field, grid)
+    assert "where along flank [u], interpolated linearly" in answer_note(field, grid)
 
 
-def test_answer_of_many_columns_names_those_further_down(grid):
+def test_answer_has_the_first_columns(grid):
     rng = np.random.default_rng(0)
     many = grid.assign(error=(grid.error.dims, rng.uniform(0.1, 1, grid.error.shape)))
-    (field,) = fields_of(many)
+    (field,) = find_fields(many)
     assert [column.head for column in answer_table(field, many).columns] == field.columns[:6]
-    assert answer_note(field, many).endswith("Further down: sx, nx and ns.")
 
 
 def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
     failing = (FLANKS[:, None] > 35) & (RATIOS < 1.3)
     broken = with_failures(grid, failing)
-    (field,) = fields_of(broken)
-    sentences = summary(broken, [field], None)
-    assert "15 computed, 6 failed;" in sentences
-    assert "B̂, the closest to C, is within 5 % in nn and sn wherever known (15 of 21 scenes)." in sentences
-    assert "everywhere" not in sentences
-    large = broken.assign(error=100 * broken.error)
-    assert "(15 of 21 scenes are known)" in summary(large, fields_of(large), None)
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells == ["not converged"]
@@ -103,8 +80,8 @@ def test_of_many_failures_the_first_are_listed(samples):
 
 
 def test_rank_correlations_depend_on_order_only(samples):
-    (field,) = fields_of(samples)
-    flank, ratio = axes_of(samples)
+    (field,) = find_fields(samples)
+    flank, ratio = read_axes(samples)
     (row,) = (row for row in correlation_table(field, [flank, ratio]).rows if row.name == "sn, A")
     assert row.cells[0].value > 0.4
     assert row.cells[1].value < -0.4
@@ -112,11 +89,16 @@ def test_rank_correlations_depend_on_order_only(samples):
 
 
 def test_errors_at_random_points_are_reported_as_shares_of_scenes(samples):
-    (field,) = fields_of(samples)
+    (field,) = find_fields(samples)
     over = f"{100 * float(np.mean(field.values.sel({ROW: 'A', COLUMN: 'sn'}) > 0.05)):.0f} %"
-    of_a = samples.sel(variant=["A", "C"])
-    assert f"in sn in {over} of the scenes" in summary(of_a, fields_of(of_a), None)
     assert answer_table(field, samples).rows[0].cells[1].below == f"{over} of scenes"
+
+
+def test_cost_has_the_fastest_and_the_slowest_scenes(curve):
+    seconds = np.array([np.nan, 3.0, 1.0, 5.0, 2.0, 4.0, np.nan])
+    rows = cost_table(curve.assign(seconds=("flank", seconds))).rows
+    assert [row.cells[0].value for row in rows] == [15.0, 1.0, 5.0, 4.0, 3.0]
+    assert [row.name for row in rows[1:3]] == ["flank = 20", "flank = 30"]
 
 
 def with_advice(curve):
@@ -128,20 +110,13 @@ def with_advice(curve):
 
 def test_advice_is_shown_with_symbols(curve):
     kept = with_advice(curve)
-    advice = advice_of(kept)
-    assert advice.labels == ["A", "B̂", NONE]
-    assert advice.counts() == {"A": 3, "B̂": 2, NONE: 1}
-    assert advice_of(kept.isel(flank=slice(0, 5))).labels == ["A", "B̂"]
-    first, _ = summary(kept, [], advice).split("\n")
-    assert first == "The cheapest ICs that are good enough (scenes): A in 3, B̂ in 2 and none in 1."
+    advice = find_advice(kept)
+    assert list(advice[1]) == ["A", "B̂", NONE]
+    assert {row.name: row.cells[0] for row in advice_table(advice).rows} == {"A": "3", "B̂": "2", NONE: "1"}
+    assert list(find_advice(kept.isel(flank=slice(0, 5)))[1]) == ["A", "B̂"]
     (panel,) = charts(kept.assign_attrs(keep='["advice"]'))["advice"]["steps"][0]
-    assert panel["layout"]["yaxis"]["ticktext"] == advice.labels
+    assert panel["layout"]["yaxis"]["ticktext"] == list(advice[1])
     assert panel["traces"][0]["y"] == [0, 0, 0, 1, 1, 2, None]
-
-
-def test_summary_has_at_most_three_sentences(curve):
-    both = curve.assign(advised=with_advice(curve).advised)
-    assert len(summary(both, fields_of(both), advice_of(both)).split("\n")) == 3
 
 
 @pytest.mark.parametrize(("count", "drawn"), [(1, 0), (2, 1)])
@@ -155,7 +130,7 @@ def test_one_scene_has_numbers_and_no_charts(curve, count, drawn, tmp_path):
 def test_page_says_that_nothing_is_computed(grid, tmp_path):
     empty = grid[["failure", "seconds"]].assign(seconds=grid.seconds * np.nan).assign_attrs(computed=0)
     text = write_sweep(empty, tmp_path).read_text(encoding="utf-8")
-    assert "none computed, 21 not computed yet" in text
+    assert "0 computed, 0 failed, 21 not computed yet" in text
     assert "Nothing is computed yet." in text
 
 
@@ -165,7 +140,7 @@ def test_of_three_axes_the_closest_ics_are_shown_and_others_on_request(grid, tmp
     )
     assert "<h2>B̂: Errors over flank, ratio and third</h2>" in text
     assert ">A: Errors over flank, ratio and third</summary>" in text
-    assert "the worst over third" in text
+    assert "At most 20 values of third are shown" in text
 
 
 def test_page_says_how_many_points_are_drawn(tmp_path):

@@ -5,8 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from compare.campaigns.results.contact import DISTANCES, END_OF_CURVE
-from compare.campaigns.results.registry import KINDS, merge
+from compare.campaigns.kinds import DISTANCES, END_OF_CURVE, KINDS, merge
 from compare.studies.frontier import AS_CHEAP, cheapest
 from femic.cache.store import Store
 from femic.reference.run_options import Level, RunOptions
@@ -135,12 +134,12 @@ def test_stresses_equal_those_of_a_single_run(under_rolling):
     _, kept, alone = under_rolling
     assert names_of(kept) <= KINDS["stresses"].names
     for body in ("lower", "upper"):
-        of_body = alone.sel(body=body)
+        at_body = alone.sel(body=body)
         for short, name in (("mises", "von_mises"), ("principal", "principal"), ("dang_van", "dang_van")):
-            true, flat = (of_body[name].sel(source=source) for source in (TRUE, HALF_SPACE))
+            true, flat = (at_body[name].sel(source=source) for source in (TRUE, HALF_SPACE))
             assert kept[f"{short}_{body}"] == true
             assert kept[f"half_space_{short}_{body}"] == flat != true
-            assert kept[f"depth_{short}_{body}"] == of_body[f"depth_{name}"].sel(source=TRUE)
+            assert kept[f"depth_{short}_{body}"] == at_body[f"depth_{name}"].sel(source=TRUE)
             assert kept[f"{short}_{body}"].attrs["units"] == "MPa"
     for name in ("t_gamma", "work", "largest_depth_Archard", "surface_index", "estimate_work"):
         np.testing.assert_array_equal(kept[name], alone[name])

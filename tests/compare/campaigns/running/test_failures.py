@@ -4,6 +4,7 @@ import errno
 import os
 import socket
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import dask
@@ -14,12 +15,11 @@ import xarray as xr
 from distributed import KilledWorker
 
 from compare.campaigns import cluster, tasks
-from compare.campaigns import collected as outcomes
-from compare.campaigns.cluster import address_of, existing_cluster, require_scheduler, size_for
-from compare.campaigns.crew import SCENES_PER_WORKER, Crew, report_of
-from compare.campaigns.integrity import open_sweep
-from compare.campaigns.run import Options, Progress
-from compare.campaigns.tasks import Origin, Unusable, registrations
+from compare.campaigns import dataset as outcomes
+from compare.campaigns.cluster import existing_cluster, parse_address, require_scheduler, size_for
+from compare.campaigns.dataset import open_sweep
+from compare.campaigns.run import Options, Progress, task_report
+from compare.campaigns.tasks import Unusable
 from femic.cache.folders import locked
 from femic.cache.store import Store
 from geometries.errors import Failure
@@ -58,7 +58,8 @@ def test_full_disk_is_reported_before_any_scene(light_scenes, sweep, tmp_path, m
 
 
 def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scenes, sweep, monkeypatch):
-    monkeypatch.setattr(tasks, "results_digest", lambda *_: "0123456789ab")
+    here = tasks.origin
+    monkeypatch.setattr(tasks, "origin", lambda store: replace(here(store), digest="0123456789ab"))
     with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
         sweep()
     monkeypatch.setattr(tasks, "worker_problem", lambda _: "")  # it joins later
@@ -68,24 +69,13 @@ def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scen
 
 
 def test_worker_without_the_store_is_refused(tmp_path):
-    assert "does not see the store" in tasks.worker_problem(
-        Origin(str(tmp_path), tasks.results_digest(*tasks.STUDY_FOLDERS), registrations())
-    )
+    assert "does not see the store" in tasks.worker_problem(tasks.origin(Store(tmp_path)))
 
 
-def test_scheduler_that_does_not_answer_is_reported():
-    with (
-        pytest.raises(Failure, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 within 0\.2 s"),
-        existing_cluster("tcp://127.0.0.1:9", timeout=0.2),
-    ):
-        pass
-
-
-def test_address_without_a_scheduler_is_reported():
-    with (
-        pytest.raises(Failure, match="is the address right"),
-        existing_cluster("nowhere at all", timeout=0.2),
-    ):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere at all"])
+def test_scheduler_that_does_not_answer_is_reported(address):
+    message = rf"no scheduler answers at {address} within 0\.2 s .* is the address right"
+    with pytest.raises(Failure, match=message), existing_cluster(address, timeout=0.2):
         pass
 
 
@@ -123,7 +113,7 @@ def test_worker_that_dies_repeatedly_fails_its_scene():
         def result(self, **_):
             raise KilledWorker("task", None, 3)
 
-    failure = report_of(Ended()).failure
+    failure = task_report(Ended()).failure
     assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
 
 
@@ -168,20 +158,6 @@ def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(sweep, t
     assert len(outcomes.keys_in(Store(tmp_path / "store"))) - 1 == int((dataset.failure == "").sum())
 
 
-def test_missing_workers_are_reported_once(client, monkeypatch):
-    notes = []
-    crew = Crew(client, notes.append)
-    assert (crew.workers, crew.window) == (1, SCENES_PER_WORKER)
-    monkeypatch.setattr(client, "scheduler_info", lambda **_: {"workers": {}})
-    crew.count()
-    crew.count()
-    assert len(notes) == 1
-    assert notes[0].startswith("there are no workers any more")
-    monkeypatch.setattr(client, "scheduler_info", lambda **_: {})
-    with pytest.raises(Failure, match="the scheduler is gone"):
-        crew.count()
-
-
 def listening():
     """The addresses at which this process and its children take connections."""
     this = psutil.Process()
@@ -215,4 +191,4 @@ def test_local_cluster_refuses_strangers():
             assert not answer or b" 404 " in answer
         for scheme in ("tcp", "tls"):
             with pytest.raises(Failure, match="no scheduler answers"):
-                require_scheduler(address_of(address.replace("tls", scheme)), timeout=2.0)
+                require_scheduler(parse_address(address.replace("tls", scheme)), timeout=2.0)

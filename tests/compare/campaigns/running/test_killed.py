@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from compare.campaigns.cluster import local_cluster, size_for
-from compare.campaigns.collected import Collected
-from compare.campaigns.integrity import open_sweep
+from compare.campaigns.dataset import CampaignDataset, open_sweep
 from compare.campaigns.run import Options, compute_sweep
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
@@ -27,7 +26,7 @@ def test_killed_worker_costs_one_task(tmp_path):
                 killed.append(pid)
                 os.kill(pid, 9)
 
-        collected, store = Collected(campaign, tmp_path), Store(tmp_path / "store")
+        collected, store = CampaignDataset(campaign, tmp_path), Store(tmp_path / "store")
         done = compute_sweep(collected, store, clusters_of(client), Options(on_progress=kill))
     assert killed
     assert (done.finished, done.failed) == (2, 0)

@@ -4,11 +4,10 @@ import numpy as np
 import xarray as xr
 
 from compare.campaigns import tasks
-from compare.campaigns.plan import require_computable
 from compare.campaigns.tasks import TaskReport
 from femic.cache.store import Store
 from geometries.errors import Failure
-from tests.compare.campaigns.campaigns import LIGHT, campaign_in, light, register, swept
+from tests.compare.campaigns.campaigns import LIGHT, light, register
 
 BOTH = 'keep = ["errors", "advice"]' + LIGHT
 
@@ -54,13 +53,3 @@ def test_model_that_kills_workers_leaves_stored_results(sweep, tmp_path, monkeyp
     assert set(dataset.failure.values.ravel()) == {"its worker died 4 times"}
     np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
     assert not dataset.digest.any()  # it is tried again
-
-
-def test_a_kind_of_results_is_one_registration(client, tmp_path, monkeypatch):
-    """Files, checks, tasks and the dataset know it by its entry in the registry."""
-    register(monkeypatch, stiffness=light)
-    campaign = campaign_in(tmp_path, 'keep = ["stiffness"]' + LIGHT)
-    require_computable(campaign)
-    done, dataset = swept(campaign, tmp_path, client)
-    assert (done.finished, done.failed) == (27, 3)
-    assert float(dataset["sum"].sel(E=2, nu=0.1)) == 2.1

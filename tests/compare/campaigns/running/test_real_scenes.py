@@ -12,7 +12,7 @@ from femic.results.ics import compute
 from tests.coarse import coarse_sections
 from tests.compare.campaigns.campaigns import CHEAP, OF_UPPER, campaign_in, errors_of, swept
 
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest"]
 
 
 @pytest.fixture(scope="module", autouse=True)

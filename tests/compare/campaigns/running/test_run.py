@@ -4,46 +4,39 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns import collected as outcomes
+from compare.campaigns import dataset as outcomes
 from compare.campaigns import run as running
-from compare.campaigns.collected import Collected
-from compare.campaigns.crew import SCENES_PER_WORKER
-from compare.campaigns.integrity import open_sweep
-from compare.campaigns.run import Options, compute_sweep
+from compare.campaigns.dataset import CampaignDataset, SceneOutcome, open_sweep
+from compare.campaigns.run import SCENES_PER_WORKER, Options, compute_sweep
 from femic.cache.store import Store
-from tests.compare.campaigns.campaigns import LIGHT, RANDOM, campaign_in, register, swept
+from tests.compare.campaigns.campaigns import (
+    LIGHT,
+    RANDOM,
+    all_are_large,
+    assert_sums,
+    campaign_in,
+    register,
+    swept,
+)
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_the_dataset_has_the_swept_keys_as_dims(sweep):
-    done, dataset = sweep()
-    assert dict(dataset.sizes) == {"E": 9, "nu": 3, "power": 2}
-    ok = dataset.sel(E=[1, 2, 3, 4, 5, 6, 8, 9])
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
-    np.testing.assert_array_equal(ok.powers.sel(power="two"), (ok.E**2 + 0 * ok.nu))
-    assert dataset["sum"].attrs["units"] == "1"
-    assert done.finished == 27
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_failed_scene_is_recorded_and_the_others_continue(sweep):
-    done, dataset = sweep()
-    assert done.failed == 3
-    assert np.all(dataset.failure.sel(E=7) == "seven")
-    assert np.all(np.isnan(dataset["sum"].sel(E=7)))
-    assert np.sum(dataset.failure.values != "") == 3
-    assert np.all(dataset.seconds >= 0)
-
-
-def test_second_run_computes_nothing(light_scenes, client, tmp_path):
+def test_campaign_has_a_dataset_and_a_second_run_computes_nothing(light_scenes, client, tmp_path):
+    """One that fails is recorded, and the others go on."""
     campaign = campaign_in(tmp_path, LIGHT)
-    _, first = swept(campaign, tmp_path, client)
-    assert len(light_scenes) == 27
+    done, first = swept(campaign, tmp_path, client)
+    assert (len(light_scenes), done.finished, done.failed) == (27, 27, 3)
+    assert dict(first.sizes) == {"E": 9, "nu": 3, "power": 2}
+    assert_sums(first)
+    ok = first.drop_sel(E=7)
+    np.testing.assert_array_equal(ok.powers.sel(power="two"), (ok.E**2 + 0 * ok.nu))
+    assert first["sum"].attrs["units"] == "1"
+    assert np.sum(first.failure.values != "") == 3
+    assert np.all(first.seconds >= 0)
 
     def no_cluster(_):
         raise AssertionError("a cluster was started")
 
-    done = compute_sweep(Collected(campaign, tmp_path), Store(tmp_path / "store"), no_cluster)
+    done = compute_sweep(CampaignDataset(campaign, tmp_path), Store(tmp_path / "store"), no_cluster)
     assert (len(light_scenes), done.reused, done.failed) == (27, 27, 3)
     xr.testing.assert_identical(open_sweep(tmp_path), first)
 
@@ -124,39 +117,37 @@ def test_scenes_are_submitted_in_the_order_of_the_campaign(light_scenes, client,
 
 @pytest.mark.usefixtures("light_scenes")
 def test_at_most_one_window_is_submitted(sweep, monkeypatch):
-    with_scheduler = []
-    submit = running._Run._submit
+    with_scheduler, begin = [], running._Run._begin
 
-    def counted(run, crew):
-        submit(run, crew)
-        with_scheduler.append(len(run.listing) + len(run.scenes))
+    def counted(run, *scene):
+        begin(run, *scene)
+        with_scheduler.append(run.begun)
 
-    monkeypatch.setattr(running._Run, "_submit", counted)
+    monkeypatch.setattr(running._Run, "_begin", counted)
     sweep()
     assert max(with_scheduler) == SCENES_PER_WORKER
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_scene_with_results_of_another_shape_has_failed(sweep, monkeypatch):
-    def longer(scene, _means):
-        n = 3 if scene.bodies["lower"].material.E == 3 else 2
-        return xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})
-
-    register(monkeypatch, errors=longer)
-    done, dataset = sweep()
-    assert done.failed == 3
-    assert "other shapes than in earlier scenes: y has {'k': 3}" in str(dataset.failure.sel(E=3)[0].item())
+def test_scene_with_results_of_another_shape_has_failed(tmp_path):
+    dataset = CampaignDataset(campaign_in(tmp_path, LIGHT), tmp_path)
+    for number, n in enumerate((2, 3)):
+        dataset.add(number, SceneOutcome(xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})))
+    assert dataset.failures == {
+        1: "its results have other shapes than in earlier scenes: y has {'k': 3}, not {'k': 2}"
+    }
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_differing_labels_are_numbered(sweep, monkeypatch):
-    def named(scene, _means):
-        return xr.Dataset(
-            {"y": (("line", "k"), np.ones((1, 2)))},
-            coords={"line": [f"s = {scene.bodies['lower'].material.E:g} mm"], "k": ["a", "b"]},
+@pytest.mark.parametrize("large", [False, True])
+def test_differing_labels_are_numbered(tmp_path, monkeypatch, large):
+    """Also where they are numbers, and have been written as such."""
+    if large:
+        all_are_large(monkeypatch)
+    dataset = CampaignDataset(campaign_in(tmp_path, LIGHT), tmp_path)
+    for number in range(2):
+        one = xr.Dataset(
+            {"y": (("load", "k"), [[1.0, 2.0]])}, coords={"load": [10.0 + number], "k": ["a", "b"]}
         )
-
-    register(monkeypatch, errors=named)
-    _, dataset = sweep()
-    assert list(dataset.line.values) == ["line 0"]
-    assert list(dataset.k.values) == ["a", "b"]
+        dataset.add(number, SceneOutcome(one), 1)
+        written = open_sweep(dataset.write())
+        assert list(written["load"].values) == ([10.0] if number == 0 else ["load 0"])
+        assert list(written.k.values) == ["a", "b"]

@@ -2,14 +2,14 @@
 
 import pytest
 
-from compare.campaigns.tasks import scene_task, tasks_of
+from compare.campaigns.tasks import campaign_tasks, scene_task
 from femic.cache.store import Store
 from tests.compare.campaigns.campaigns import OF_UPPER, campaign_in
 
 
 def test_check_with_the_other_engine_is_left_out(tmp_path):
     campaign = campaign_in(tmp_path, OF_UPPER.replace("check = false", "check = true"))
-    ((_, task), *_) = tasks_of(campaign, Store(tmp_path))
+    ((_, task), *_) = campaign_tasks(campaign, Store(tmp_path))
     assert campaign.scene(campaign.point(0)).check is not None
     assert task.scene.check is None
 

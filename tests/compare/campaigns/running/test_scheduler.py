@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from compare.campaigns.cluster import address_of, require_scheduler
+from compare.campaigns.cluster import parse_address, require_scheduler
 from geometries.errors import Failure, WrongInput
 from tests.compare.campaigns.campaigns import threads
 
@@ -31,7 +31,7 @@ NONE = (
 @pytest.mark.parametrize("text", NONE)
 def test_malformed_addresses_are_refused(text):
     with pytest.raises(WrongInput, match="is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT"):
-        address_of(text)
+        parse_address(text)
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_malformed_addresses_are_refused(text):
     ],
 )
 def test_an_address_has_protocol_host_and_port(text, address):
-    assert str(address_of(text)) == address
+    assert str(parse_address(text)) == address
 
 
 @pytest.fixture
@@ -61,18 +61,18 @@ def test_server_other_than_dask_is_reported(silent, scheme):
     with pytest.raises(
         Failure, match=rf"no scheduler answers at {scheme}://127.* within 0\.5 s \(.+\): is `dask"
     ):
-        require_scheduler(address_of(f"{scheme}://{silent}"), timeout=0.5)
+        require_scheduler(parse_address(f"{scheme}://{silent}"), timeout=0.5)
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:9", "nowhere.invalid:8786", f"{'a' * 70}.org:8786"])
 def test_address_where_nothing_listens_is_reported(host):
     with pytest.raises(Failure, match="no scheduler answers at tcp://"):
-        require_scheduler(address_of(host), timeout=2.0)
+        require_scheduler(parse_address(host), timeout=2.0)
 
 
 def test_scheduler_is_accepted_and_worker_is_refused():
     with threads(protocol="tcp") as own:
-        require_scheduler(address_of(own.scheduler_address))
+        require_scheduler(parse_address(own.scheduler_address))
         (worker,) = own.workers.values()
         with pytest.raises(Failure, match="is a worker, not a scheduler"):
-            require_scheduler(address_of(worker.address))
+            require_scheduler(parse_address(worker.address))
