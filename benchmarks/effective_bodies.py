@@ -23,8 +23,8 @@ from approx.pair import Solid
 from femic.cache.store import Store
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.run_options import RunOptions
-from femic.results.calibration import calibrate, target_of
-from femic.results.ics import Results, reference_of
+from femic.results.calibration import calibrate, fit_target
+from femic.results.ics import Results, reference_ics
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import Material
@@ -64,7 +64,7 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
     for components, properties in SETS.items():
         calibration = replace(results.scene.calibration, components=components)
         chosen = replace(results, scene=replace(results.scene, calibration=calibration))
-        fits[components] = {body: fit(target_of(chosen, body), properties).effective for body in BODIES}
+        fits[components] = {body: fit(fit_target(chosen, body), properties).effective for body in BODIES}
     return results, fits
 
 
@@ -90,7 +90,7 @@ def translated(results: Results, body: str) -> Array:
     observer, load = surface.axes(surface.chart_x(x, s, patch.s), s), surface.axes([0.0], [patch.s])
     parts = np.einsum("iap,ja->aijp", observer, load[..., 0])
     b_hat = solid_of(results, body, 1.0, None).approximate("Bhat", patch, (x, s)) / patch.area
-    lack = reference_of(results, body).ic - b_hat
+    lack = reference_ics(results, body).ic - b_hat
     points = np.arange(len(x))
     used = np.concatenate([points[part] for name, part in results.lines.items() if name.startswith("fit ")])
     which = [indices(component) for component in ("nn", "xx", "ss")]
@@ -107,7 +107,7 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
         for components, effective in fits.items()
     }
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
-    upper, lower = (reference_of(results, body) for body in BODIES)
+    upper, lower = (reference_ics(results, body) for body in BODIES)
     moved = [translated(results, body) for body in BODIES]
     far = far_from(results.scene.patch, results.points.x, results.points.s)
     for r, ratio in enumerate(RATIOS):

@@ -23,7 +23,7 @@ from femic.reference.harmonic.engine import solve
 from femic.reference.job import component_of
 from femic.reference.run_options import Level, RunOptions
 from femic.reference.solid import pardiso
-from femic.results.ics import Results, compute, jobs, refinement_shares_of
+from femic.results.ics import Results, compute, jobs, refinement_shares
 from femic.scenes.load import load_scene
 
 BODIES = ("lower", "upper")
@@ -61,7 +61,7 @@ def worst_share(results: Results, deviations: dict[str, np.ndarray]) -> float:
     return max(
         component_of(share, c)
         for body in BODIES
-        for share in refinement_shares_of(results, body, deviations[body]).values()
+        for share in refinement_shares(results, body, deviations[body]).values()
         for c in results.scene.components
     )
 

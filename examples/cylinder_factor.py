@@ -19,8 +19,8 @@ from cyclopts import run
 import femic
 from approx.forms import FORMS, Form, Rotation
 from approx.variants import MIRRORS, VARIANTS, Variant
-from compare.report.charts import Curve, Panel, chart_of
-from compare.report.looks import looks_of, symbol_of
+from compare.report.charts import Curve, Panel, simple_chart
+from compare.report.looks import ics_looks, ics_symbol
 from compare.report.static import picture
 from geometries.arrays import Array
 
@@ -53,7 +53,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
             panel_of_sn(f"{name}, {body}", ics.sel(body=body, i="s", j="n"))
             for body in ("lower", "upper", "combined")
         ]
-    picture(chart_of("cylinder_factor", panels)).savefig(out / "cylinder_factor.png", dpi=150)
+    picture(simple_chart("cylinder_factor", panels)).savefig(out / "cylinder_factor.png", dpi=150)
     worst = xr.concat(errors, xr.Variable("scene", list(PATCHES)))
     for name in PATCHES:
         print(f"Errors of sn on the lines, {name}; of C estimated:")
@@ -68,8 +68,8 @@ def panel_of_sn(title: str, sn: xr.Dataset) -> Panel:
     on_line = sn.isel(point=sn.line.values == "x = 1.6 mm")
     unit = sn.reference_E * sn.reference_length
     curves = [
-        Curve(symbol_of(variant), on_line.s, on_line.ic.sel(variant=variant) * unit, look)
-        for variant, look in looks_of(ICS).items()
+        Curve(ics_symbol(variant), on_line.s, on_line.ic.sel(variant=variant) * unit, look)
+        for variant, look in ics_looks(ICS).items()
     ]
     return Panel(title, "s [mm]", "sn × E L [-]", curves)
 

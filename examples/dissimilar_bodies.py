@@ -26,8 +26,8 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.charts import Curve, Panel, chart_of
-from compare.report.looks import looks_of, symbol_of
+from compare.report.charts import Curve, Panel, simple_chart
+from compare.report.looks import ics_looks, ics_symbol
 from compare.report.static import picture
 
 PAIR, PATCH = femic.load_pair("rolling"), femic.Patch(a=0.167, b=0.158)
@@ -90,14 +90,14 @@ def numbers(rolled: xr.Dataset) -> xr.Dataset:
 
 def draw(results: xr.Dataset) -> Figure:
     """Draw all ICs over the ratio of moduli."""
-    looks = looks_of(str(name) for name in results.ics.values)
+    looks = ics_looks(str(name) for name in results.ics.values)
     panels = [
         Panel(
             "",
             "E of the wheel over E of the rail [-]",
             label,
             [
-                Curve(symbol_of(ics), results.ratio, factor * results[name].sel(ics=ics), look)
+                Curve(ics_symbol(ics), results.ratio, factor * results[name].sel(ics=ics), look)
                 for ics, look in looks.items()
                 if name == "zero_creepage" or ics != "C"
             ],
@@ -105,7 +105,7 @@ def draw(results: xr.Dataset) -> Figure:
         )
         for name, (label, factor) in PANELS.items()
     ]
-    return picture(chart_of("dissimilar_bodies", panels))
+    return picture(simple_chart("dissimilar_bodies", panels))
 
 
 if __name__ == "__main__":

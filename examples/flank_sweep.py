@@ -17,8 +17,8 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.charts import Curve, Panel, chart_of
-from compare.report.looks import looks_of, symbol_of
+from compare.report.charts import Curve, Panel, simple_chart
+from compare.report.looks import ics_looks, ics_symbol
 from compare.report.static import picture
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
@@ -61,13 +61,13 @@ def draw(worst: xr.DataArray) -> Figure:
             "inclination of the flanks [°]",
             "worst error [%]",
             [
-                Curve(symbol_of(variant), ANGLES, 100 * worst.sel(i=i, variant=variant), look)
-                for variant, look in looks_of(VARIANTS).items()
+                Curve(ics_symbol(variant), ANGLES, 100 * worst.sel(i=i, variant=variant), look)
+                for variant, look in ics_looks(VARIANTS).items()
             ],
         )
         for i in "ns"
     ]
-    return picture(chart_of("flank_sweep", panels))
+    return picture(simple_chart("flank_sweep", panels))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ from decisions import TOLERANCES, WIDEST, WITH_FRICTION
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from compare.report.charts import Curve, Panel, chart_of
-from compare.report.looks import OWN, Look, symbol_of
+from compare.report.charts import Curve, Panel, simple_chart
+from compare.report.looks import OWN, Look, ics_symbol
 from compare.report.static import RC, draw_panel, line_style
 from compare.studies.validity_limits import HALF
 
@@ -37,7 +37,7 @@ def draw(values: Mapping[str, Any]) -> Figure:
     levels = (-100 * SHOWN, 100 * SHOWN)
     pressures = [
         Panel(
-            f"p_max with {symbol_of(ics)}, without friction",
+            f"p_max with {ics_symbol(ics)}, without friction",
             angle,
             "error of p_max [%]",
             [curve for pair in pairs for curve in _pair_curves(pair, ics)]
@@ -64,9 +64,9 @@ def draw(values: Mapping[str, Any]) -> Figure:
             ("free", "F_x where C rolls freely"),
         )
     ]
-    looks = {symbol_of(ics): replace(OWN[ics], dash="solid", marker="") for ics in WITH_FRICTION}
+    looks = {ics_symbol(ics): replace(OWN[ics], dash="solid", marker="") for ics in WITH_FRICTION}
     looks |= {f"friction {friction}": Look(dash=dash) for friction, dash in OF_FRICTION.items()}
-    legends = chart_of("", pressures).legend, looks | {CROSSING: CROSSED}
+    legends = simple_chart("", pressures).legend, looks | {CROSSING: CROSSED}
     with mpl.rc_context(RC):
         figure = Figure((8.4, 6.8), layout="constrained")
         for part, cells, legend in zip(figure.subfigures(2), (pressures, forces), legends, strict=True):
@@ -95,7 +95,7 @@ def _force_curves(solved: Mapping[str, Any], number: str, friction: str) -> list
     for ics, of in solved["errors"].items():
         errors = np.array(of[number])
         look = replace(OWN[ics], dash=OF_FRICTION[friction], marker="")
-        curves.append(Curve(symbol_of(ics), solved["angles"], 100 * errors[:, 0], look))
+        curves.append(Curve(ics_symbol(ics), solved["angles"], 100 * errors[:, 0], look))
     return curves
 
 

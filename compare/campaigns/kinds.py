@@ -24,11 +24,11 @@ from femic.reference.job import Job
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results import ics_dataset
-from femic.results.calibration import calibrate, extended, require_calibration, unit_of
+from femic.results.calibration import calibrate, dimensionless_factor, extended, require_calibration
 from femic.results.contact import compute_contact, require_solvable, to_dataset
 from femic.results.damage import OF_DAMAGE
 from femic.results.friction import compute_with_friction
-from femic.results.ics import Results, compute, jobs, measure_of, reference_of, seconds_of
+from femic.results.ics import Results, compute, ics_measure, jobs, reference_ics, solver_seconds
 from femic.results.stressed_contact import require_stresses, with_one_contact
 from femic.results.stresses import BODIES, HALF_SPACE, TRUE, compute_stresses
 from femic.scenes.errors import BadScene
@@ -82,7 +82,7 @@ def _errors(results: Results) -> xr.Dataset:
     unknowns = float(max(cost.unknowns for cost in costs.values()))
     return _described(measured.drop_attrs(deep=False)).assign(
         unknowns=((), unknowns, {"units": "1", "long_name": "of the largest model"}),
-        model_seconds=((), seconds_of(costs), {"units": "s", "long_name": "of all models of C"}),
+        model_seconds=((), solver_seconds(costs), {"units": "s", "long_name": "of all models of C"}),
         ic_seconds=(("variant", "body"), seconds, {"units": "s", "long_name": "seconds of the ICs"}),
     )
 
@@ -106,7 +106,7 @@ def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     variants, bodies = list(results.variants), list(scene.compared)
     bounds = np.zeros((len(variants), len(bodies)))
     for k, body in enumerate(bodies):
-        measure, c = measure_of(results, body), reference_of(results, body)
+        measure, c = ics_measure(results, body), reference_ics(results, body)
         floor = worst_shares(scene, measure.shares(c.estimate))
         bounds[:, k] = np.max(floor)  # of C
         for v, variant in enumerate(variants):
@@ -169,7 +169,7 @@ def calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
             "fit_worst": (components, np.stack([fit.worst for fit in fits]), share),
             "fit_c": (
                 (*components, "fit_point"),
-                np.stack([unit_of(scene) * target.ics for target in targets]),
+                np.stack([dimensionless_factor(scene) * target.ics for target in targets]),
                 about_c,
             ),
             "Bhat_worst": (components, np.array(bhat_worst), share),

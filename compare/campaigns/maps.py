@@ -26,7 +26,7 @@ from compare.campaigns.interpolation import KINK, SceneGrid, Stencil, interpolat
 from compare.campaigns.keys import is_number
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
-from femic.results.calibration import target_from, unit_of
+from femic.results.calibration import dimensionless_factor, target_from
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.input_files import key_of, set_key
@@ -238,4 +238,4 @@ def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], bo
     scene = fits.scene(point)
     place = list(fits.dataset.fitted_body.values).index(body)
     values = interpolate(fits.at_nodes("fit_c", stencils), stencils)[place]
-    return target_from(scene, values / unit_of(scene), body)
+    return target_from(scene, values / dimensionless_factor(scene), body)

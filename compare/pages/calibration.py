@@ -17,7 +17,7 @@ from approx.calibration import Parameter, pointwise_k
 from compare.pages.ics import along_line, chart, is_mirrored, lines_in, row_name
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import MEASURE, VANISHING, error_row, percent
-from compare.report.looks import FURTHER, Look, looks_of, symbol_of, without_marker
+from compare.report.looks import FURTHER, Look, ics_looks, ics_symbol, without_marker
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Row, Table, numbers, texts, with_estimate
 from femic.cache.files import write_dataset, write_text
@@ -265,7 +265,7 @@ def _lines(calibrated: Calibrated) -> Iterator[tuple[str, slice]]:
 
 def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
     """Return differences of approximations from C at the fitted points, and its estimate [% of max |C|]."""
-    target, looks = calibrated.targets[body], looks_of(("C", *COMPARED))
+    target, looks = calibrated.targets[body], ics_looks(("C", *COMPARED))
     k = target.components.index(component)
     unit, error = 100 / target.scales[k], np.broadcast_to(target.error, target.ics.shape)[k]
     ics = {
@@ -275,7 +275,7 @@ def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
     }
     curves = [
         Curve(
-            symbol_of(name),
+            ics_symbol(name),
             target.r[part],
             unit * (values - ics["C"])[part],
             without_marker(looks[name]),
@@ -333,7 +333,7 @@ def other_c(measured: Sequence[FitErrors]) -> Chart:
                 )
                 for variant, label, look_of_curve in (
                     (name, name, look),
-                    *((other, symbol_of(other), its) for other, its in looks_of(others).items()),
+                    *((other, ics_symbol(other), its) for other, its in ics_looks(others).items()),
                 )
             ]
             steps[one.name].append(Panel(f"combined, {line}", part.across, part.up, curves))

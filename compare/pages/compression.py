@@ -22,10 +22,10 @@ from compare.pages.friction import (
     worst_friction,
 )
 from compare.report.charts import Chart, Panel
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import range_text
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
-from femic.results.contact import ics_of, others_of, reference_of
+from femic.results.contact import compared_ics, ics_names, reference_ics
 
 SUFFICES = 5.0  # % of the contact area: difference of sliding areas up to which ICs suffice
 SLIDING = "sliding area [% of contact area]"
@@ -34,7 +34,7 @@ SLIDING = "sliding area [% of contact area]"
 def parts(dataset: xr.Dataset) -> PageParts:
     """Return how much of the contact slides at the last load, and how far ICs are off."""
     symbol, last = reference_symbol(dataset), place_text(dataset, float(dataset["load"][-1]))
-    at_last = dataset.isel(load=-1).sel(ics=reference_of(dataset))
+    at_last = dataset.isel(load=-1).sel(ics=reference_ics(dataset))
     return PageParts(
         summary=(
             f"At {last}, where the patch covers up to {float(at_last.angle.max()):.0f} degrees, "
@@ -53,13 +53,13 @@ def parts(dataset: xr.Dataset) -> PageParts:
 
 def answer(dataset: xr.Dataset, last: str) -> Table:
     """Return how much slides at the last load and the friction where ICs differ most, and verdicts."""
-    friction, symbol, reference = worst_friction(dataset), reference_symbol(dataset), reference_of(dataset)
+    friction, symbol, reference = worst_friction(dataset), reference_symbol(dataset), reference_ics(dataset)
     at = dataset.sel(friction=friction)
     share, known, away = (part(at).isel(load=-1) for part in (main_number, main_estimate, difference))
     largest, known_largest = largest_differences(dataset)
     p_max = at.isel(load=-1).p_max.sel(ics=reference)
     rows = []
-    for name in ics_of(dataset):
+    for name in ics_names(dataset):
         contact = at.isel(load=-1).sel(ics=name)
         most, its_estimate = (each.sel(ics=name) for each in (largest, known_largest))
         cells: list[Cell | str] = [
@@ -71,7 +71,7 @@ def answer(dataset: xr.Dataset, last: str) -> Table:
         ]
         if name == reference:
             cells[1] = cells[2] = cells[4] = ""
-        rows.append(Row(symbol_of(name), cells))
+        rows.append(Row(ics_symbol(name), cells))
     columns = [
         Column(f"sliding area at {last}, friction {friction:g}", "% of contact"),
         Column(f"minus that with {symbol}", "% of contact"),
@@ -92,7 +92,7 @@ def sliding(dataset: xr.Dataset) -> Chart:
         title = f"minus the share with {reference_symbol(dataset)}"
         return [
             Panel("over the load", abscissa(dataset).title, SLIDING, by_load),
-            *([difference_panel(dataset, contacts, title)] if others_of(dataset) else []),
+            *([difference_panel(dataset, contacts, title)] if compared_ics(dataset) else []),
             Panel("over the angle of the patch", "Δδ with the same ICs [deg]", SLIDING, by_angle),
         ]
 

@@ -20,8 +20,8 @@ from compare.pages.contact_numbers import (
     case_labels,
     numbers_table,
 )
-from compare.report.charts import Map, chart_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Map, simple_chart
+from compare.report.looks import ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page, write_results
 from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
 from femic.cache import folders
@@ -29,9 +29,9 @@ from femic.contact.motions.none import REFERENCE, Sensitivity, SolvedContact, se
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import (
     ContactResults,
-    others_of,
+    compared_ics,
     pressures,
-    reference_of,
+    reference_ics,
     to_dataset,
     with_supports,
 )
@@ -91,12 +91,12 @@ def write_contact(
     dataset = with_supports(to_dataset(results), supports)
     dataset = dataset.assign_attrs(choice=choice, discounted=discounted(results.scene))
     lower = next(iter(results.solved.contacts.values())).on_grid.undeformed.lower
-    reference = reference_of(dataset)
+    reference = reference_ics(dataset)
     page = Page(
         str(dataset.attrs["title"]),
         answer_sentence(dataset, reference),
         _sections(dataset, lower, further),
-        answer_table(dataset, reference, others_of(dataset)),
+        answer_table(dataset, reference, compared_ics(dataset)),
     )
     return write_results(page, out, "contact", dataset)
 
@@ -110,7 +110,7 @@ def _sections(
     yield Section("Patches", [figures.patches(dataset)])
     if dataset.sizes["case"] > 1:
         yield Folded("Further numbers over the angle of the patch", [figures.further_numbers(dataset)])
-    symbol, strain = symbol_of(reference_of(dataset)), float(dataset.finite_strain_p_max.max())
+    symbol, strain = ics_symbol(reference_ics(dataset)), float(dataset.finite_strain_p_max.max())
     notes = [NUMBERS.format(symbol, strain), *([further.note] if further else [])]
     tables = case_tables(dataset, further)
     yield Folded("All numbers, by load and ICs", [" ".join(notes), Note(SYMBOLS), *tables])
@@ -133,14 +133,14 @@ def _sections(
 
 def case_tables(dataset: xr.Dataset, further: FurtherSolution | None = None) -> Iterator[Table]:
     """Yield a table per case: each number with its estimate and its difference to the reference, the cost."""
-    names, quantities = [reference_of(dataset), *others_of(dataset)], dict(OF_FRICTIONLESS)
+    names, quantities = [reference_ics(dataset), *compared_ics(dataset)], dict(OF_FRICTIONLESS)
     for number, label in enumerate(case_labels(dataset)):
         case = dataset.isel(case=number)
         if label.endswith("kN"):
             case = case.assign({key: case[key] / KILONEWTON for key in ("load", "estimate_load")})
             quantities["load"] = replace(OF_FRICTIONLESS["load"], unit="kN")
         with_ics = [case.sel(ics=name) for name in names]
-        solutions, missing = dict(zip(map(symbol_of, names), with_ics, strict=True)), []
+        solutions, missing = dict(zip(map(ics_symbol, names), with_ics, strict=True)), []
         if further and number in further.numbers:
             solutions[further.name], missing = further.numbers[number], [Cell("–")]
         table = numbers_table(label, quantities, solutions, with_ics[0])
@@ -213,7 +213,7 @@ def sensitivity_page(results: Mapping[str, ContactResults]) -> Page:
         f"Where A and B̂ differ: {', '.join(results)}",
         f"Displacements with A are off by up to {worst.largest:.1%} of the largest with B̂, under the "
         f"pressures of {worst.pressures} on the patch of {worst.patch}.",
-        [Section("", [chart_of("sensitivity", maps, n), MAPS])],
+        [Section("", [simple_chart("sensitivity", maps, n), MAPS])],
         table,
     )
 

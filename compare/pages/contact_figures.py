@@ -8,11 +8,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.contact_numbers import case_labels, largest_case
-from compare.report.charts import Chart, Curve, Map, Panel, Surface, chart_of
-from compare.report.looks import drawing_order, looks_of, symbol_of, without_marker
+from compare.report.charts import Chart, Curve, Map, Panel, Surface, simple_chart
+from compare.report.looks import drawing_order, ics_looks, ics_symbol, without_marker
 from compare.report.tables import Column
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import ics_of, others_of, pressures, reference_of
+from femic.results.contact import compared_ics, ics_names, pressures, reference_ics
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 from geometries.surfaces import Surface as BodySurface
@@ -29,7 +29,7 @@ Line = tuple[Array, Array]  # arc lengths [mm] and pressures [MPa], (n,)
 
 def answer_chart(dataset: xr.Dataset) -> Chart:
     """Return pressures across the patch by load beside numbers over the angle; differences below them."""
-    reference, profiles = reference_of(dataset), {}
+    reference, profiles = reference_ics(dataset), {}
     for number, label in enumerate(case_labels(dataset)):
         p = pressures(dataset, number)
         middle = p.sizes["x"] // 2
@@ -39,7 +39,7 @@ def answer_chart(dataset: xr.Dataset) -> Chart:
         across = p.isel(x=at)
         part = loaded_part(across)
         s = across.s.values[part]
-        lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_of(dataset)}
+        lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_names(dataset)}
         differences = {name: (s, own - lines[reference][1]) for name, (_, own) in lines.items()}
         angle = float(dataset.angle.sel(ics=reference)[number])
         title = f"pressure at {place}, patch over {angle:.0f}°"
@@ -72,38 +72,38 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
     cases = dataset.isel(case=dataset.angle.sel(ics=reference).notnull().values)
     cases = cases.isel(case=np.argsort(cases.angle.sel(ics=reference).values))
     angle = cases.angle.sel(ics=reference).values
-    looks = looks_of(ics_of(dataset))
-    across, above, below = f"Δδ with {symbol_of(reference)} [deg]", [], []
+    looks = ics_looks(ics_names(dataset))
+    across, above, below = f"Δδ with {ics_symbol(reference)} [deg]", [], []
     for key in keys:
         exact, estimate = (cases[name].sel(ics=reference).values for name in (key, f"estimate_{key}"))
         nonzero = np.where(exact == 0, np.nan, exact)
         values, differences = [], []
         for name in drawing_order(looks):
-            with_ics, symbol, look = cases[key].sel(ics=name).values, symbol_of(name), looks[name]
+            with_ics, symbol, look = cases[key].sel(ics=name).values, ics_symbol(name), looks[name]
             bands = (estimate, 100 * np.abs(estimate / nonzero)) if name == reference else (None, None)
             values.append(Curve(symbol, angle, with_ics, look, bands[0]))
             differences.append(Curve(symbol, angle, 100 * (with_ics / nonzero - 1), look, bands[1]))
         quantity = OF_FRICTIONLESS[key]
         title = f"{quantity.symbol} over the angle"
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
-        difference = f"{quantity.symbol}: difference to {symbol_of(reference)}"
+        difference = f"{quantity.symbol}: difference to {ics_symbol(reference)}"
         below.append(Panel(difference, across, f"{quantity.symbol} [%]", differences))
     return above, below
 
 
 def further_numbers(dataset: xr.Dataset) -> Chart:
     """Return further numbers over the angle of the patch, and below them their differences."""
-    panels = chain(*over_angle(dataset, FURTHER, reference_of(dataset)))
-    return chart_of("numbers", list(panels), len(FURTHER))
+    panels = chain(*over_angle(dataset, FURTHER, reference_ics(dataset)))
+    return simple_chart("numbers", list(panels), len(FURTHER))
 
 
 def profile_panels(
     title: str, by_ics: Mapping[str, Line], differences: Mapping[str, Line], reference: str
 ) -> list[Panel]:
     """Return panels of pressures along s with ICs, by name, and of their differences to the reference."""
-    looks, symbol = looks_of(by_ics), symbol_of(reference)
+    looks, symbol = ics_looks(by_ics), ics_symbol(reference)
     upper, lower = (
-        [Curve(symbol_of(name), *lines[name], looks[name]) for name in drawing_order(lines)]
+        [Curve(ics_symbol(name), *lines[name], looks[name]) for name in drawing_order(lines)]
         for lines in (by_ics, differences)
     )
     return [
@@ -136,26 +136,26 @@ def surfaces(dataset: xr.Dataset) -> Chart:
 def patches(dataset: xr.Dataset) -> Chart:
     """Return the same by load, and how far the pressures with other ICs are from it."""
     steps = {label: patch_maps(dataset, number) for number, label in enumerate(case_labels(dataset))}
-    start = _start(dataset, reference_of(dataset))
-    return Chart("patches", steps, min(len(ics_of(dataset)), 2), LOAD, start=start)
+    start = _start(dataset, reference_ics(dataset))
+    return Chart("patches", steps, min(len(ics_names(dataset)), 2), LOAD, start=start)
 
 
 def patch_maps(dataset: xr.Dataset, number: int) -> list[Map]:
     """Return the pressures of a case with the reference, and the differences to them with other ICs."""
-    p, reference, looks = _on_patch(dataset, number), reference_of(dataset), looks_of(ics_of(dataset))
+    p, reference, looks = _on_patch(dataset, number), reference_ics(dataset), ics_looks(ics_names(dataset))
     x, s, exact = p.x.values, p.s.values, p.sel(ics=reference)
     edges = [
-        Curve(symbol_of(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
+        Curve(ics_symbol(name), *edge(x, s, p.sel(ics=name).values > 0), without_marker(looks[name]))
         for name in drawing_order(looks)
     ]
-    symbol, across, up = symbol_of(reference), "x [mm]", "s [mm]"
+    symbol, across, up = ics_symbol(reference), "x [mm]", "s [mm]"
     title = f"pressure with {symbol}, edges with all ICs"
     maps = [Map(title, across, up, x, s, exact.where(exact > 0).values, "MPa", curves=edges)]
     largest = max(float(abs(p - exact).max()), np.finfo(float).tiny)
-    for name in others_of(dataset):
+    for name in compared_ics(dataset):
         own = p.sel(ics=name)
         difference = (own - exact).where((own > 0) | (exact > 0)).values
-        title, limits = f"pressure with {symbol_of(name)} minus {symbol}", (-largest, largest)
+        title, limits = f"pressure with {ics_symbol(name)} minus {symbol}", (-largest, largest)
         maps.append(Map(title, across, up, x, s, difference, "MPa", "diverging", limits))
     return maps
 
@@ -177,7 +177,7 @@ def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
 
 def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
     """Return pressures on the lower surface, as heights and colours, by load and ICs; the reference first."""
-    names = [reference_of(dataset), *others_of(dataset)]
+    names = [reference_ics(dataset), *compared_ics(dataset)]
     steps: dict[str, list[Surface]] = {}
 
     def points(x: Array, s: Array) -> Array:
@@ -194,5 +194,5 @@ def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
             p = on_patch.sel(ics=name)
             height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
             raised = points(x, s) + height * lower.axes(0.0, s)[N][:, None]
-            steps[label].append(Surface(symbol_of(name), body, raised, p.where(p > 0).values, "p [MPa]"))
+            steps[label].append(Surface(ics_symbol(name), body, raised, p.where(p > 0).values, "p [MPa]"))
     return Chart("rail", steps, 1, LOAD, start=_start(dataset, names[0]), choice="ICs")

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.tables import VANISHING, Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.pairs.quantities import Quantity
 from femic.results.contact import case_names
@@ -47,7 +47,7 @@ def answer_sentence(dataset: xr.Dataset, reference: str) -> str:
     case = dataset.isel(case=number).sel(ics=reference)
     return (
         f"At {case_labels(dataset)[number]} the largest pressure is "
-        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {symbol_of(reference)}, on a patch of "
+        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {ics_symbol(reference)}, on a patch of "
         f"2a × 2b = {2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°."
     )
 
@@ -57,12 +57,12 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
 
     A row per case; of a single case a row for each of the ICs.
     """
-    symbol, labels = symbol_of(reference), case_labels(dataset)
+    symbol, labels = ics_symbol(reference), case_labels(dataset)
     heads = [Column(key, unit) for key, unit in ANSWERS.items()]
     if len(labels) == 1:
         solutions = {name: dataset.isel(case=0).sel(ics=name) for name in (reference, *others)}
         rows = [
-            Row(symbol_of(name), [number_cell(solution, solutions[reference], key) for key in ANSWERS])
+            Row(ics_symbol(name), [number_cell(solution, solutions[reference], key) for key in ANSWERS])
             for name, solution in solutions.items()
         ]
         return Table(f"at {labels[0]}, and over {symbol}", heads, rows)
@@ -75,7 +75,7 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
             off = 100 * float(case.p_max.sel(ics=name) / exact.p_max - 1)
             cells.append(Cell(off, "+.1f", verdict(off, known, SUFFICES)))
         rows.append(Row(label.replace(" ", NO_BREAK), cells))
-    differences = numbers(*(f"p_max: {symbol_of(name)} over {symbol}" for name in others), unit="%")
+    differences = numbers(*(f"p_max: {ics_symbol(name)} over {symbol}" for name in others), unit="%")
     return Table(f"with {symbol} at", [*heads, *differences], rows)
 
 

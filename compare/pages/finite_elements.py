@@ -12,8 +12,8 @@ import xarray as xr
 from compare.pages.contact import FurtherSolution
 from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
 from compare.pages.contact_numbers import answer_table, case_labels, largest_case, numbers_table
-from compare.report.charts import Chart, Panel, chart_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Chart, Panel, simple_chart
+from compare.report.looks import ics_symbol
 from compare.report.parts import (
     Block,
     Folded,
@@ -28,7 +28,7 @@ from compare.report.parts import (
 from compare.report.tables import Row, Table, number_text, numbers, texts, with_estimate
 from femic.cache.store import Store
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import ContactResults, ics_of, pressures, to_dataset
+from femic.results.contact import ContactResults, ics_names, pressures, to_dataset
 from femic.results.finite_elements import FE, NUMBERS, OF_PATCH, OF_PLACE, stored_fe_contact
 
 # --- the page -------------------------------------------------------------------------------------------
@@ -72,7 +72,7 @@ def summary(dataset: xr.Dataset) -> str:
     number, pressures_off = largest_case(dataset, FE), deviations(dataset, "p_max").dropna("case", how="all")
     case = dataset.isel(case=number).sel(ics=FE)
     off = ", ".join(
-        f"{symbol_of(name)} {number_text(extreme(pressures_off.sel(ics=name)), '+.1%')}"
+        f"{ics_symbol(name)} {number_text(extreme(pressures_off.sel(ics=name)), '+.1%')}"
         for name in _compared_ics(dataset)
     )
     p_max = with_estimate(case.p_max, case.estimate_p_max)
@@ -92,7 +92,7 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     tables, quantities = [], {name: OF_FRICTIONLESS[name] for name in NUMBERS}
     for number, label in enumerate(case_labels(dataset)):
         case = dataset.isel(case=number)
-        solutions = {symbol_of(name): case.sel(ics=name) for name in (FE, *_compared_ics(dataset))}
+        solutions = {ics_symbol(name): case.sel(ics=name) for name in (FE, *_compared_ics(dataset))}
         symmetric = bool((abs(case.F_y) < SIDEWAYS * case["load"]).all())
         zeros = OF_PLACE if symmetric else ()
         tables.append(numbers_table(label, quantities, solutions, solutions[FE], zeros))
@@ -114,7 +114,7 @@ def details(dataset: xr.Dataset) -> Iterator[Block]:
     for name in _compared_ics(dataset):
         worst = [extreme(deviations(dataset, key).sel(ics=name)) for key in (*MAIN, *FURTHER)]
         onsets = [onset(angles, exceeds(dataset, name, share).values) or "nowhere" for share in SHARES]
-        rows.append(Row(symbol_of(name), [*(number_text(value, "+.1%") for value in worst), *onsets]))
+        rows.append(Row(ics_symbol(name), [*(number_text(value, "+.1%") for value in worst), *onsets]))
     heads = [*numbers(*MAIN, *FURTHER), *texts(*(f"more than {share:.0%}" for share in SHARES))]
     yield Table("ICs", heads, rows)
 
@@ -130,13 +130,13 @@ def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
 
 def _compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with finite elements."""
-    return [name for name in ics_of(dataset) if name != FE]
+    return [name for name in ics_names(dataset) if name != FE]
 
 
 def numbers_chart(dataset: xr.Dataset, keys: tuple[str, ...], name: str) -> Chart:
     """Return numbers over the angle of the patch, and below them their differences to finite elements."""
     above, below = over_angle(dataset, keys, FE)
-    return chart_of(name, [*above, *below], len(keys))
+    return simple_chart(name, [*above, *below], len(keys))
 
 
 def answer_chart(dataset: xr.Dataset) -> Chart:

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from compare.report.charts import Cell as ChartCell
 from compare.report.charts import Chart, Curve, Map, Panel
-from compare.report.looks import drawing_order, looks_of, symbol_of
+from compare.report.looks import drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, with_estimate
 from femic.contact.motions import MOTIONS
 from femic.contact.motions.rolling import OF_CURVE, scaled_force
 from femic.contact.pairs.ics import C
 from femic.contact.pairs.quantities import ALL
-from femic.results.contact import ics_of, reference_name, reference_of
+from femic.results.contact import ics_names, reference_ics, reference_name
 from femic.results.friction import PREFIX
 
 # --- numbers as pages show them -------------------------------------------------------------------------
@@ -98,7 +98,7 @@ def load_text(dataset: xr.Dataset) -> str:
 
 def reference_symbol(dataset: xr.Dataset) -> str:
     """Return the symbol of the ICs that others are compared with."""
-    return symbol_of(reference_of(dataset))
+    return ics_symbol(reference_ics(dataset))
 
 
 def vanishes(dataset: xr.Dataset, name: str) -> bool:
@@ -130,7 +130,7 @@ def main_estimate(dataset: xr.Dataset) -> xr.DataArray:
 def difference(dataset: xr.Dataset) -> xr.DataArray:
     """Return the main number minus the reference's [%]."""
     number = main_number(dataset)
-    return number - number.sel(ics=reference_of(dataset))
+    return number - number.sel(ics=reference_ics(dataset))
 
 
 def difference_unit(dataset: xr.Dataset) -> str:
@@ -144,7 +144,7 @@ def largest_differences(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray
     By the triangle inequality, the estimate of a difference is the sum of those of both.
     """
     known, away = main_estimate(dataset), abs(difference(dataset))
-    both = known + known.sel(ics=reference_of(dataset))
+    both = known + known.sel(ics=reference_ics(dataset))
     at = away.fillna(0.0).argmax(["friction", MOTIONS[motion_name(dataset)].dimension])
     return away.isel(at), both.isel(at)
 
@@ -191,13 +191,13 @@ def curves_by_ics(
     The band of a share [%] ends at 0 and 100.
     """
     names = [str(name) for name in values.ics.values]
-    looks, reference = looks_of(names), reference_name(names)
+    looks, reference = ics_looks(names), reference_name(names)
     if share and estimate is not None:
         sides = [estimate.where(estimate < most, most) for most in (values, 100 - values)]
         estimate = xr.concat(sides, "side").transpose("side", ...)
     return [
         Curve(
-            symbol_of(name),
+            ics_symbol(name),
             at.sel(ics=name) if isinstance(at, xr.DataArray) and "ics" in at.dims else at,
             values.sel(ics=name),
             looks[name],
@@ -243,7 +243,7 @@ def contact_maps(contacts: xr.Dataset, name: str) -> list[Map]:
     drawn = values.where(pressure > 0).isel(covered_ranges(pressure > 0))
     return [
         Map(
-            symbol_of(ics),
+            ics_symbol(ics),
             "x [mm]",
             "s [mm]",
             drawn.x.values,
@@ -254,7 +254,7 @@ def contact_maps(contacts: xr.Dataset, name: str) -> list[Map]:
             classes=classes,
             to_scale=True,
         )
-        for ics in ics_of(contacts)
+        for ics in ics_names(contacts)
     ]
 
 
@@ -366,7 +366,7 @@ def number_tables(dataset: xr.Dataset, steady: str = "") -> list[Block]:
             if steady:
                 rows.append(row("steady", contacts, steady + name, number.factor))
             caption = f"friction {friction:g}: {number.title}"
-            tables.append(Table(caption, [symbol_of(ics) for ics in ics_of(dataset)], rows))
+            tables.append(Table(caption, [ics_symbol(ics) for ics in ics_names(dataset)], rows))
         blocks.append(Folded(f"{number.title}: {number.meaning}", tables))
     zeros = join_words(
         f"{quantity_label(dataset, name).symbol} (estimated error at most "
@@ -398,7 +398,7 @@ def support_tables(dataset: xr.Dataset) -> list[Table]:
 def cost(dataset: xr.Dataset) -> str:
     """Return sentences on the grid and on the seconds of contacts and of C."""
     by_ics = dataset.seconds.sum("friction")
-    each = ", ".join(f"{symbol_of(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in ics_of(dataset))
+    each = ", ".join(f"{ics_symbol(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in ics_names(dataset))
     dx, ds = (float(dataset[name][1] - dataset[name][0]) for name in ("x", "s"))
     grid = f"{dataset.sizes['x']} x {dataset.sizes['s']} elements of {dx:.3g} x {ds:.3g} mm"
     of_c = ""

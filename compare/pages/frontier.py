@@ -15,7 +15,7 @@ from rich.table import Table as Printed
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import COMPONENTS, MEASURE, VANISHING, colour, percent
-from compare.report.looks import ENGINE_MARKS, INK, OTHER_ENGINE_MARK, Look, looks_of, symbol_of
+from compare.report.looks import ENGINE_MARKS, INK, OTHER_ENGINE_MARK, Look, ics_looks, ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.static import MARKERS
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts, with_estimate
@@ -346,11 +346,11 @@ def _drawn(errors: xr.DataArray) -> Array:
 def _points(errors: xr.Dataset) -> Iterator[Curve]:
     """Yield each approximation, map and engine as points, with bars that end at their bounds."""
     groups = dict.fromkeys(zip(errors.kind.values.tolist(), errors.ics.values.tolist(), strict=True))
-    looks: Mapping[str, Look] = looks_of(dict.fromkeys(ics for _, ics in groups))
+    looks: Mapping[str, Look] = ics_looks(dict.fromkeys(ics for _, ics in groups))
     for kind, ics in groups:
         chosen = (errors.kind.values == kind) & (errors.ics.values == ics)
         ways = errors.isel(way=np.flatnonzero(chosen)).sortby("seconds")
-        label, look, names = symbol_of(ics), replace(looks[ics], dash=""), list[str]()
+        label, look, names = ics_symbol(ics), replace(looks[ics], dash=""), list[str]()
         if kind in ENGINES:
             colour, code = ENGINE_MARKS.get(kind, OTHER_ENGINE_MARK)
             marker = {code: name for name, code in MARKERS.items()}.get(code, "circle")

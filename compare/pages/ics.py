@@ -16,9 +16,9 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from compare.report import static
-from compare.report.charts import Chart, Curve, Panel, chart_of, mark_points
+from compare.report.charts import Chart, Curve, Panel, mark_points, simple_chart
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
-from compare.report.looks import Look, drawing_order, looks_of, symbol_of
+from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.ic_errors.error_measure import ROUNDING
@@ -144,7 +144,7 @@ def worst_errors(errors: xr.Dataset, body: str) -> xr.Dataset:
 
 def row_name(variant: str) -> str:
     """Return the name of a variant's row in tables of errors: that of C has its estimate."""
-    return "C ±" if variant == "C" else symbol_of(variant)
+    return "C ±" if variant == "C" else ics_symbol(variant)
 
 
 def body_name(body: str) -> str:
@@ -259,7 +259,7 @@ def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
     ]
     first = str(scene.ics.body.values[0])
     seconds = {name: value for (name, body), value in _seconds(scene.ics).items() if body == first}
-    each = ", ".join(f"{symbol_of(name)}: {value:.2g} s" for name, value in seconds.items())
+    each = ", ".join(f"{ics_symbol(name)}: {value:.2g} s" for name, value in seconds.items())
     heads = ["cells", "unknowns", *(f"{stage} [s]" for stage in STAGES), "memory [MB]"]
     solver_heads = [*texts("solver", "iterations"), *numbers("residual")]
     tables = [Table("model", heads, sizes), Table("model", solver_heads, solvers)]
@@ -325,7 +325,7 @@ def error_against_seconds(scene: SceneICs) -> Chart:
     A mark per component, hollow where it vanishes in C: the error is a share of 0.05 max |C_nn|.
     """
     seconds, components = _seconds(scene.ics), components_in(scene.ics)
-    looks = looks_of(map(str, scene.ics.variant.values))
+    looks = ics_looks(map(str, scene.ics.variant.values))
     panels = []
     for body in map(str, scene.ics.body.values):
         marks = []
@@ -338,10 +338,10 @@ def error_against_seconds(scene: SceneICs) -> Chart:
                 values = [max(at.error.item(), LEAST_DRAWN) for at in parts if bool(at.vanishes) == hollow]
                 if values:
                     at = [seconds[name, body]] * len(values)
-                    marks.append(Curve(symbol_of(name), at, values, mark))
+                    marks.append(Curve(ics_symbol(name), at, values, mark))
         across = f"seconds for {scene.ics.sizes['point']} points [s]"
         panels.append(Panel(body, across, "worst error [-]", marks, log_x=True, log_y=True))
-    return chart_of("error_against_seconds", panels, max(2, len(panels)))
+    return simple_chart("error_against_seconds", panels, max(2, len(panels)))
 
 
 def _settings(ics: xr.Dataset) -> Iterator[Block]:
@@ -413,7 +413,9 @@ def component_chart(ics: xr.Dataset, component: str) -> Chart:
         _panel(f"{component}, {body}, {line}", {"": along_line(ics, line, body, component, True)}, looks)
         for body, line in product(map(str, ics.body.values), lines)
     ]
-    return chart_of("curves", [replace(panel, across=panel.across + length) for panel in panels], len(lines))
+    return simple_chart(
+        "curves", [replace(panel, across=panel.across + length) for panel in panels], len(lines)
+    )
 
 
 def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:
@@ -476,7 +478,7 @@ def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
     Variants have colours; of several scenes, these have dashes, and wide lines lie behind narrow ones.
     """
     variants = drawn_variants(scenes)
-    looks = looks_of(variants)
+    looks = ics_looks(variants)
     if len(scenes) == 1:
         return {(variant, name): looks[variant] for name in scenes for variant in drawing_order(variants)}
     widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
@@ -492,7 +494,7 @@ def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str
     curves = []
     for (variant, name), look in looks.items():
         part, estimate = parts[name], ESTIMATES.get(variant, "")
-        values, label = part.ic.sel(variant=variant).values, symbol_of(variant)
+        values, label = part.ic.sel(variant=variant).values, ics_symbol(variant)
         if not np.all(np.isnan(values)):
             band = part[estimate].values if estimate in part else None
             label = f"{label}, {name}" if len(parts) > 1 else label

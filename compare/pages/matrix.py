@@ -15,7 +15,7 @@ from compare.report.charts import Cell as ChartCell
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
-from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
+from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import PAGE_FOLDERS, results_digest
@@ -24,7 +24,7 @@ from femic.reference.engine import Cost
 from femic.reference.refinement import ModelPlan, total_seconds
 from femic.reference.result import total
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import models_of, parts_of, seconds_of, solids
+from femic.results.ics import costs_by_model, solids, solved_parts, solver_seconds
 from femic.results.matrices import (
     SOURCE,
     MatrixResults,
@@ -126,11 +126,11 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
 
 def summary(results: MatrixResults, file: str) -> str:
     """Return what the file has, how well C is known, and what its models took."""
-    grid, costs = results.scene.grid, models_of(results.matrices)
+    grid, costs = results.scene.grid, costs_by_model(results.matrices)
     body, worst = max(results.errors.items(), key=lambda item: item[1].total)
     return (
         f"{file}: C between {grid.n_s} strips at {grid.n_x} lags, known to {percent(worst.total)} (worst: "
-        f"{worst.component}, {body}); its models took {seconds_of(costs):.0f} s and "
+        f"{worst.component}, {body}); its models took {solver_seconds(costs):.0f} s and "
         f"{max(cost.peak_memory for cost in costs.values()):.0f} MB."
     )
 
@@ -138,7 +138,7 @@ def summary(results: MatrixResults, file: str) -> str:
 def _sections(
     results: MatrixResults, plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck], strip: int
 ) -> Iterator[Section | Folded]:
-    scene, costs = results.scene, models_of(results.matrices)
+    scene, costs = results.scene, costs_by_model(results.matrices)
     grid = scene.grid
     reading = CHART.format(main_body(scene.compared), strip, grid.strips[strip]) + COMPONENT_NAMES
     yield Section("", [chart(response(results, strip)), Note(reading)])
@@ -184,7 +184,7 @@ def _sections(
         heading = f"Errors of approximations of the {body} matrix"
         yield Folded(heading, [APPROXIMATIONS, displacements, entries])
     text = (
-        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with models from the store: "
+        f"Models: {solver_seconds(costs):.0f} s when they were solved. This run, with models from the store: "
         f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )
     yield Folded("Cost: expected / actual", [cost_table(plans, costs), text])
@@ -272,7 +272,7 @@ def response(results: MatrixResults, strip: int) -> xr.Dataset:
     """
     scene, grid, body = results.scene, results.scene.grid, main_body(results.scene.compared)
     names = dict.fromkeys([*results.deviations[body], *MAPPED_VARIANTS])
-    c = total([results.matrices[part].column(strip, SOURCE) for part in parts_of(body)])
+    c = total([results.matrices[part].column(strip, SOURCE) for part in solved_parts(body)])
     approximated = approximations([name for name in names if name != "C"], solids(scene)[body], grid, strip)
     ics = {name: ics / grid.area for name, ics in approximated.items()} | {"C": c.ic}
     dims = ("i", "j", "lag", "s")
@@ -310,15 +310,15 @@ def _cells(part: xr.Dataset, component: str, rounding: float) -> Iterator[ChartC
     yield _map(part.matrix, "C", part.matrix)
     differences = minus_c.ic.sel(variant=[*MAPPED_VARIANTS])
     for name in MAPPED_VARIANTS:
-        yield _map(differences.sel(variant=name), f"{symbol_of(name)} minus C", differences)
+        yield _map(differences.sel(variant=name), f"{ics_symbol(name)} minus C", differences)
     yield _map(part.estimate, "estimated error of C", part.estimate)
 
 
 def _panel(part: xr.Dataset, across: str, title: str, up: str, rounding: float) -> Panel:
-    looks = looks_of(map(str, part.variant.values))
+    looks = ics_looks(map(str, part.variant.values))
     curves = [
         Curve(
-            symbol_of(name),
+            ics_symbol(name),
             part[across].values,
             part.ic.sel(variant=name).values,
             looks[name],

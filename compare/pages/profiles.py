@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.charts import Chart, Curve, Panel, chart_of
+from compare.report.charts import Chart, Curve, Panel, simple_chart
 from compare.report.looks import INK, Look
 from compare.report.parts import Folded, Items, Note, Page, Section, write_results
 from compare.report.tables import Cell, Row, Table, numbers
@@ -112,18 +112,18 @@ ALONG = "arc length s from the gauge side [mm]"
 
 def section(understood: Understood) -> Chart:
     """Return the points and the curve to scale."""
-    return chart_of("section", _panels(understood)[:1], 1, 1.5)
+    return simple_chart("section", _panels(understood)[:1], 1, 1.5)
 
 
 def over_length(understood: Understood) -> Chart:
     """Return residual, inclination and curvature over the arc length."""
     panels = _panels(understood)[1:]
-    return chart_of("over_length", panels, len(panels))
+    return simple_chart("over_length", panels, len(panels))
 
 
 def all_panels(understood: Understood) -> Chart:
     """Return all panels: the section to scale, residual, inclination and curvature over the arc length."""
-    return chart_of("profile", _panels(understood), 2)
+    return simple_chart("profile", _panels(understood), 2)
 
 
 def _panels(understood: Understood) -> list[Panel]:

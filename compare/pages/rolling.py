@@ -23,12 +23,12 @@ from compare.pages.friction import (
     worst_friction,
 )
 from compare.report.charts import Chart, Curve, Panel
-from compare.report.looks import Look, symbol_of
+from compare.report.looks import Look, ics_symbol
 from compare.report.parts import Folded, Section, extreme, range_text
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.datasets import DISPLACED
 from femic.contact.motions.rolling import OF_CURVE
-from femic.results.contact import ics_of, others_of, reference_of
+from femic.results.contact import compared_ics, ics_names, reference_ics
 
 SUFFICES = 2.0  # % of friction times load: largest distance of curves up to which ICs suffice
 LIMIT = Look("#808080", "solid", width=1)
@@ -38,7 +38,7 @@ ACROSS = "creepage [%]"
 def parts(dataset: xr.Dataset) -> PageParts:
     """Return how far the creep-force curves of ICs are from the reference's, tractions, and free rolling."""
     symbol = reference_symbol(dataset)
-    zero = 100 * dataset.zero_creepage.sel(ics=reference_of(dataset))
+    zero = 100 * dataset.zero_creepage.sel(ics=reference_ics(dataset))
     pressed_too = (
         "The limit of the force is larger than friction times load, since the flanks are pressed together, "
         "too. "
@@ -73,9 +73,9 @@ def answer(dataset: xr.Dataset) -> Table:
     zero, slope = (quantity_label(dataset, name) for name in ("zero_creepage", "slope"))
     largest, estimates = (100 * dataset[name].max("friction") for name in ("largest", "estimate_largest"))
     at = dataset.sel(friction=friction)
-    reference = at.sel(ics=reference_of(dataset))
+    reference = at.sel(ics=reference_ics(dataset))
     rows = []
-    for name in ics_of(dataset):
+    for name in ics_names(dataset):
         curve, off, known = at.sel(ics=name), largest.sel(ics=name), estimates.fillna(0.0).sel(ics=name)
         away = zero.factor * (curve.zero_creepage - reference.zero_creepage)
         cells: list[Cell | str] = [
@@ -85,9 +85,9 @@ def answer(dataset: xr.Dataset) -> Table:
             _estimate_text(curve, "slope", slope.factor),
             number_text(percent_change(curve.slope, reference.slope), "+.1f"),
         ]
-        if name == reference_of(dataset):
+        if name == reference_ics(dataset):
             cells[0] = cells[2] = cells[4] = ""
-        rows.append(Row(symbol_of(name), cells))
+        rows.append(Row(ics_symbol(name), cells))
     columns = [
         Column(f"largest distance from the curve with {symbol}", difference_unit(dataset)),
         Column(f"creepage without force, friction {friction:g}", zero.unit),
@@ -112,7 +112,7 @@ def creep_force(dataset: xr.Dataset) -> Chart:
         title = f"minus the curve with {reference_symbol(dataset)}"
         return [
             Panel("longitudinal force on the wheel", ACROSS, force.title, curves),
-            *([difference_panel(dataset, contacts, title)] if others_of(dataset) else []),
+            *([difference_panel(dataset, contacts, title)] if compared_ics(dataset) else []),
         ]
 
     alt = "creep-force curves by ICs, and their differences from the reference's"
@@ -121,7 +121,7 @@ def creep_force(dataset: xr.Dataset) -> Chart:
 
 def centre_line(dataset: xr.Dataset) -> Chart:
     """Return pressures and longitudinal tractions along x through the largest pressure, at equal force."""
-    reference, pressure = reference_of(dataset), dataset.p.sel(direction="n")
+    reference, pressure = reference_ics(dataset), dataset.p.sel(direction="n")
     strip = int(pressure.sel(ics=reference).max(["friction", "x"]).argmax("s"))
     along = dataset.isel(s=strip, x=covered_ranges(pressure.max("friction") > 0)["x"])
     place = f"at s = {float(along.s):.3g} mm"
@@ -131,13 +131,13 @@ def centre_line(dataset: xr.Dataset) -> Chart:
         p_n, p_x = (tractions.sel(direction=name) for name in ("n", "x"))
         bound = float(contacts.friction) * float(along.friction_factor) * p_n.sel(ics=reference)
         limits = [Curve("friction times pressure", along.x, sign * bound, LIMIT) for sign in (1, -1)]
-        minus = f"traction minus that with {symbol_of(reference)}"
+        minus = f"traction minus that with {ics_symbol(reference)}"
         away = curves_by_ics(along.x, p_x - p_x.sel(ics=reference))
         across = "x [mm]"
         return [
             Panel(f"pressure {place}", across, "p_n [MPa]", curves_by_ics(along.x, p_n)),
             Panel(f"traction {place}", across, "p_x [MPa]", [*limits, *curves_by_ics(along.x, p_x)]),
-            *([Panel(minus, across, "p_x [MPa]", away)] if others_of(dataset) else []),
+            *([Panel(minus, across, "p_x [MPa]", away)] if compared_ics(dataset) else []),
         ]
 
     return by_friction(dataset, "centre_line", panels, alt="pressures and tractions along the centre line")
@@ -147,12 +147,12 @@ def curve_tables(dataset: xr.Dataset) -> Folded:
     """Return the numbers of free rolling and the distances of curves, by friction and ICs."""
     labels = {name: quantity_label(dataset, name) for name in OF_CURVE}
     free, apart = [], []
-    for friction, name in product(dataset.friction.values, ics_of(dataset)):
-        title, curve = f"friction {friction:g}, {symbol_of(name)}", dataset.sel(friction=friction, ics=name)
+    for friction, name in product(dataset.friction.values, ics_names(dataset)):
+        title, curve = f"friction {friction:g}, {ics_symbol(name)}", dataset.sel(friction=friction, ics=name)
         cells = [_estimate_text(curve, key, label.factor) for key, label in labels.items()]
         moved = 100 * float(curve[f"{DISPLACED}zero_creepage"])
         free.append(Row(title, [*cells, Cell(moved, ".3g"), Cell(float(curve.seconds), ".3g")]))
-        if name != reference_of(dataset):
+        if name != reference_ics(dataset):
             apart.append(Row(title, [_estimate_text(curve, key, 100.0) for key in ("largest", "rms")]))
     columns = [
         *(Column(label.symbol, label.unit) for label in labels.values()),
@@ -173,7 +173,7 @@ def curve_tables(dataset: xr.Dataset) -> Folded:
 
 def remarks(dataset: xr.Dataset) -> Iterator[str]:
     """Yield the effect of the distance of the displaced wheel, and which contacts are less accurate."""
-    reference = dataset.sel(ics=reference_of(dataset))
+    reference = dataset.sel(ics=reference_ics(dataset))
     solved = reference.isel(friction=reference[f"{DISPLACED}zero_creepage"].notnull())
     if solved.sizes["friction"]:
         zero = 100 * (solved[f"{DISPLACED}zero_creepage"] - solved.zero_creepage)
@@ -185,11 +185,11 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
             f"without force by {signed_text(extreme(zero), known)}% and change p_max by "
             f"{number_text(extreme(p_max), '+.1%')}, with {reference_symbol(dataset)}."
         )
-    for name in ics_of(dataset):
+    for name in ics_names(dataset):
         simplified = dataset.simplified.sel(ics=name)
         if number := int(simplified.sum()):
             yield (
-                f"{symbol_of(name)}: {number} of {simplified.size} contacts were solved only with fewer "
+                f"{ics_symbol(name)}: {number} of {simplified.size} contacts were solved only with fewer "
                 "elements that follow others at the leading edge; these are less accurate."
             )
 

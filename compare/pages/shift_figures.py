@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.charts import Chart, Curve, Panel
-from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of
+from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
 from femic.contact.pairs.planar import PLANAR
 from geometries.arrays import Array
 
@@ -97,7 +97,7 @@ def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:
     """Return the best ICs in words: all that are a reference anywhere."""
     names = reference_names(dataset, quantity).values
     used = [name for name in rank_ics(dataset) if np.any(names == name)]
-    return " or ".join(symbol_of(name) for name in used)
+    return " or ".join(ics_symbol(name) for name in used)
 
 
 # --- charts ---------------------------------------------------------------------------------------------
@@ -129,14 +129,14 @@ def forces(dataset: xr.Dataset) -> Chart:
 
 def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
     """Return a quantity of both sides over the shift, and its differences."""
-    looks, shift, sides = looks_of(dataset.ics.values), dataset["shift"].values, dataset.side.values
+    looks, shift, sides = ics_looks(dataset.ics.values), dataset["shift"].values, dataset.side.values
     off = {name: 100 * difference(dataset, name, quantity) for name in drawing_order(dataset.ics.values)}
     share = " of friction × load" if quantity.of_friction else ""
     up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{share}]"
     values = [_by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit) for side in sides]
     differences = [
         [
-            Curve(symbol_of(name), shift, each.sel(side=side).values, looks[name])
+            Curve(ics_symbol(name), shift, each.sel(side=side).values, looks[name])
             for name, each in off.items()
             if np.isfinite(each.values).any()
         ]
@@ -156,10 +156,10 @@ def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
 
 def _by_ics(dataset: xr.Dataset, name: str, per_unit: float) -> list[Curve]:
     """Return a number over the shift with all ICs, with its estimates."""
-    looks, curves = looks_of(dataset.ics.values), []
+    looks, curves = ics_looks(dataset.ics.values), []
     for ics in drawing_order(dataset.ics.values):
         values, estimate = (per_unit * dataset[key].sel(ics=ics).values for key in (name, f"estimate_{name}"))
-        curves.append(Curve(symbol_of(ics), dataset["shift"].values, values, looks[ics], estimate))
+        curves.append(Curve(ics_symbol(ics), dataset["shift"].values, values, looks[ics], estimate))
     return curves
 
 
@@ -277,7 +277,7 @@ def patch_ranges(at: xr.Dataset, side: str) -> list[tuple[float, float]]:
 
 def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
     """Return the outlines of the patches of a side with all ICs; a left rail's field side is at the left."""
-    looks = looks_of(dataset.ics.values)
+    looks = ics_looks(dataset.ics.values)
     own = at.sel(side=side)
     curves = []
     for name in drawing_order(dataset.ics.values):
@@ -285,7 +285,7 @@ def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
         last = np.flatnonzero(np.isfinite(s))
         if len(last):
             until = last[-1] + 1
-            curves.append(Curve(symbol_of(name), s[:until], x[:until], replace(looks[name], marker="")))
+            curves.append(Curve(ics_symbol(name), s[:until], x[:until], replace(looks[name], marker="")))
     span = float(np.nanmax(np.abs(dataset.outline_x.values), initial=10.0))
     known = own.outline_s.values[np.isfinite(own.outline_s.values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (-span, span)

@@ -15,7 +15,7 @@ from compare.pages.shift_figures import (
     difference,
     reference_names,
 )
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import join_words
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts
 from femic.results.wheelset import value_text
@@ -31,7 +31,7 @@ def answer_table(dataset: xr.Dataset) -> Table:
             off = difference(dataset, name, quantity)
             if not np.isfinite(off).any():
                 continue
-            label = f"{symbol_of(name)}: {quantity.label}" if len(quantities) > 1 else symbol_of(name)
+            label = f"{ics_symbol(name)}: {quantity.label}" if len(quantities) > 1 else ics_symbol(name)
             within = [shifts_within(dataset, name, limit, quantity) for limit in LIMITS]
             own = worst_contact(dataset, name, quantity)
             values = [
@@ -165,8 +165,8 @@ def pressure_table(dataset: xr.Dataset) -> Table:
         cells = [Cell(float(own.p_max.sel(ics=name)), ".1f", below[name]) for name in names]
         shares = [Cell(float(each.sel(shift=own["shift"], side=own.side)), "+.2f") for each in off.values()]
         rows.append(Row(label, [*cells, *shares]))
-    heads = [Column(f"p_max, {symbol_of(name)}", "MPa") for name in names]
-    further = [Column(f"{symbol_of(name)} differs", "%") for name in compared]
+    heads = [Column(f"p_max, {ics_symbol(name)}", "MPa") for name in names]
+    further = [Column(f"{ics_symbol(name)} differs", "%") for name in compared]
     return Table(CONTACT, [*heads, *further], rows)
 
 
@@ -201,7 +201,7 @@ def each_patch_table(dataset: xr.Dataset, *, several: bool) -> Table | None:
 def force_table(dataset: xr.Dataset) -> Table:
     """Return the creep forces of all contacts with the best ICs, with their estimated errors."""
     rows = [
-        Row(label, [symbol_of(best.ics.item()), *_cells(best, FORCES, estimates=True)])
+        Row(label, [ics_symbol(best.ics.item()), *_cells(best, FORCES, estimates=True)])
         for label, best in _contacts(dataset, "F_x")
     ]
     return Table(CONTACT, [*texts("ICs"), *_columns(FORCES)], rows)
@@ -213,7 +213,7 @@ def rolling_patch_table(dataset: xr.Dataset) -> Table:
     for label, best in _contacts(dataset, "F_x"):
         for k in range(dataset.sizes["area"]):
             if np.isfinite(best.area_F_n[k]):
-                ics = "" if k else symbol_of(best.ics.item())
+                ics = "" if k else ics_symbol(best.ics.item())
                 rows.append(Row("" if k else label, [ics, *_cells(best.isel(area=k), AREA)]))
     return Table(CONTACT, [*texts("ICs"), *_columns(AREA)], rows)
 
@@ -225,7 +225,7 @@ def wheelset_table(dataset: xr.Dataset) -> Table:
         for k, name in enumerate(dataset.ics.values):
             own = dataset.sel(shift=shift, ics=name)
             if np.isfinite(own.xi_0):
-                cells = [symbol_of(str(name)), *_cells(own, AXLE, estimates=True)]
+                cells = [ics_symbol(str(name)), *_cells(own, AXLE, estimates=True)]
                 rows.append(Row("" if k else f"{shift:g} mm", cells))
     return Table("shift", [*texts("ICs"), *_columns(AXLE)], rows)
 

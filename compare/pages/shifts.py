@@ -21,7 +21,7 @@ from compare.pages.shift_tables import (
     values_table,
     wheelset_table,
 )
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell
 from femic.contact.finite_strain import finite_strain_share
@@ -79,7 +79,7 @@ def summary(dataset: xr.Dataset) -> str:
     best = best_ics(dataset, own)
     contact = own.sel(ics=best)
     return (
-        f"The largest pressure is {float(contact.p_max):.0f} MPa with {symbol_of(best)}, at "
+        f"The largest pressure is {float(contact.p_max):.0f} MPa with {ics_symbol(best)}, at "
         f"{float(own['shift']):g} mm, {own.side.item()} wheel, where the rail's inclination changes by "
         f"{float(contact['angle']):.0f} degrees across the patch. The equivalent conicity at "
         f"{dataset.attrs['amplitude']:g} mm is {conicity.text}."

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.charts import Cell, Chart, Curve, Map, Panel
-from compare.report.looks import OWN, Look, looks_of, symbol_of
+from compare.report.looks import OWN, Look, ics_looks, ics_symbol
 from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS, TRUE
 from femic.stresses.field import von_mises
 from geometries.arrays import Array
@@ -28,7 +28,7 @@ SHORT = {TRUE: "true", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of
 
 def reference_symbol(dataset: xr.Dataset) -> str:
     """Return the symbol of the ICs whose tractions load the bodies."""
-    return symbol_of(str(dataset.attrs["reference"]))
+    return ics_symbol(str(dataset.attrs["reference"]))
 
 
 def source_label(dataset: xr.Dataset, source: str) -> str:
@@ -207,9 +207,9 @@ def worn_chart(dataset: xr.Dataset) -> Chart:
 
 def _along_s(title: str, up: str, values: xr.DataArray) -> Panel:
     """Return curves over s by ICs."""
-    looks = looks_of(map(str, values.ics.values))
+    looks = ics_looks(map(str, values.ics.values))
     curves = [
-        Curve(symbol_of(n), values.s.values, values.sel(ics=n).values, look) for n, look in looks.items()
+        Curve(ics_symbol(n), values.s.values, values.sel(ics=n).values, look) for n, look in looks.items()
     ]
     return Panel(title, "s [mm]", up, curves)
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from compare.pages import stress_figures as figures
 from compare.pages.stress_figures import bodies, reference_symbol, source_label, sources
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
 from femic.results.damage import OF_DAMAGE
@@ -159,7 +159,7 @@ def damage_table(dataset: xr.Dataset) -> Table:
                     below = _change(value / reference[variable] - 1)
                 cells.append(Cell(text, below=below))
             rows.append(Row(f"{number.title}: {number.meaning}", cells))
-    return Table("number", [Column(symbol_of(name)) for name in names], rows)
+    return Table("number", [Column(ics_symbol(name)) for name in names], rows)
 
 
 def worn_table(dataset: xr.Dataset) -> Table:
@@ -179,7 +179,7 @@ def worn_table(dataset: xr.Dataset) -> Table:
         rows.append(Row(f"{symbol}, new → worn", [" → ".join(f"{v:.4g}" for v in both) for both in values]))
     turned = [f"{float(dataset.turned.sel(ics=name)):.2g}" for name in names]
     rows.append(Row("largest change of a surface's inclination [°]", turned))
-    return Table("worn contact", [Column(symbol_of(name)) for name in names], rows)
+    return Table("worn contact", [Column(ics_symbol(name)) for name in names], rows)
 
 
 def _change(share: xr.DataArray) -> str:

@@ -20,12 +20,12 @@ from compare.pages.friction import (
     worst_friction,
 )
 from compare.report.charts import Chart, Curve, Panel
-from compare.report.looks import Look, drawing_order, looks_of, symbol_of
+from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import range_text
 from compare.report.tables import Cell, Column, Row, Table, with_estimate
 from femic.contact.datasets import STEADY
 from femic.contact.motions.rolling import scaled_force
-from femic.results.contact import ics_of, others_of, reference_of
+from femic.results.contact import compared_ics, ics_names, reference_ics
 
 NEAR = 0.05  # of the steady force, within which transient forces have reached it
 LEAST = 0.01  # of friction times load: smaller forces are not drawn
@@ -39,7 +39,7 @@ def parts(dataset: xr.Dataset) -> PageParts:
     creepages = ", ".join(
         f"{name} {factor * dataset.attrs[name]:.3g}{unit}" for name, (factor, unit) in UNITS.items()
     )
-    reference = dataset.sel(ics=reference_of(dataset))
+    reference = dataset.sel(ics=reference_ics(dataset))
     settled = [settling_distance(reference.sel(friction=friction)) for friction in dataset.friction]
     reached = range_text(settled, ".3g") if np.isfinite(settled).any() else "–"
     return PageParts(
@@ -72,16 +72,16 @@ def answer(dataset: xr.Dataset) -> Table:
     force, at = quantity_label(dataset, "F_x"), dataset.sel(friction=friction)
     largest, known = largest_differences(dataset)
     rows = []
-    for name in ics_of(dataset):
+    for name in ics_names(dataset):
         rolling = at.sel(ics=name)
-        end, compared = rolling.isel(distance=-1), name != reference_of(dataset)
+        end, compared = rolling.isel(distance=-1), name != reference_ics(dataset)
         cells: list[Cell | str] = [
             with_estimate(force.factor * end.F_x, force.factor * end.estimate_F_x),
             with_estimate(*(force.factor * end[f"{prefix}F_x"] for prefix in (STEADY, f"estimate_{STEADY}"))),
             Cell(settling_distance(rolling), ".3g"),
             with_estimate(largest.sel(ics=name), known.sel(ics=name)) if compared else "",
         ]
-        rows.append(Row(symbol_of(name), cells))
+        rows.append(Row(ics_symbol(name), cells))
     columns = [
         Column(f"F_x in the end, friction {friction:g}", force.unit),
         Column("F_x, steady rolling", force.unit),
@@ -94,7 +94,7 @@ def answer(dataset: xr.Dataset) -> Table:
 def growth(dataset: xr.Dataset) -> Chart:
     """Return forces and sliding area over the rolled distance by all ICs, and the difference of F_x."""
     forces = [name for name in ("F_x", "F_y") if abs(scaled_force(dataset, name)).max() > LEAST]
-    looks, ends = looks_of(ics_of(dataset)), places(dataset)[[0, -1]]
+    looks, ends = ics_looks(ics_names(dataset)), places(dataset)[[0, -1]]
 
     def panel(contacts: xr.Dataset, name: str) -> Panel:
         """Return a number with its steady values as lines, and a force with friction times load."""
@@ -104,7 +104,7 @@ def growth(dataset: xr.Dataset) -> Chart:
         )
         curves = [
             Curve(
-                symbol_of(ics),
+                ics_symbol(ics),
                 ends,
                 [float(steady.sel(ics=ics))] * 2,
                 Look(looks[ics].colour, "dot", width=1),
@@ -120,7 +120,7 @@ def growth(dataset: xr.Dataset) -> Chart:
 
     def panels(contacts: xr.Dataset) -> list[Panel]:
         cells = [panel(contacts, name) for name in forces]
-        if others_of(dataset):
+        if compared_ics(dataset):
             title = f"F_x minus the one with {reference_symbol(dataset)}"
             cells.insert(1, difference_panel(dataset, contacts, title))
         return [*cells, panel(contacts, "sliding_share")]

@@ -188,12 +188,12 @@ class Chart:
         return {curve.label: curve.drawn_look for curve in curves if curve.label}
 
 
-def chart_of(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:
+def simple_chart(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:
     """Return a chart without a slider."""
     return Chart(name, {"": cells}, columns, heights=heights)
 
 
-def curves_of(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | None = None) -> list[Curve]:
+def make_curves(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | None = None) -> list[Curve]:
     """Return curves by their labels, such as "B̂", in the looks of these ICs; the estimate is the band of C.
 
     Curves that are NaN everywhere are left out.

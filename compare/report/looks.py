@@ -51,7 +51,7 @@ FURTHER = tuple(
 )
 
 
-def symbol_of(name: str) -> str:
+def ics_symbol(name: str) -> str:
     """Return the symbol of C, a map of it, FE, planar contact, a half-space, or of one or several forms."""
     if is_map(name):
         path = Path(name)
@@ -62,7 +62,7 @@ def symbol_of(name: str) -> str:
     return fixed[name] if name in fixed else exchanged_symbol(name)
 
 
-def looks_of(names: Iterable[str]) -> dict[str, Look]:
+def ics_looks(names: Iterable[str]) -> dict[str, Look]:
     """Return the look of each of some ICs: its own, or a further one in turn."""
     further = cycle(FURTHER)
     return {name: OWN[name] if name in OWN else next(further) for name in names}
@@ -73,7 +73,7 @@ def label_looks(labels: Iterable[str]) -> dict[str, Look]:
 
     Where more is said of ICs, as in "B, not revolved" or "B with the factor", their line has more gaps.
     """
-    by_symbol, further = {symbol_of(name): look for name, look in OWN.items()}, cycle(FURTHER)
+    by_symbol, further = {ics_symbol(name): look for name, look in OWN.items()}, cycle(FURTHER)
     looks = {}
     for label in labels:
         symbol = re.split("[ ,]", label)[0]

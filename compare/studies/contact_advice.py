@@ -6,7 +6,7 @@ from typing import Any
 import xarray as xr
 
 from approx.variants import needed_forms
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.studies.contact_frontier import NO_MAPS, TIGHTEST, approximations, compute_contact_frontier
 from compare.studies.frontier import REFERENCE_FACTOR, Advice, Question, advise
 from femic.advice.expected import Expectation
@@ -67,7 +67,7 @@ def expected_advice(scene: Scene, question: Question, expectation: Expectation) 
     label = f"contact.ics = [{closest!r}]"
     known = [expectation.sentence_of(closest, number) for number in question.names]
     if simplest != closest:
-        known.append(f"{symbol_of(simplest)} is good enough, too: expected within {bounds[simplest]:.1%}.")
+        known.append(f"{ics_symbol(simplest)} is good enough, too: expected within {bounds[simplest]:.1%}.")
     text = (
         f"Use {label}: {', '.join(question.names)} expected within {bounds[closest]:.2%} (tolerance "
         f"{question.tolerance:.2%}). {' '.join([*known, OF_ICS_ALONE])}"

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from approx.variants import VARIANTS, needs_effective
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.studies.frontier import (
     APPROXIMATION,
     Method,
@@ -42,7 +42,7 @@ from femic.reference.refinement import plans, total_seconds
 from femic.reference.run_options import DEFAULT, Level, RunOptions, Solved, Watch
 from femic.results.contact import compute_contact, map_names, require_solvable, to_dataset
 from femic.results.friction import compute_with_friction
-from femic.results.ics import seconds_of
+from femic.results.ics import solver_seconds
 from femic.results.matrices import discounted
 from femic.scenes.ic_names import is_map
 from femic.scenes.load import load_scene
@@ -97,7 +97,7 @@ def contact_methods(scene: Scene, tightest: float = TIGHTEST) -> Iterator[Method
 
 def contact_method(ics: str, kind: str, elements: int = 0, tolerance: float = np.nan) -> Method:
     """Return a way to a contact; its name is that of the ICs with the tolerance of C and elements."""
-    name, label, contact = ics, symbol_of(ics), dict[str, Any](ics=[ics])
+    name, label, contact = ics, ics_symbol(ics), dict[str, Any](ics=[ics])
     if elements:
         contact["elements"] = elements
     changes: dict[str, Any] = {"contact": contact}
@@ -352,8 +352,8 @@ def _seconds_before(
         wall = perf_counter() - start
         costs = {str(number): solved.model.cost for number, solved in enumerate(models)}
         solved_now = {str(k): costs[str(k)] for k, solved in enumerate(models) if not solved.cached}
-        total["ics"] += seconds_of(costs)
-        total["operator"] += max(wall - seconds_of(solved_now), 0.0)
+        total["ics"] += solver_seconds(costs)
+        total["operator"] += max(wall - solver_seconds(solved_now), 0.0)
     return total
 
 

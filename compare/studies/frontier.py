@@ -24,11 +24,11 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from femic.reference.solid.pardiso import available as direct_available
 from femic.results.ics import (
     Results,
-    approximated,
+    approximate_all,
     compute,
-    measure_of,
-    reference_of,
-    refinement_shares_of,
+    ics_measure,
+    reference_ics,
+    refinement_shares,
     run_plans,
 )
 from femic.scenes.engine import EngineTable
@@ -440,12 +440,12 @@ def frontier_dataset(
     best = min(computed, key=lambda method: _largest_estimate(computed[method]))
     results, chosen = computed[best], places(scene.components)
     variants = [name for name in VARIANTS if scene.fitted or not needs_effective(name)]
-    approximate, clocked = approximated(replace(results.scene, variants=tuple(variants)), results.points)
+    approximate, clocked = approximate_all(replace(results.scene, variants=tuple(variants)), results.points)
     methods = [Method(name, VARIANTS[name].symbol, APPROXIMATION, name) for name in variants] + list(computed)
     tables: dict[str, list[Any]] = {name: [] for name in (*MEANINGS, "vanishes", "by_symmetry")}
     for body in scene.compared:
-        measure, c = measure_of(results, body), reference_of(results, body).ic
-        found = [reference_of(one, body) for one in computed.values()]
+        measure, c = ics_measure(results, body), reference_ics(results, body).ic
+        found = [reference_ics(one, body) for one in computed.values()]
         ics = np.stack([*(approximate[name, body] for name in variants), *(one.ic for one in found)])
         estimates = np.stack([*([np.zeros_like(c)] * len(variants)), *(one.estimate for one in found)])
         deviations = ics - c
@@ -485,7 +485,7 @@ def _largest_estimate(results: Results) -> float:
     This scale is the same for every way.
     """
     shares = (
-        refinement_shares_of(results, body, reference_of(results, body).estimate)
+        refinement_shares(results, body, reference_ics(results, body).estimate)
         for body in results.scene.compared
     )
     return float(np.max([worst_shares(results.scene, shares_of_lines) for shares_of_lines in shares]))

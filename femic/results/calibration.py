@@ -13,7 +13,7 @@ from approx.effective import EffectiveProperties
 from approx.pair import Pair
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import Results, compute, points_of, reference_of, solids, with_approximations
+from femic.results.ics import Results, compute, line_points, reference_ics, solids, with_approximations
 from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
@@ -44,7 +44,7 @@ def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
     require_calibration(scene)
     results, calibration = compute(extended(scene), options), scene.calibration
     options.watch.on_stage("  fitting")
-    targets = {body: target_of(results, body) for body in calibration.bodies}
+    targets = {body: fit_target(results, body) for body in calibration.bodies}
     fits = {body: fit(target, calibration.properties) for body, target in targets.items()}
     effective = {body: body_fit.effective for body, body_fit in fits.items()}
     remaining = {name: scene.effective[name] for name in _remaining_bodies(scene, effective)}
@@ -92,13 +92,13 @@ def require_calibration(scene: Scene) -> None:
     require_none(scene.name, errors)
 
 
-def target_of(results: Results, body: str) -> Target:
+def fit_target(results: Results, body: str) -> Target:
     """Return the target of a fit: C of a body and its estimate at the points of the scene's calibration."""
     scene = results.scene
-    points = points_of(results, scene.calibration.lines)
+    points = line_points(results, scene.calibration.lines)
     fitted = places(scene.calibration.components)
     c, error = (
-        scene.patch.area * getattr(reference_of(results, body), part)[fitted][:, points]
+        scene.patch.area * getattr(reference_ics(results, body), part)[fitted][:, points]
         for part in ("ic", "estimate")
     )
     return replace(target_from(scene, c, body), error=error)
@@ -115,7 +115,7 @@ def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
     return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
 
 
-def unit_of(scene: Scene) -> float:
+def dimensionless_factor(scene: Scene) -> float:
     """Return the factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
     return scene.reference_E * scene.reference_length / scene.patch.area
 

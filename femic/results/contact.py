@@ -90,19 +90,19 @@ def compute_contact(
 # --- the dataset ----------------------------------------------------------------------------------------
 
 
-def ics_of(dataset: xr.Dataset) -> list[str]:
+def ics_names(dataset: xr.Dataset) -> list[str]:
     """Return the names of the ICs."""
     return [str(name) for name in dataset.ics.values]
 
 
-def reference_of(dataset: xr.Dataset) -> str:
+def reference_ics(dataset: xr.Dataset) -> str:
     """Return the ICs that others are compared with."""
-    return reference_name(ics_of(dataset))
+    return reference_name(ics_names(dataset))
 
 
-def others_of(dataset: xr.Dataset) -> list[str]:
+def compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with the reference."""
-    return [name for name in ics_of(dataset) if name != reference_of(dataset)]
+    return [name for name in ics_names(dataset) if name != reference_ics(dataset)]
 
 
 def case_names(dataset: xr.Dataset) -> list[str]:

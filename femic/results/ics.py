@@ -58,10 +58,10 @@ class Results:
     @property
     def models(self) -> dict[str, Cost]:
         """The cost of every solved model, by body and model."""
-        return models_of(self.references) | models_of(self.checks, "solid check, ")
+        return costs_by_model(self.references) | costs_by_model(self.checks, "solid check, ")
 
 
-def models_of(
+def costs_by_model(
     references: Mapping[str, Reference] | Mapping[str, MatrixReference], prefix: str = ""
 ) -> dict[str, Cost]:
     """Return the cost of every model of references by body, by "PREFIXBODY, MODEL"."""
@@ -72,7 +72,7 @@ def models_of(
     }
 
 
-def seconds_of(models: Mapping[str, Cost]) -> float:
+def solver_seconds(models: Mapping[str, Cost]) -> float:
     """Return the seconds of all stages of models, summed."""
     return sum(sum(cost.seconds.values()) for cost in models.values())
 
@@ -85,7 +85,7 @@ def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
     return Points(x, s), parts
 
 
-def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
+def line_points(results: Results, lines: Iterable[OffsetLine]) -> Indices:
     """Return the indices of the points of lines, (n,)."""
     parts = [results.lines[line.name] for line in lines]
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
@@ -120,16 +120,16 @@ def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
         options.watch.on_stage(f"  check with the {scene.check.settings.engine.name} engine")
         checks = references(jobs(scene.check), options, combined=combined)
     points, lines = scene_points(scene)
-    approximations, seconds = approximated(scene, points)
+    approximations, seconds = approximate_all(scene, points)
     for variant, of_variant in (("C", solved), ("C_solid", checks)):
         if of_variant:
-            per_body = {name: seconds_of(reference.models) for name, reference in of_variant.items()}
+            per_body = {name: solver_seconds(reference.models) for name, reference in of_variant.items()}
             summed = per_body | {"combined": sum(per_body.values())}
             seconds |= {(variant, name): value for name, value in summed.items()}
     return Results(scene, points, lines, reference_jobs, solved, checks, approximations, seconds)
 
 
-def approximated(
+def approximate_all(
     scene: Scene, points: Points
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Return approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
@@ -155,7 +155,7 @@ def approximation(scene: Scene, variant: str, body: str, points: Points) -> Arra
 
 def with_approximations(results: Results, scene: Scene) -> Results:
     """Return the results with another scene, which has the same points, and its approximations."""
-    approximations, seconds = approximated(scene, results.points)
+    approximations, seconds = approximate_all(scene, results.points)
     return replace(
         results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
     )
@@ -170,52 +170,52 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
 # --- ICs and errors by body -----------------------------------------------------------------------------
 
 
-def reference_of(results: Results, body: str) -> EstimatedICs:
+def reference_ics(results: Results, body: str) -> EstimatedICs:
     """Return C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
-    return total([results.references[name].c for name in parts_of(body)])
+    return total([results.references[name].c for name in solved_parts(body)])
 
 
-def check_of(results: Results, body: str) -> EstimatedICs:
+def check_ics(results: Results, body: str) -> EstimatedICs:
     """Return C of the check with its estimate, (3, 3, n_points) [mm/N]."""
-    return total([results.checks[name].c for name in parts_of(body)])
+    return total([results.checks[name].c for name in solved_parts(body)])
 
 
-def ics_of(results: Results, variant: str, body: str) -> Array:
+def select_ics(results: Results, variant: str, body: str) -> Array:
     """Return ICs of a body or of both, (3, 3, n_points) [mm/N]: C, C of the check or an approximation."""
     if variant == "C":
-        return reference_of(results, body).ic
-    return check_of(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
+        return reference_ics(results, body).ic
+    return check_ics(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
 
 
-def parts_of(body: str) -> tuple[str, ...]:
+def solved_parts(body: str) -> tuple[str, ...]:
     """Return the bodies whose ICs add up: both for "combined", else the body itself."""
     return ("upper", "lower") if body == "combined" else (body,)
 
 
-def measure_of(results: Results, body: str) -> Measure:
+def ics_measure(results: Results, body: str) -> Measure:
     """Return the measure of errors of a body's ICs: `femic.ic_errors.error_measure`."""
     points, patch = (results.points.x, results.points.s), results.scene.patch
     a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
-    return Measure.against(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
+    return Measure.against(reference_ics(results, body), a[N, N], results.lines, far_from(patch, *points))
 
 
 def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return differences between C of both engines and sums of their estimates, by line, (3, 3) [-]."""
-    c, check, measure = reference_of(results, body), check_of(results, body), measure_of(results, body)
+    c, check, measure = reference_ics(results, body), check_ics(results, body), ics_measure(results, body)
     return measure.shares(c.ic - check.ic), measure.shares(c.estimate + check.estimate)
 
 
-def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
+def refinement_scales(results: Results, body: str) -> dict[str, Array]:
     """Return the scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.job`."""
-    return scales([results.jobs[name] for name in parts_of(body)], reference_of(results, body).ic)
+    return scales([results.jobs[name] for name in solved_parts(body)], reference_ics(results, body).ic)
 
 
-def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
+def refinement_shares(results: Results, body: str, deviations: Array) -> dict[str, Array]:
     """Return deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement, by line.
 
     These shares are compared with a tolerance.
     """
-    by_line = refinement_scales_of(results, body)
+    by_line = refinement_scales(results, body)
     return {
         line: np.max(np.abs(deviations[..., part]), axis=-1) / by_line[line]
         for line, part in results.lines.items()

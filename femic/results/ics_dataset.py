@@ -18,12 +18,12 @@ from femic.reference.solid.engine import RESIDUAL
 from femic.results.ics import (
     Results,
     approximation,
-    check_of,
-    ics_of,
-    measure_of,
-    reference_of,
-    refinement_shares_of,
+    check_ics,
+    ics_measure,
+    reference_ics,
+    refinement_shares,
     scene_points,
+    select_ics,
 )
 from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
@@ -48,7 +48,7 @@ def to_dataset(results: Results) -> xr.Dataset:
     the other variables. ICs that were not computed are NaN.
     """
     bodies, references = results.scene.compared, results.references
-    ic = [[ics_of(results, variant, body) for body in bodies] for variant in results.variants]
+    ic = [[select_ics(results, variant, body) for body in bodies] for variant in results.variants]
     raw, m = (
         np.stack([getattr(reference, name) for reference in references.values()])
         for name in ("raw", "discount")
@@ -109,12 +109,12 @@ def _load(scene: Scene) -> dict[str, str | float]:
 
 def _estimates(results: Results) -> dict[str, xr.Variable]:
     """Return the estimated error of C, its parts, and the estimate of the other engine's C."""
-    c = [reference_of(results, body) for body in results.scene.compared]
+    c = [reference_ics(results, body) for body in results.scene.compared]
     values = {
         name: ([getattr(body_c, part) for body_c in c], meaning) for part, (name, meaning) in PARTS.items()
     }
     if results.checks:
-        checks = [check_of(results, body).estimate for body in results.scene.compared]
+        checks = [check_ics(results, body).estimate for body in results.scene.compared]
         values["estimate_solid"] = checks, "estimated error of C_solid"
     return {
         name: xr.Variable(("body", *LOCAL), np.stack(arrays), PER_LOAD | {"meaning": meaning})
@@ -243,9 +243,9 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     The errors of the variant "C" are its estimates, those of "C_solid" differences between both engines.
     """
     bodies = results.scene.compared
-    measures = {body: measure_of(results, body) for body in bodies}
+    measures = {body: ics_measure(results, body) for body in bodies}
     refinement = [
-        _stack(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values)) for body in bodies
+        _stack(refinement_shares(results, body, dataset.estimate.sel(body=body).values)) for body in bodies
     ]
     measured = _measured(dataset, measures).assign(
         estimate_refinement=(("body", *BY_LINE), np.stack(refinement))
@@ -255,14 +255,14 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
         shares = [_stack(measures[body].shares(of_body)) for body, of_body in zip(bodies, both, strict=True)]
         measured["estimate_both"] = ACCURACY_OF_C["estimate_both"][0], np.stack(shares)
     solved = {
-        name: (measure_of(results, name), reference.c) for name, reference in results.references.items()
+        name: (ics_measure(results, name), reference.c) for name, reference in results.references.items()
     }
     values = {
         "solved_error": [_stack(measure.shares(c.estimate)) for measure, c in solved.values()],
         "solved_vanishes": [measure.vanishing for measure, _ in solved.values()],
         "solved_refinement": [
             [
-                _stack(refinement_shares_of(results, name, getattr(c, part)))
+                _stack(refinement_shares(results, name, getattr(c, part)))
                 for part in PARTS_OF_ACCURACY.values()
             ]
             for name, (_, c) in solved.items()

@@ -34,7 +34,7 @@ from femic.reference.matrix.reference import (
 from femic.reference.refinement import ModelPlan, plans, worst_shares
 from femic.reference.result import EstimatedICs, total
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import models_of, parts_of, solids
+from femic.results.ics import costs_by_model, solids, solved_parts
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import grid_misfits
@@ -166,9 +166,9 @@ def evaluate_strip(
         by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
     errors, deviations = {}, {}
     for body, c in columns.items():
-        jobs = [solved[part].job for part in parts_of(body)]
+        jobs = [solved[part].job for part in solved_parts(body)]
         errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
-        without_bending = total([by_source[part] for part in parts_of(body)])
+        without_bending = total([by_source[part] for part in solved_parts(body)])
         column = ReferenceColumn(without_bending, is_far(strip, grid), half_spaces_nn(strip, jobs))
         known = [name for name in scene.variants if body in scene.fitted or not needs_effective(name)]
         differences = {
@@ -324,7 +324,7 @@ def file_size(scene: Scene) -> int:
 
 def _attributes(results: MatrixResults) -> dict[str, str | float]:
     scene = results.scene
-    models = {name: asdict(cost) for name, cost in models_of(results.matrices).items()}
+    models = {name: asdict(cost) for name, cost in costs_by_model(results.matrices).items()}
     return {
         "title": f"IC matrix: {scene.title}",
         "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "

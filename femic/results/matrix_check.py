@@ -9,7 +9,7 @@ from femic.reference.engine import Points
 from femic.reference.job import Job, component_of
 from femic.reference.refinement import references
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import seconds_of
+from femic.results.ics import solver_seconds
 from femic.results.matrices import SOURCE, MatrixResults
 from femic.scenes.engine import CHECK_ENGINE, CHECK_TOLERANCE
 from femic.scenes.scene import Scene
@@ -83,5 +83,5 @@ def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list
             ]
             worst = max(one for one in compared if not component_of(measure.vanishing, one[1]))
             closest = max(share / bound for share, _, bound in compared if bound > 0)
-            checks.append(ColumnCheck(body, strip, *worst, closest, seconds_of(solved[body].models)))
+            checks.append(ColumnCheck(body, strip, *worst, closest, solver_seconds(solved[body].models)))
     return checks

@@ -8,7 +8,7 @@ import pytest
 
 from femic.reference.engines import SOLID
 from femic.reference.run_options import RunOptions
-from femic.results.ics import compute, refinement_shares_of
+from femic.results.ics import compute, refinement_shares
 from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from tests.coarse import tuned_sections
@@ -104,7 +104,7 @@ def estimated_errors(results):
     return {
         (body, line): errors
         for body, reference in results.references.items()
-        for line, errors in refinement_shares_of(results, body, reference.c.estimate).items()
+        for line, errors in refinement_shares(results, body, reference.c.estimate).items()
     }
 
 

@@ -30,8 +30,8 @@ from compare.campaigns.report.fields import (
     share,
     values_text,
 )
-from compare.report.charts import Chart, Curve, Map, Panel, chart_of
-from compare.report.looks import INK, Look, drawing_order, looks_of, symbol_of, without_marker
+from compare.report.charts import Chart, Curve, Map, Panel, simple_chart
+from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol, without_marker
 from geometries.arrays import Array
 
 # --- maps -----------------------------------------------------------------------------------------------
@@ -125,8 +125,8 @@ def columns_for(count: int) -> int:
 
 def field_chart(field: Field, plane: Plane, slider: str) -> Chart:
     """Return maps of all columns of a field, by its rows; the closest first."""
-    steps = {symbol_of(row): _maps(field.select(rows=[row]), plane, field) for row in field.rows}
-    start = symbol_of(field.closest if field.rates_ics else field.rows[0])
+    steps = {ics_symbol(row): _maps(field.select(rows=[row]), plane, field) for row in field.rows}
+    start = ics_symbol(field.closest if field.rates_ics else field.rows[0])
     return _chart(field.name, steps, field, slider, start)
 
 
@@ -186,7 +186,7 @@ def within_chart(field: Field, plane: Plane) -> Chart:
     """
     powers, known = xr.DataArray(2.0 ** np.arange(len(field.rows)), dims=ROW), field.values.notnull().any(ROW)
     sets = {level: ((field.sizes <= level) * powers).sum(ROW).where(known) for level in LEVELS}
-    kinds, looks = _kinds(list(sets.values()), list(map(symbol_of, field.rows))), looks_of(field.rows)
+    kinds, looks = _kinds(list(sets.values()), list(map(ics_symbol, field.rows))), ics_looks(field.rows)
     numbers = list(kinds)
     rare = float(numbers.index(RARE)) if RARE in kinds else np.nan
 
@@ -195,7 +195,7 @@ def within_chart(field: Field, plane: Plane) -> Chart:
         lines = [
             line
             for row in drawing_order(field.rows)
-            for line in plane.line(symbol_of(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
+            for line in plane.line(ics_symbol(row), sizes.sel({ROW: row}), level, without_marker(looks[row]))
         ]
         places = np.select([in_column == number for number in numbers], range(len(numbers)), rare)
         shown = in_column.copy(data=places).where(in_column.notnull())
@@ -228,7 +228,7 @@ def advised_chart(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArra
     advised, kinds = advice
     if len(axes) == 1:
         curve = Curve("", axes[0].at, advised.values, Look(INK, "", "circle"))
-        return chart_of("advice", [_axes_panel(ADVISED, axes[0], [curve], names_y=list(kinds))], 1, 0.6)
+        return simple_chart("advice", [_axes_panel(ADVISED, axes[0], [curve], names_y=list(kinds))], 1, 0.6)
     if "sample" in failed.dims:
         across, up = axes[:2]
         chosen = evenly_spaced(len(across.values), MOST_POINTS)
@@ -238,14 +238,14 @@ def advised_chart(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArra
             for k, (label, colour) in enumerate(kinds.items())
         ]
         panel = _axes_panel(ADVISED, across, points, up.label, log_y=up.is_logarithmic, names_y=up.categories)
-        return chart_of("advice", [panel], 1, 1.3)
+        return simple_chart("advice", [panel], 1, 1.3)
 
     def draw_map(place: Names) -> list[Map]:
         plane = Plane.from_axes(axes, failed.isel(place))
         return [plane.draw_kinds(ADVISED, advised.isel(place), kinds)]
 
     if len(axes) == 2:
-        return chart_of("advice", draw_map({}), 1)
+        return simple_chart("advice", draw_map({}), 1)
     third, further = axes[2], {axis.name: 0 for axis in axes[3:]}
     steps = {
         values_text({third.name: third.values[k]}): draw_map(further | {third.name: k})
@@ -264,7 +264,7 @@ LEAST = 100 * LOWEST  # smallest error that is drawn [%]
 def curves(field: Field, axis: ShownAxis) -> Chart:
     """Return curves of all rows over an axis, a panel per column; bands have the estimate."""
     panels = [_panel(field.select(columns=[column]), axis, column) for column in field.columns]
-    return chart_of(field.name, panels, columns_for(len(panels)))
+    return simple_chart(field.name, panels, columns_for(len(panels)))
 
 
 def clouds(field: Field, axes: Sequence[ShownAxis]) -> Chart:
@@ -289,7 +289,7 @@ def _axes_panel(title: str, axis: ShownAxis, curves: Sequence[Curve], up: str = 
 
 def _panel(field: Field, axis: ShownAxis, title: str, *, is_cloud: bool = False) -> Panel:
     """Return a panel of a field of one column over an axis."""
-    looks = looks_of(field.rows)
+    looks = ics_looks(field.rows)
     if is_cloud or not axis.is_number:
         looks = {row: replace(look, dash="") for row, look in looks.items()}
     above = [100 * level for level in LEVELS]
@@ -319,4 +319,4 @@ def _curve(field: Field, axis: ShownAxis, look: Look, *, has_band: bool) -> Curv
         estimate = 100 * field.floor.isel({COLUMN: 0}).values[known]
         band = np.array([np.minimum(estimate, y - LEAST) if is_error else estimate, estimate])
     has_estimate = band is not None and bool(np.isfinite(band).any())
-    return Curve(symbol_of(field.rows[0]), x, y, look, band if has_estimate else None)
+    return Curve(ics_symbol(field.rows[0]), x, y, look, band if has_estimate else None)

@@ -14,7 +14,7 @@ import xarray as xr
 
 from compare.campaigns.kinds import CURVES_LARGEST, HALF, OF_CONTACTS
 from compare.report.errors import COMPONENTS
-from compare.report.looks import INK, looks_of, symbol_of
+from compare.report.looks import INK, ics_looks, ics_symbol
 from compare.report.parts import join_words
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.ic_errors.error_measure import ROUNDING
@@ -365,9 +365,9 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact with {symbol_of(reference)}{f', at the last {several}' if several else ''}.",
+        f"Numbers of the contact with {ics_symbol(reference)}{', at the last ' + several if several else ''}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
-        reference=symbol_of(reference),
+        reference=ics_symbol(reference),
     )
 
 
@@ -385,7 +385,7 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
             deviation, estimate = furthest_along(deviation, dim), estimate.max(dim)
         deviations.append(deviation)
         estimates.append(estimate)
-    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), symbol_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), ics_symbol(reference)
     values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
@@ -480,6 +480,6 @@ def find_advice(dataset: xr.Dataset) -> Advice | None:
     used = sorted(known, key=lambda k: (k < 0, k))  # -1, none, comes last
     places = np.select([numbers == k for k in used], range(len(used)), np.nan)
     names = [str(dataset.variant.values[k]) for k in used if k >= 0]
-    looks = looks_of(names)
-    colours = {symbol_of(name): looks[name].colour.replace(INK, "#000000") for name in names}
+    looks = ics_looks(names)
+    colours = {ics_symbol(name): looks[name].colour.replace(INK, "#000000") for name in names}
     return numbers.copy(data=places), colours | ({NONE: GREY} if -1 in used else {})

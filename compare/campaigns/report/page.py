@@ -46,7 +46,7 @@ from compare.campaigns.report.tables import (
     main_axis,
     write_crossings,
 )
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
 from femic.cache import folders
 
@@ -202,7 +202,7 @@ def _map_sections(
     rated = f" {LINES}" if field.rates_ics and plane.has_lines else ""
     heading = f"{field.title} over {join_words(axis.name for axis in axes[:3])}"
     if not further:
-        title = f"{symbol_of(field.rows[0])}: {heading}" if len(field.rows) == 1 else heading
+        title = f"{ics_symbol(field.rows[0])}: {heading}" if len(field.rows) == 1 else heading
         chart = field_chart(field, plane, "ICs" if field.rates_ics else "body")
         yield Section(title, [chart, Note(f"{field.text}{rated} {meanings}")])
         return
@@ -216,5 +216,5 @@ def _map_sections(
     for number, row in enumerate(sorted(field.rows, key=lambda row: row != first)):
         name = f"{field.name}_by_{further[0].name}_{number}"
         blocks: list[Block] = [third_axis_chart(field, row, axes, failed, name), Note(note)]
-        title = f"{symbol_of(row)}: {heading}"
+        title = f"{ics_symbol(row)}: {heading}"
         yield Folded(title, blocks) if number else Section(title, blocks)

@@ -29,7 +29,7 @@ from compare.campaigns.report.fields import (
     values_text,
 )
 from compare.report.errors import colour
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.parts import join_words
 from compare.report.tables import ROUNDING, Cell, Column, Row, Table, with_estimate
 from femic.cache.files import replacing
@@ -194,7 +194,7 @@ def answer_table(field: Field, dataset: xr.Dataset) -> Table:
         return Cell(text, below=below, colour=colour(size))
 
     rows = [
-        Row(symbol_of(row), [cell(field.select(rows=[row], columns=[column])) for column in columns])
+        Row(ics_symbol(row), [cell(field.select(rows=[row], columns=[column])) for column in columns])
         for row in field.rows
     ]
     return Table(f"largest {field.kind}", [Column(column, "%") for column in columns], rows)
@@ -285,7 +285,7 @@ def worst_table(field: Field, dataset: xr.Dataset) -> Table:
 def _rows(field: Field, cells: Callable[[Field], list[Cell | str]]) -> list[Row]:
     """Return rows by column and row of a field, with cells for the part of each."""
     return [
-        Row(f"{column}, {symbol_of(row)}", cells(field.select(rows=[row], columns=[column])))
+        Row(f"{column}, {ics_symbol(row)}", cells(field.select(rows=[row], columns=[column])))
         for column, row in product(field.columns, field.rows)
     ]
 

@@ -11,7 +11,7 @@ from scipy.stats.qmc import LatinHypercube
 from compare.validation.extremes.cases import HARMONIC, SOLID, BeyondLimit, Limit, WithinLimit, refusal
 from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
-from femic.results.ics import Results, compute, ics_of, reference_of, refinement_shares_of, seconds_of
+from femic.results.ics import Results, compute, reference_ics, refinement_shares, select_ics, solver_seconds
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
@@ -89,7 +89,7 @@ def within_limit(case: SceneCase, results: Results, finer: Results | None = None
     """Return the largest error, estimate, and error over estimate [-] of all lines and components."""
     errors, estimates, used = map(max, zip(*component_errors(results, finer), strict=True))
     against = "A" if finer is None else "a finer C"
-    return WithinLimit(case.label, errors, estimates, used, against, seconds_of(results.models))
+    return WithinLimit(case.label, errors, estimates, used, against, solver_seconds(results.models))
 
 
 def drawn_planes(options: RunOptions) -> WithinLimit:
@@ -232,9 +232,9 @@ def component_errors(results: Results, finer: Results | None = None) -> Iterator
     `ROUNDING_SHARE` at least.
     """
     body = results.scene.compared[0]
-    c = reference_of(results, body)
-    truth = ics_of(results, "A", body) if finer is None else reference_of(finer, body).ic
-    errors, estimates = (refinement_shares_of(results, body, ics) for ics in (c.ic - truth, c.estimate))
+    c = reference_ics(results, body)
+    truth = select_ics(results, "A", body) if finer is None else reference_ics(finer, body).ic
+    errors, estimates = (refinement_shares(results, body, ics) for ics in (c.ic - truth, c.estimate))
     for line in errors:
         for name in SIX:
             error, estimate = component_of(errors[line], name), component_of(estimates[line], name)

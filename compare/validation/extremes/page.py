@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.report.charts import Curve, Panel, chart_of
+from compare.report.charts import Curve, Panel, simple_chart
 from compare.report.errors import red
 from compare.report.looks import FURTHER, INK, OWN
 from compare.report.parts import Folded, Note, Page, Section
@@ -115,7 +115,7 @@ def _worst(cases: Sequence[Entry]) -> list[Cell]:
 def _sections(content: dict[str, Any]) -> Iterator[Section | Folded]:
     rows = content["rows"]
     if estimated := [row for row in rows if any(case["used"] is not None for case in row["reached"])]:
-        yield Section("", [chart_of("errors", _panels(estimated), 1)])
+        yield Section("", [simple_chart("errors", _panels(estimated), 1)])
     yield Section("Limits and the largest errors there", [_limits_table(rows)])
     yield Section("Beyond the limits", [_beyond_table(rows)])
     tables = [Section(part, [_cases_table(limits)]) for part, limits in _by_part(rows).items()]

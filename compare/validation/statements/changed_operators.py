@@ -16,8 +16,8 @@ from typing import Self
 import numpy as np
 
 from approx.pair import Pair, matrix
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import Measure, Statement, below
 from compare.validation.statements.friction_contacts import rolling_pair
 from compare.validation.statements.runs import Runs
@@ -151,7 +151,7 @@ def dense_and_fast(runs: Runs) -> Mapping[str, TwoContacts]:
             dense, fast = DenseMatrix.from_lags(dense_ics(pair, name)), pair.operator(name)
             for motion in MOTIONS:
                 before, after = (contact_in_motion(pair, operator, motion) for operator in (dense, fast))
-                contacts[f"{symbol_of(name)}, {motion}"] = TwoContacts(before, after)
+                contacts[f"{ics_symbol(name)}, {motion}"] = TwoContacts(before, after)
         return contacts
 
     return runs.once("two operators", solved)
@@ -176,13 +176,13 @@ def across_panels(
         row = len(two.before.p) // 2
         for direction, label in directions.items():
             both = {label: getattr(two, which).p[row, :, direction] for label, which in labels.items()}
-            curves = curves_of(strips, both)
+            curves = make_curves(strips, both)
             panels.append(Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves))
     return panels
 
 
 def _dense_panels(runs: Runs) -> list[Panel]:
-    rolling = (f"{symbol_of(name)}, rolling" for name in ("Bhat", C))
+    rolling = (f"{ics_symbol(name)}, rolling" for name in ("Bhat", C))
     contacts = {case: dense_and_fast(runs)[case] for case in rolling}
     return across_panels(runs, contacts, {"fast": "after", "dense": "before"}, {X: "p_x", S: "p_s", N: "p_n"})
 
@@ -253,7 +253,7 @@ def moved_contacts(
             moved = MovedICs(operator, problem.inclination, problem.grid.area, axis, per_force)
             expected = per_force * LOAD if axis == "z" else 0.0
             two = TwoContacts(before, contact_in_motion(pair, moved, kind), expected)
-            contacts[f"{symbol_of(name)}, {kind}, along {axis}"] = two
+            contacts[f"{ics_symbol(name)}, {kind}, along {axis}"] = two
     return contacts
 
 

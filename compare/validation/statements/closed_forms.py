@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from approx.pair import Pair, Solid
-from compare.report.charts import Panel, curves_of
+from compare.report.charts import Panel, make_curves
 from compare.validation.statements.frame import Statement, below
 from compare.validation.statements.runs import Runs
 from compare.validation.study import kalker_coefficients
@@ -327,14 +327,14 @@ def _panels(runs: Runs) -> list[Panel]:
         solved = carter(share)
         fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
         exact = np.interp(solved.x, fine, solved.exact.traction(fine))
-        curves = curves_of(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
+        curves = make_curves(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
         title = f"Carter, {share:g} of full slip"
         panels.append(Panel(title, "x [mm]", "p_x over friction p_max [-]", curves))
     for case, (contact, shifted, direction) in shifts(runs).items():
         grid, row = contact.problem.grid, contact.problem.grid.n_x // 2
         traction = shifted.traction(centres(grid.n_x, grid.dx)[row], grid.strips)
         both = {"closed form": traction, "femic": contact.p[row, :, direction]}
-        curves = curves_of(grid.strips, both)
+        curves = make_curves(grid.strips, both)
         panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves))
     return panels
 

@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import (
     SATISFACTORY,
     Measure,
@@ -123,7 +123,7 @@ def exchange_details(runs: Runs) -> Mapping[str, float]:
 
 def _exchange_panels(runs: Runs) -> list[Panel]:
     contacts, pressed = exchanged_rolling(runs), exchanged_compression(runs)
-    labels = {f"{component} of {symbol_of(v)}": name for (component, v), name in EXCHANGED.items()}
+    labels = {f"{component} of {ics_symbol(v)}": name for (component, v), name in EXCHANGED.items()}
     forces, tractions = [], []
     for friction in AT:
         force = scaled_force(contacts).sel(friction=friction)
@@ -133,17 +133,17 @@ def _exchange_panels(runs: Runs) -> list[Panel]:
                 f"friction {friction:g}",
                 "longitudinal creepage [1e-3]",
                 "F_x minus F_x with B̂, over friction load [-]",
-                curves_of(1e3 * contacts.xi.values, away),
+                make_curves(1e3 * contacts.xi.values, away),
             )
         )
         p = pressed.p.sel(friction=friction, direction="s").interp(x=0.0)
-        curves = {label: p.sel(ics=ics).values for label, ics in ({symbol_of(BASE): BASE} | labels).items()}
+        curves = {label: p.sel(ics=ics).values for label, ics in ({ics_symbol(BASE): BASE} | labels).items()}
         tractions.append(
             Panel(
                 f"compression, friction {friction:g}",
                 "s [mm]",
                 "p_s at x = 0 [MPa]",
-                curves_of(pressed.s.values, curves),
+                make_curves(pressed.s.values, curves),
             )
         )
     return [*forces, *tractions]
@@ -192,7 +192,7 @@ def distance_panel(runs: Runs, name: str, ics: Mapping[str, str]) -> Panel:
         label: np.array([distance(dataset, friction, one) for friction in FRICTIONS])
         for label, one in ics.items()
     }
-    return Panel(name, "friction [-]", f"{meaning} [-]", curves_of(FRICTIONS, by_label))
+    return Panel(name, "friction [-]", f"{meaning} [-]", make_curves(FRICTIONS, by_label))
 
 
 def fitless_details(runs: Runs) -> Mapping[str, float]:
@@ -235,7 +235,7 @@ def over_equal(distance: Distance, upper_over_lower: float) -> Measure:
     def measure(runs: Runs) -> Mapping[str, float]:
         unequal, equal = with_moduli(runs, upper_over_lower), with_moduli(runs, 1.0)
         return {
-            symbol_of(name): ratio(distance(unequal, FRICTION, name), distance(equal, FRICTION, name))
+            ics_symbol(name): ratio(distance(unequal, FRICTION, name), distance(equal, FRICTION, name))
             for name in UNFITTED
         }
 
@@ -250,7 +250,7 @@ def moduli_details(runs: Runs) -> Mapping[str, float]:
         p_max = contacts.p_max.sel(friction=FRICTION, xi=0.0)
         zero = contacts.zero_creepage.sel(friction=FRICTION)
         for name in UNFITTED:
-            at = f"E_upper/E_lower = {modulus_ratio:.3g}, {symbol_of(name)}"
+            at = f"E_upper/E_lower = {modulus_ratio:.3g}, {ics_symbol(name)}"
             details[f"curve: {at}"] = curve_distance(contacts, FRICTION, name)
             relative = float(p_max.sel(ics=name) / p_max.sel(ics="C") - 1)
             details[f"p_max over p_max with C - 1: {at}"] = relative
@@ -267,11 +267,11 @@ def _moduli_panels(runs: Runs) -> list[Panel]:
         ("pressure", "|p_max / p_max with C - 1| [-]", pressure_distance),
     ):
         curves = {
-            symbol_of(name): np.array([distance(contacts, FRICTION, name) for contacts in by_ratio])
+            ics_symbol(name): np.array([distance(contacts, FRICTION, name) for contacts in by_ratio])
             for name in UNFITTED
         }
         at = "E of the concave body over E of the convex body [-]"
-        panels.append(Panel(title, at, label, curves_of(RATIOS, curves), log_x=True))
+        panels.append(Panel(title, at, label, make_curves(RATIOS, curves), log_x=True))
     return panels
 
 
@@ -314,7 +314,8 @@ STATEMENTS = (
             for name, (_, _, meaning) in MEASURES.items()
         ],
         lambda runs: [
-            distance_panel(runs, name, {symbol_of(ics): ics for ics in (*SINGLE, "mix")}) for name in MEASURES
+            distance_panel(runs, name, {ics_symbol(ics): ics for ics in (*SINGLE, "mix")})
+            for name in MEASURES
         ],
         mix_details,
     ),
@@ -334,7 +335,7 @@ STATEMENTS = (
             if name in ("curve", "p_x")
         ],
         lambda runs: [
-            distance_panel(runs, name, {f"xn of {symbol_of(xn)}": ics for xn, ics in WITHOUT_FIT.items()})
+            distance_panel(runs, name, {f"xn of {ics_symbol(xn)}": ics for xn, ics in WITHOUT_FIT.items()})
             for name in ("curve", "p_x")
         ],
         fitless_details,

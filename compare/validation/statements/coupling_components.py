@@ -7,8 +7,8 @@ import numpy as np
 
 from approx.forms import FORMS, rotation_between
 from approx.halfspace import HalfSpace
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.curves import (
     ACROSS,
     ALONE,
@@ -29,7 +29,7 @@ from compare.validation.statements.curves import (
 )
 from compare.validation.statements.frame import FOLLOWS, MUCH, POOR, SMALL_PART, Statement, above, below
 from compare.validation.statements.runs import GEOMETRIES, Runs
-from femic.results.ics import Results, parts_of
+from femic.results.ics import Results, solved_parts
 from geometries.arrays import Array
 from geometries.patches import N, S
 
@@ -92,7 +92,7 @@ def xn_errors(runs: Runs) -> Mapping[str, float]:
     """Return the errors of A, and of B and B-hat without curvature along x and with it."""
     details = {}
     for variant, revolved in (("A", True), ("B", False), ("B", True), ("Bhat", False), ("Bhat", True)):
-        label = symbol_of(variant) + ("" if revolved else ", not revolved")
+        label = ics_symbol(variant) + ("" if revolved else ", not revolved")
         for geometry, body in product(GEOMETRIES, BODIES):
             curve = Curve(runs.geometry(geometry), body, "xn")
             error = curve.error(variant) if revolved else prismatic_error(curve, variant)
@@ -106,7 +106,7 @@ def _prismatic_panels(results: Results) -> list[Panel]:
     for body in BODIES:
         curve = Curve(results, body, "xn", BESIDE)
         more = {
-            f"{symbol_of(variant)}, not revolved": curve.values(prismatic_ics(results, variant, body))
+            f"{ics_symbol(variant)}, not revolved": curve.values(prismatic_ics(results, variant, body))
             for variant in ("B", "Bhat")
         }
         panels.append(curve.panel("A", more=more))
@@ -128,8 +128,8 @@ OF_XN = (
             *(
                 above(
                     1.0,
-                    f"in {symbol_of(variant)}",
-                    f"rms of {symbol_of(variant)}_xn on s = 1.6 mm: concave body over convex body",
+                    f"in {ics_symbol(variant)}",
+                    f"rms of {ics_symbol(variant)}_xn on s = 1.6 mm: concave body over convex body",
                     per_geometry(concave_over_convex(variant)),
                 )
                 for variant in ("B", "Bhat")
@@ -176,8 +176,8 @@ OF_XN = (
         [
             below(
                 1.0,
-                symbol_of(variant),
-                f"error of A_xn over error of {symbol_of(variant)}_xn, off s = 0",
+                ics_symbol(variant),
+                f"error of A_xn over error of {ics_symbol(variant)}_xn, off s = 0",
                 per_body(a_over_prismatic(variant)),
             )
             for variant in ("B", "Bhat")
@@ -246,7 +246,7 @@ def _curvature_panels(runs: Runs) -> list[Panel]:
     }
     title = "geometry2, combined: xn by curvature along x"
     at = x[shown] / wheel.scene.reference_length
-    return [Panel(title, "x / L  [-]", "IC · E · L  [-]", curves_of(at, curves))]
+    return [Panel(title, "x / L  [-]", "IC · E · L  [-]", make_curves(at, curves))]
 
 
 OF_CURVATURE = (
@@ -338,7 +338,7 @@ def ics_with_factor(results: Results, variant: str, body: str) -> Array:
     """
     scene, points = results.scene, (results.points.x, results.points.s)
     total = np.zeros((3, 3, len(points[0])))
-    for name in parts_of(body):
+    for name in solved_parts(body):
         solid = getattr(scene.pair, name)
         a = HalfSpace(solid.constants).ics(scene.patch, points[0], points[1] - scene.patch.s)
         inclination = solid.surface.contour.inclination
@@ -372,7 +372,7 @@ def _factor_panels(results: Results) -> list[Panel]:
     for body in ALONE:
         curve = Curve(results, body, "sn", ACROSS)
         more = {
-            f"{symbol_of(variant)} with the factor": curve.values(ics_with_factor(results, variant, body))
+            f"{ics_symbol(variant)} with the factor": curve.values(ics_with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
         panels.append(curve.panel("B", "Bhat", more=more))

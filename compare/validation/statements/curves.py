@@ -10,11 +10,11 @@ from itertools import product
 import numpy as np
 
 from approx.pair import Solid
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import Measure
 from compare.validation.statements.runs import GEOMETRIES, Runs
-from femic.results.ics import Results, ics_of, measure_of, parts_of, points_of, reference_of
+from femic.results.ics import Results, ics_measure, line_points, reference_ics, select_ics, solved_parts
 from geometries.arrays import Array
 from geometries.patches import OffsetLine, indices
 
@@ -48,12 +48,12 @@ class Curve:
 
     def values(self, ics: Array) -> Array:
         """Return the component of ICs (3, 3, n_points) [mm/N] on the lines, (n,)."""
-        on_lines = ics[indices(self.component)][points_of(self.results, self.lines)]
+        on_lines = ics[indices(self.component)][line_points(self.results, self.lines)]
         return np.asarray(unit(self.results) * on_lines)
 
     def variant(self, name: str) -> Array:
         """Return the component of a variant, or of C, (n,)."""
-        return self.values(ics_of(self.results, name, self.body))
+        return self.values(select_ics(self.results, name, self.body))
 
     def difference(self, variant: str) -> Array:
         """Return C minus a variant, (n,)."""
@@ -82,9 +82,9 @@ class Curve:
 
     def error(self, ics: str | Array) -> float:
         """Return the largest error [-] of a variant, or of ICs (3, 3, n_points) [mm/N]."""
-        approximation = ics_of(self.results, ics, self.body) if isinstance(ics, str) else ics
-        deviations = approximation - reference_of(self.results, self.body).ic
-        shares = measure_of(self.results, self.body).shares(deviations)
+        approximation = select_ics(self.results, ics, self.body) if isinstance(ics, str) else ics
+        deviations = approximation - reference_ics(self.results, self.body).ic
+        shares = ics_measure(self.results, self.body).shares(deviations)
         return max(float(shares[line.name][indices(self.component)]) for line in self.lines)
 
     def panel(self, *variants: str, more: Mapping[str, Array] | None = None, beyond: float = 0.0) -> Panel:
@@ -95,13 +95,15 @@ class Curve:
         (line,) = self.lines
         at = line.running / self.results.scene.reference_length
         shown = at >= beyond
-        curves = {symbol_of(name): self.variant(name) for name in ("C", *variants)} | dict(more or {})
-        estimate = self.values(reference_of(self.results, self.body).estimate)
+        curves = {ics_symbol(name): self.variant(name) for name in ("C", *variants)} | dict(more or {})
+        estimate = self.values(reference_ics(self.results, self.body).estimate)
         return Panel(
             f"{self.results.scene.name}, {self.body}: {self.component} on {line.name}",
             f"{line.along} / L  [-]",
             "IC · E · L  [-]",
-            curves_of(at[shown], {label: values[shown] for label, values in curves.items()}, estimate[shown]),
+            make_curves(
+                at[shown], {label: values[shown] for label, values in curves.items()}, estimate[shown]
+            ),
             least=INVISIBLE,
         )
 
@@ -124,7 +126,7 @@ def rms(values: Array) -> float:
 def prismatic_ics(results: Results, variant: str, body: str) -> Array:
     """Return a variant for prismatic surfaces, without curvature along x as in [BVSV]; (3, 3, n) [mm/N]."""
     scene, points = results.scene, (results.points.x, results.points.s)
-    solids = [getattr(scene.pair, name) for name in parts_of(body)]
+    solids = [getattr(scene.pair, name) for name in solved_parts(body)]
     prismatic = [Solid(solid.material, solid.surface.prismatic) for solid in solids]
     total = np.sum([solid.approximate(variant, scene.patch, points) for solid in prismatic], axis=0)
     return np.asarray(total / scene.patch.area)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from compare.report.charts import Panel, curves_of
+from compare.report.charts import Panel, make_curves
 from compare.validation.statements.curves import (
     ACROSS,
     ALONE,
@@ -312,7 +312,7 @@ def _near_panels(results: Results) -> list[Panel]:
                     f"{results.scene.name}, {body}: {', '.join(components)} on {name}",
                     f"{line.along} / L  [-]",
                     "(C - A) / A_nn  [-]",
-                    curves_of(line.running[shown] / length, curves),
+                    make_curves(line.running[shown] / length, curves),
                 )
             )
     return panels

@@ -10,13 +10,13 @@ import numpy as np
 
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve, per_body
 from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.reference.job import component_of
-from femic.results.ics import Results, engine_differences, ics_of, measure_of, reference_of
+from femic.results.ics import Results, engine_differences, ics_measure, reference_ics, select_ics
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, one_body
 from geometries.patches import COMPONENTS, Patch
@@ -72,7 +72,7 @@ def variant_errors(results: Results, body: str) -> dict[str, Array]:
     return {
         variant: np.array([Curve(results, body, component).error(variant) for component in INDEPENDENT])
         for variant in results.scene.variants
-        if not np.any(np.isnan(ics_of(results, variant, body)))
+        if not np.any(np.isnan(select_ics(results, variant, body)))
     }
 
 
@@ -89,7 +89,7 @@ def mix_over_best(pooled: Callable[[Array], float]) -> Callable[[Results, str], 
 def mean_errors(runs: Runs) -> Mapping[str, float]:
     """Return the mean error over the components of every variant, by geometry and body."""
     return {
-        f"mean error of {symbol_of(variant)}: {name}, {body}": float(np.mean(errors))
+        f"mean error of {ics_symbol(variant)}: {name}, {body}": float(np.mean(errors))
         for name, body in product(GEOMETRIES, BODIES)
         for variant, errors in variant_errors(runs.fitted(name), body).items()
     }
@@ -125,7 +125,7 @@ def engine_details(runs: Runs) -> Mapping[str, float]:
     details = {}
     for name, body in product(GEOMETRIES, BODIES):
         results = runs.with_both_engines(name)
-        estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
+        estimates = ics_measure(results, body).shares(reference_ics(results, body).estimate)
         differences, _ = engine_differences(results, body)
         details[f"estimate of C, harmonic: {name}, {body}"] = float(np.max(list(estimates.values())))
         details[f"largest difference: {name}, {body}"] = float(np.max(list(differences.values())))
@@ -154,16 +154,16 @@ def variant_deviations(runs: Runs) -> Mapping[str, float]:
     plane = runs.plane()
 
     def deviation(variant: str, body: str) -> float:
-        a = ics_of(plane, "A", body)
-        return float(np.max(np.abs(ics_of(plane, variant, body) - a)) / np.max(np.abs(a)))
+        a = select_ics(plane, "A", body)
+        return float(np.max(np.abs(select_ics(plane, variant, body) - a)) / np.max(np.abs(a)))
 
-    return {symbol_of(v): max(deviation(v, body) for body in BODIES) for v in plane.scene.variants}
+    return {ics_symbol(v): max(deviation(v, body) for body in BODIES) for v in plane.scene.variants}
 
 
 def error_over_estimate(results: Results, body: str) -> float:
     """Return the largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
-    c, measure = reference_of(results, body), measure_of(results, body)
-    deviations = measure.shares(ics_of(results, "A", body) - c.ic)
+    c, measure = reference_ics(results, body), ics_measure(results, body)
+    deviations = measure.shares(select_ics(results, "A", body) - c.ic)
     return float(np.max(largest_ratios(deviations, measure.shares(c.estimate))))
 
 
@@ -233,7 +233,7 @@ def _limit_panels(runs: Runs) -> Iterator[Panel]:
             f"cylindrical cavity, line loads: {name}",
             "α  [rad]",
             "IC · π E  [-]",
-            curves_of(alpha, {label: scale * ics[at] for label, ics in curves.items()}),
+            make_curves(alpha, {label: scale * ics[at] for label, ics in curves.items()}),
         )
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.finite_elements import deviations, differences, estimates, relative_estimates
-from compare.report.charts import Curve, Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Curve, Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
 from compare.validation.statements.runs import Contacts, Runs
 from femic.contact.finite_elements.fineness import FEWEST
@@ -88,7 +88,7 @@ def deviation_details(contacts: Contacts) -> Measure:
             estimate = (estimates if in_unit else relative_estimates)(dataset, name)
             for k, case in enumerate(case_names(dataset)):
                 details |= {
-                    f"{case}, {name} by {symbol_of(ics)}": float(deviation.sel(ics=ics)[k])
+                    f"{case}, {name} by {ics_symbol(ics)}": float(deviation.sel(ics=ics)[k])
                     for ics in map(str, deviation.ics.values)
                 }
                 details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
@@ -125,11 +125,11 @@ def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
             p_fe = dataset.p_fe.isel(case=number).dropna("s_fe")
             s = p_fe.s_fe.values
             curves = {
-                symbol_of(str(name)): np.interp(s, p.s.values, p.sel(ics=name).values)
+                ics_symbol(str(name)): np.interp(s, p.s.values, p.sel(ics=name).values)
                 for name in p.ics.values
             } | {FE: p_fe.values}
             title = f"{contacts.scene}, {case}"
-            drawn.append(Panel(title, "s [mm]", "pressure at x = 0 [MPa]", curves_of(s, curves)))
+            drawn.append(Panel(title, "s [mm]", "pressure at x = 0 [MPa]", make_curves(s, curves)))
         return drawn
 
     return panels
@@ -141,13 +141,13 @@ def angle_panels(runs: Runs) -> list[Panel]:
     for contacts in (AT_ALL_ANGLES, CENTRED):
         dataset = runs.fe_contact(contacts)
         deviation = deviations(dataset, "p_max")
-        by_ics = {symbol_of(ics): deviation.sel(ics=ics).values for ics in map(str, deviation.ics.values)}
+        by_ics = {ics_symbol(ics): deviation.sel(ics=ics).values for ics in map(str, deviation.ics.values)}
         panels.append(
             Panel(
                 contacts.scene,
                 "Δδ by finite elements [rad]",
                 "p_max over that by finite elements, less 1 [-]",
-                curves_of(dataset["angle"].sel(ics=FE).values, by_ics),
+                make_curves(dataset["angle"].sel(ics=FE).values, by_ics),
             )
         )
     return [*panels, *pressure_panels(AT_ALL_ANGLES)(runs), *pressure_panels(CENTRED)(runs)]
@@ -197,8 +197,8 @@ def element_panels(runs: Runs) -> list[Panel]:
     """Return approaches with C and with B-hat over the number of elements, and the estimate with C."""
     names = ["approach", "estimate_approach"]
     contacts = xr.concat([dataset[names] for dataset in on_elements(runs).values()], "n")
-    approaches = {symbol_of(ics): contacts.approach.sel(ics=ics).values for ics in ("C", "Bhat")}
-    curves = curves_of(ELEMENTS, approaches, contacts.estimate_approach.sel(ics="C").values)
+    approaches = {ics_symbol(ics): contacts.approach.sel(ics=ics).values for ics in ("C", "Bhat")}
+    curves = make_curves(ELEMENTS, approaches, contacts.estimate_approach.sel(ics="C").values)
     return [Panel(f"{SCENE}, {LOAD / 1e3:g} kN", "elements across the patch", "approach [mm]", curves)]
 
 
@@ -257,9 +257,9 @@ def rigid_details(runs: Runs) -> Mapping[str, float]:
         scene, dataset = contacts.scene, runs.fe_contact(contacts)
         details[f"{scene}: M_zz of both bodies [mm/MN]"] = 1e6 * float(dataset.rigid_compliance)
         for ics in (str(name) for name in dataset.ics.values if name != FE):
-            difference = f"{scene}: compliance of the difference to {symbol_of(ics)} [mm/MN]"
+            difference = f"{scene}: compliance of the difference to {ics_symbol(ics)} [mm/MN]"
             details[difference] = 1e6 * rigid_compliance(dataset, ics)
-            rest = f"{scene}: largest part with {symbol_of(ics)} that is not rigid, of its approach"
+            rest = f"{scene}: largest part with {ics_symbol(ics)} that is not rigid, of its approach"
             details[rest] = float(np.max(non_rigid_share(dataset, ics)))
         parts = zip(contacts.loads, rigid_parts(dataset) / dataset[APPROACH].sel(ics=C).values, strict=True)
         for load, part in parts:
@@ -273,7 +273,7 @@ def rigid_panels(runs: Runs) -> list[Panel]:
     for contacts in RIGID_SERIES:
         dataset, load = runs.fe_contact(contacts), np.array(contacts.loads) / 1e3
         names = [str(name) for name in dataset.ics.values if name != FE]
-        curves = curves_of(load, {symbol_of(name): rigid_parts(dataset, name) for name in names})
+        curves = make_curves(load, {ics_symbol(name): rigid_parts(dataset, name) for name in names})
         rigid = Curve("M_zz · load", load, float(dataset.rigid_compliance) * 1e3 * load)
         title = f"{contacts.scene}: approach by finite elements less that with ICs"
         panels.append(Panel(title, "load [kN]", "difference [mm]", [*curves, rigid]))

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.validation.statements.curves import rms
 from compare.validation.statements.frame import Estimated, Measure, ratio
 from compare.validation.statements.runs import Runs
@@ -22,7 +22,7 @@ from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.results.contact import reference_of
+from femic.results.contact import reference_ics
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.patches import Grid
@@ -94,7 +94,7 @@ def with_estimate(difference: Distance) -> Distance:
 
     @wraps(difference)
     def distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-        both = list(dict.fromkeys((ics, reference_of(dataset))))
+        both = list(dict.fromkeys((ics, reference_ics(dataset))))
         compared = dataset.sel(friction=[friction], ics=both)
         known = estimate_of_difference(compared, lambda c: xr.DataArray(difference(c, friction, ics)))
         return Estimated(abs(difference(compared, friction, ics)), float(known))
@@ -105,7 +105,7 @@ def with_estimate(difference: Distance) -> Distance:
 @with_estimate
 def shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the difference of the creepages without force, times the slope with C, over friction load."""
-    at, by_c = dataset.sel(friction=friction), reference_of(dataset)
+    at, by_c = dataset.sel(friction=friction), reference_ics(dataset)
     scale = at.slope.sel(ics=by_c) / (friction * dataset.attrs["load"])
     return float((at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=by_c)) * scale)
 
@@ -116,7 +116,7 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
     The curve of these ICs is interpolated between its creepages, and compared where both are known.
     """
-    at, reference = dataset.sel(friction=friction), reference_of(dataset)
+    at, reference = dataset.sel(friction=friction), reference_ics(dataset)
     force = scaled_force(at.assign_coords(friction=friction))
     with_c, own = (force.sel(ics=name).dropna("xi") for name in (reference, ics))
     if min(with_c.size, own.size) < 2:
@@ -132,14 +132,14 @@ def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
 def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
     line = centre_line(dataset, friction)
-    by_c = line.sel(ics=reference_of(dataset)).values
+    by_c = line.sel(ics=reference_ics(dataset)).values
     return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
 
 
 @with_estimate
 def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
-    line, by_c = centre_line(dataset, friction), reference_of(dataset)
+    line, by_c = centre_line(dataset, friction), reference_ics(dataset)
     pressures = dataset.p.sel(friction=friction, direction="n", ics=by_c).interp(s=0.0).values
     return rms((line.sel(ics=ics) - line.sel(ics=by_c)).values) / (friction * rms(pressures))
 
@@ -154,7 +154,7 @@ def traction_distance_along(*directions: str) -> Distance:
 
     def difference(dataset: xr.Dataset, friction: float, ics: str) -> float:
         p = dataset.p.sel(friction=friction)
-        by_c = p.sel(ics=reference_of(dataset))
+        by_c = p.sel(ics=reference_ics(dataset))
         apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
         return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
 
@@ -169,7 +169,7 @@ def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
     Its estimate is the sum of both: shares change by elements, on larger ones by luck not at all.
     """
-    at = dataset.sel(friction=friction, ics=[ics, reference_of(dataset)]).isel(load=-1)
+    at = dataset.sel(friction=friction, ics=[ics, reference_ics(dataset)]).isel(load=-1)
     difference = float(abs(at.sliding_share.diff("ics").item()))
     return Estimated(difference, float(at.estimate_sliding_share.sum()))
 
@@ -178,7 +178,7 @@ def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
 def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
     """Return |p_max / p_max with C - 1| of rolling at no creepage."""
     p_max = dataset.p_max.sel(friction=friction, xi=0.0)
-    return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_of(dataset)) - 1)
+    return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_ics(dataset)) - 1)
 
 
 # --- numbers of criteria --------------------------------------------------------------------------------
@@ -186,12 +186,12 @@ def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
 def case(friction: float, ics: str) -> str:
     """Return the name of a case."""
-    return f"friction {friction:g}, {symbol_of(ics)}"
+    return f"friction {friction:g}, {ics_symbol(ics)}"
 
 
 def by_symbol(values: xr.DataArray, ics: Sequence[str]) -> dict[str, Array]:
     """Return the values with some ICs, by their symbols, as charts draw them."""
-    return {symbol_of(name): values.sel(ics=name).values for name in ics}
+    return {ics_symbol(name): values.sel(ics=name).values for name in ics}
 
 
 def measured(
@@ -225,7 +225,7 @@ def compared(
             distance(dataset, friction, ics), distance(dataset, friction, other)
         ),
         {
-            f"{case(friction, ics)} over {symbol_of(other)}": (friction, other)
+            f"{case(friction, ics)} over {ics_symbol(other)}": (friction, other)
             for friction in frictions
             for other in others
         },
@@ -240,7 +240,7 @@ def between_frictions(
         contacts,
         lambda dataset, one, other, name: ratio(distance(dataset, one, name), distance(dataset, other, name)),
         {
-            f"{symbol_of(name)}, friction {one:g} over {other:g}": (one, other, name)
+            f"{ics_symbol(name)}, friction {one:g} over {other:g}": (one, other, name)
             for one, other in pairs
             for name in ics
         },

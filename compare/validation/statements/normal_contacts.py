@@ -10,8 +10,8 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.contact_series import ICS, ContactSeries
 from compare.validation.statements.curves import rms
 from compare.validation.statements.frame import (
@@ -69,7 +69,7 @@ def error_size(series: ContactSeries, load: float, ics: str, name: str) -> Estim
 def error_sizes(ics: Sequence[str], angles: Sequence[float]) -> Measure:
     """Measure |errors| of both pairs at angles of the patch with C."""
     return lambda runs: {
-        f"{case}, {name} by {symbol_of(which)}": error_size(series, load, which, name)
+        f"{case}, {name} by {ics_symbol(which)}": error_size(series, load, which, name)
         for case, series, load in at_angles(runs, angles)
         for name, which in product(NAMES, ics)
     }
@@ -127,13 +127,13 @@ def error_panels(ics: Sequence[str], angles: Sequence[float]) -> Callable[[Runs]
         drawn = []
         for name, pair in product(NAMES, PAIRS):
             errors = {which: errors_at(runs.contact_series(pair), angles, which, name) for which in ics}
-            curves = {symbol_of(which): 100 * np.array(values) for which, values in errors.items()}
+            curves = {ics_symbol(which): 100 * np.array(values) for which, values in errors.items()}
             drawn.append(
                 Panel(
                     f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
                     "Δδ with C [deg]",
                     "error [%]",
-                    curves_of(angles, curves),
+                    make_curves(angles, curves),
                     levels=(-5.0, 5.0),
                 )
             )
@@ -147,7 +147,7 @@ def _pairs_panels(runs: Runs) -> list[Panel]:
     panels = []
     for name in NAMES:
         errors = {pair: errors_at(runs.contact_series(pair), ANGLES, "A", name) for pair in PAIRS}
-        curves = curves_of(ANGLES, {pair: 100 * np.abs(values) for pair, values in errors.items()})
+        curves = make_curves(ANGLES, {pair: 100 * np.abs(values) for pair, values in errors.items()})
         title = f"error of {OF_FRICTIONLESS[name].symbol} by A"
         panels.append(Panel(title, "Δδ with C [deg]", "|error| [%]", curves))
     return panels
@@ -160,14 +160,14 @@ def _angle_panels(runs: Runs) -> list[Panel]:
         series = runs.contact_series(pair)
         loads = np.array([series.load_at(angle) for angle in ANGLES])
         curves = {
-            symbol_of(ics): np.array([series.angle(load, ics) for load in loads]) for ics in (C, "A", "Bhat")
+            ics_symbol(ics): np.array([series.angle(load, ics) for load in loads]) for ics in (C, "A", "Bhat")
         }
         panels.append(
             Panel(
                 pair,
                 "load [kN]",
                 "Δδ [deg]",
-                curves_of(loads / 1e3, curves),
+                make_curves(loads / 1e3, curves),
                 log_x=True,
                 marks=tuple(load / 1e3 for load in angles),
                 levels=tuple(angles.values()),
@@ -179,7 +179,7 @@ def _angle_panels(runs: Runs) -> list[Panel]:
 def angle_details(runs: Runs) -> Mapping[str, float]:
     """Return Δδ [deg] under the loads of the source with all ICs, with C also at the exact distance."""
     details = {
-        f"{case}, Δδ with {symbol_of(ics)} [deg]": series.angle(load, ics)
+        f"{case}, Δδ with {ics_symbol(ics)} [deg]": series.angle(load, ics)
         for case, series, load, _ in at_source_loads(runs)
         for ics in ICS
     }
@@ -217,7 +217,7 @@ def exact_details(angles: Sequence[float]) -> Measure:
         return float(np.max(ours.p)) / float(np.max(with_c.p)) - 1
 
     return lambda runs: {
-        f"exact distance: {case.replace(', ', ', load of ')}, {name} by {symbol_of(ics)}": error(
+        f"exact distance: {case.replace(', ', ', load of ')}, {name} by {ics_symbol(ics)}": error(
             series, load, ics, name
         )
         for case, series, load in at_angles(runs, angles)
@@ -246,7 +246,7 @@ def rigid_details(runs: Runs) -> Mapping[str, float]:
     Where they are alike at all angles, the reference of approaches (a rigid motion) decides their sign.
     """
     return {
-        f"{case}: (approach by {symbol_of(ics)} - by C) / load [mm/MN]": 1e6
+        f"{case}: (approach by {ics_symbol(ics)} - by C) / load [mm/MN]": 1e6
         * (series.numbers(load, ics)["approach"] - series.numbers(load)["approach"])
         / load
         for case, series, load in at_angles(runs, ANGLES)
@@ -410,7 +410,7 @@ def _shape_panels(runs: Runs) -> list[Panel]:
                 f"{pair}: pressures with C along {along}",
                 f"{along} over the half-length of the patch",
                 "pressure over its mean",
-                curves_of(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
+                make_curves(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
             )
         )
     return panels
@@ -480,7 +480,7 @@ def _difference_panels(runs: Runs) -> list[Panel]:
             for pressures in PAIRS
         }
         title, label = f"patch of {patch}: u_n by A less B̂", "of the largest u_n by B̂ [%]"
-        panels.append(Panel(title, "s [mm]", label, curves_of(case.s[inside], curves)))
+        panels.append(Panel(title, "s [mm]", label, make_curves(case.s[inside], curves)))
     return panels
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.report.charts import Panel, chart_of
+from compare.report.charts import Panel, simple_chart
 from compare.report.errors import red
 from compare.report.parts import Block, Folded, Note, Page, Section, range_text
 from compare.report.tables import Cell, Column, Row, Table, texts
@@ -50,7 +50,7 @@ from compare.validation.statements.runs import Runs
 from compare.validation.study import versions_text, write_study
 from femic.cache import folders
 from femic.ic_errors.error_measure import Measure
-from femic.results.ics import measure_of, reference_of, seconds_of
+from femic.results.ics import ics_measure, reference_ics, solver_seconds
 from femic.results.ics_dataset import finite
 from femic.scenes.load import in_keys
 from geometries.errors import Failure, WrongInput
@@ -142,14 +142,16 @@ def run_entries(runs: Runs) -> Mapping[str, Entry]:
             max(
                 float(np.max(of_line))
                 for body in results.scene.compared
-                for of_line in scale(measure_of(results, body), reference_of(results, body).estimate).values()
+                for of_line in scale(
+                    ics_measure(results, body), reference_ics(results, body).estimate
+                ).values()
             )
             for scale in (Measure.shares, Measure.weights)
         )
         entries[name] = {
             "estimate": estimate,
             "weight": weight,
-            "seconds": round(seconds_of(results.models), 1),
+            "seconds": round(solver_seconds(results.models), 1),
             "unknowns": max(cost.unknowns for cost in results.models.values()),
         }
     return entries
@@ -325,7 +327,7 @@ def _statement_blocks(entry: Entry, panels: Sequence[Panel]) -> Iterator[Block]:
     yield _criteria_table(entry["criteria"])
     if panels:
         number = entry["number"]
-        yield chart_of(f"statement{number}_curves", panels, STATEMENTS[number].columns, HEIGHT)
+        yield simple_chart(f"statement{number}_curves", panels, STATEMENTS[number].columns, HEIGHT)
     yield Folded("All numbers", [_numbers_table(entry)])
 
 

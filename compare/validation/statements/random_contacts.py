@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import Pair, Solid
-from compare.report.charts import Panel, curves_of
+from compare.report.charts import Panel, make_curves
 from compare.studies.validity_limits import NUMBERS, PairDeviations
 from compare.validation.statements.frame import Measure, Statement, above, below
 from compare.validation.statements.runs import Runs
@@ -484,7 +484,7 @@ def _panels(runs: Runs) -> list[Panel]:
                 f"{study}, {len(contacts)} random contacts",
                 "multiple of the estimate [-]",
                 "share of contacts with an error below [-]",
-                curves_of(FACTORS, held),
+                make_curves(FACTORS, held),
                 marks=(1.0,),
             )
         )

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.curves import rms
 from compare.validation.statements.frame import FOLLOWS, SMALL_PART, Measure, Statement, above, below, ratio
 from compare.validation.statements.friction_contacts import (
@@ -38,7 +38,7 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import C
-from femic.results.contact import others_of
+from femic.results.contact import compared_ics
 from geometries.arrays import Array
 from geometries.patches import N, X
 
@@ -59,7 +59,7 @@ def curve_details(runs: Runs) -> Mapping[str, float]:
         f"{kind}: {case(friction, name)}": distance(contacts, friction, name)
         for kind, distance in (("shift", shift), ("rms of curve", curve_distance))
         for friction in FRICTIONS
-        for name in others_of(contacts)
+        for name in compared_ics(contacts)
     }
 
 
@@ -72,7 +72,7 @@ def shrinking_details(runs: Runs) -> Mapping[str, float]:
                 [distance(contacts, friction, name) for friction in (one, other)]
                 for distance in (curve_distance, line_distance_over_bound)
             )
-            frictions = f"{symbol_of(name)}, friction {one:g} over {other:g}"
+            frictions = f"{ics_symbol(name)}, friction {one:g} over {other:g}"
             details[f"of friction load: {frictions}"] = ratio(*curves)
             details[f"in N: {frictions}"] = ratio(curves[0] * one, curves[1] * other)
             details[f"p_x over friction times pressure: {frictions}"] = ratio(*lines)
@@ -82,7 +82,7 @@ def shrinking_details(runs: Runs) -> Mapping[str, float]:
 def _curve_panel(runs: Runs) -> Panel:
     contacts = rolling(runs).sel(friction=[LOW])
     force, estimate = (scaled_force(contacts, name).sel(friction=LOW) for name in ("F_x", "estimate_F_x"))
-    curves = curves_of(1e3 * contacts.xi.values, by_symbol(force, DRAWN), estimate.sel(ics="C").values)
+    curves = make_curves(1e3 * contacts.xi.values, by_symbol(force, DRAWN), estimate.sel(ics="C").values)
     return Panel(f"friction {LOW:g}", CREEPAGE, "F_x over friction load [-]", curves)
 
 
@@ -90,7 +90,7 @@ def _difference_panel(runs: Runs, friction: float) -> Panel:
     """Return the differences of creep-force curves from C."""
     contacts = rolling(runs)
     force = scaled_force(contacts).sel(friction=friction)
-    curves = curves_of(1e3 * contacts.xi.values, by_symbol(force - force.sel(ics="C"), DRAWN[:-1]))
+    curves = make_curves(1e3 * contacts.xi.values, by_symbol(force - force.sel(ics="C"), DRAWN[:-1]))
     return Panel(f"friction {friction:g}", CREEPAGE, "F_x minus F_x with C, over friction load [-]", curves)
 
 
@@ -104,7 +104,7 @@ def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> list[Panel]
                 f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
                 "x [mm]",
                 "p_x at s = 0 over the largest with C [-]",
-                curves_of(contacts.x.values, by_symbol(line, DRAWN)),
+                make_curves(contacts.x.values, by_symbol(line, DRAWN)),
             )
         )
     return panels
@@ -144,7 +144,7 @@ def line_details(runs: Runs) -> Mapping[str, float]:
     """
     contacts, details = rolling(runs), dict[str, float]()
     for friction in FRICTIONS:
-        for name in others_of(contacts):
+        for name in compared_ics(contacts):
             at, bound = case(friction, name), line_distance_over_bound(contacts, friction, name)
             details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
             details[f"over friction times pressure: {at}"] = bound
@@ -181,7 +181,7 @@ def compression_details(runs: Runs) -> Mapping[str, float]:
     """
     contacts, details = compression(runs), dict[str, float]()
     for friction in FRICTIONS:
-        for name in others_of(contacts):
+        for name in compared_ics(contacts):
             at, distance = case(friction, name), traction_distance(contacts, friction, name)
             details[f"tractions: {at}"] = distance
             details[f"tractions over pressures: {at}"] = friction * distance
@@ -207,11 +207,11 @@ def _compression_panels(runs: Runs) -> list[Panel]:
                 f"friction {friction:g}, {kilonewtons[-1]:g} kN",
                 "s [mm]",
                 "p_s at x = 0 over friction p_max with C [-]",
-                curves_of(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN)),
+                make_curves(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN)),
             )
         )
         band = at.estimate_sliding_share.sel(ics="C").values
-        curves = curves_of(kilonewtons, by_symbol(at.sliding_share, DRAWN), band)
+        curves = make_curves(kilonewtons, by_symbol(at.sliding_share, DRAWN), band)
         shares.append(Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves))
     return [*tractions, *shares]
 

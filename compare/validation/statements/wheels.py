@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 
 from approx.pair import Pair, Solid
-from compare.report.charts import Panel, curves_of
-from compare.report.looks import symbol_of
+from compare.report.charts import Panel, make_curves
+from compare.report.looks import ics_symbol
 from compare.validation.statements.closed_forms import CONE_LOAD, RADIUS, STEEL, Cone, on_grid
 from compare.validation.statements.frame import Statement, above, below
 from compare.validation.statements.runs import Runs
@@ -229,7 +229,7 @@ def _planar_panels(runs: Runs) -> list[Panel]:
     on_rail = patch.plane.lower_arc_length(grid.strips)
     known = np.isfinite(on_rail)
     in_plane = np.interp(s, on_rail[known], patch.contact.p[grid.n_x // 2][known])
-    curves = curves_of(s, {"A": p, "planar": in_plane})
+    curves = make_curves(s, {"A": p, "planar": in_plane})
     return [Panel("S1002 on 60E1, 6.5 mm, 90 kN", "s  [mm]", "p_n  [MPa]", curves)]
 
 
@@ -257,7 +257,7 @@ def peaks(runs: Runs) -> Mapping[str, Mapping[str, AreasContact]]:
                 for label, (x, s) in FINER.items()
             }
             for ics in ICS:
-                name = f"{radius:g} mm beside 200 mm, {symbol_of(ics)}"
+                name = f"{radius:g} mm beside 200 mm, {ics_symbol(ics)}"
                 contacts[name] = {label: wheel.solve(ics, each) for label, each in grids.items()}
         return contacts
 
@@ -298,7 +298,7 @@ def _peak_panels(runs: Runs) -> list[Panel]:
     for name, by_grid in peaks(runs).items():
         lines = {label: on_centre_line(by_grid[label]) for label in (*FINER, "default", UNREFINED)}
         s = np.unique(np.concatenate([places for places, _ in lines.values()]))
-        curves = curves_of(s, {label: np.interp(s, *line) for label, line in lines.items()})
+        curves = make_curves(s, {label: np.interp(s, *line) for label, line in lines.items()})
         panels.append(Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves))
     return panels
 
@@ -388,8 +388,8 @@ def area_differences(runs: Runs) -> Mapping[str, float]:
     differences: dict[str, float] = {}
     for ics, (one, two) in one_grid(runs).items():
         p, parts = one.contacts[0].p, np.concatenate([each.p for each in two.contacts], axis=1)
-        differences[f"{symbol_of(ics)}, pressures"] = float(np.max(np.abs(p - parts)) / np.max(p))
-        differences[f"{symbol_of(ics)}, approach"] = abs(two.approach / one.approach - 1)
+        differences[f"{ics_symbol(ics)}, pressures"] = float(np.max(np.abs(p - parts)) / np.max(p))
+        differences[f"{ics_symbol(ics)}, approach"] = abs(two.approach / one.approach - 1)
     return differences
 
 
@@ -408,8 +408,10 @@ def _patch_panels(runs: Runs) -> list[Panel]:
     panels = []
     for ics, (one, two) in one_grid(runs).items():
         (s, p), (_, parts) = on_centre_line(one), on_centre_line(two)
-        curves = curves_of(s, {"one grid": p, "two areas": parts})
-        panels.append(Panel(f"two cones on a rail, 20 kN, {symbol_of(ics)}", "s  [mm]", "p_n  [MPa]", curves))
+        curves = make_curves(s, {"one grid": p, "two areas": parts})
+        panels.append(
+            Panel(f"two cones on a rail, 20 kN, {ics_symbol(ics)}", "s  [mm]", "p_n  [MPa]", curves)
+        )
     return panels
 
 

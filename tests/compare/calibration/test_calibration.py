@@ -29,7 +29,7 @@ from femic.reference.harmonic import engine as harmonic
 from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.results.calibration import calibrate, target_from, with_properties
-from femic.results.ics import compute, reference_of
+from femic.results.ics import compute, reference_ics
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
 from tests.coarse import coarse_sections
@@ -102,7 +102,7 @@ def c_of_fit_and_scene(target, path, components, options):
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
     scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
     results = compute(scene, options)
-    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
+    c = reference_ics(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
     return target.ics[0, on_line], np.interp(target.x[on_line], results.points.x, c)
 
@@ -190,7 +190,7 @@ def test_translation_is_least_squares_solution(calibrated, measured):
     lean = -np.sin(scene.bodies["lower"].contour.inclination(results.points.s[points]))
     lack = (
         results.approximations["Bhat_prime", "combined"][1, 2, points]
-        - reference_of(results, "combined").ic[1, 2, points]
+        - reference_ics(results, "combined").ic[1, 2, points]
     )
     moved = translation(measured)
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
@@ -259,7 +259,7 @@ def test_chart_of_other_c_has_c_beside_it(calibrated, measured):
     lines = calibrated.scene.lines
     assert labels == [[WITHOUT, "B̂′", "C"]] * len(lines) + [[REFITTED, "B", "B̂", "B̂′", "C"]] * len(lines)
     part = calibrated.results.lines[lines[0].name]
-    c = 1e6 * reference_of(calibrated.results, "combined").ic[0, 2, part]
+    c = 1e6 * reference_ics(calibrated.results, "combined").ic[0, 2, part]
     drawn = panels[0].curves[2].y
     np.testing.assert_allclose(drawn, c[-len(drawn) :])
 

@@ -21,7 +21,7 @@ from compare.pages.friction import (
 )
 from compare.pages.friction_pages import PAGES
 from compare.report import interactive
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from compare.report.tables import MINUS, number_text
 from femic.results.friction import compute_with_friction
 from tests.compare.friction.scenes import scene
@@ -113,7 +113,7 @@ def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
     rows = {row.name: [cell.text for cell in row.filled] for row in table.rows}
     at = rolled.sel(friction=friction)
     for name in ("A", "Bhat"):
-        curve, cells = at.sel(ics=name), rows[symbol_of(name)]
+        curve, cells = at.sel(ics=name), rows[ics_symbol(name)]
         for text, key, factor in ((cells[1], "zero_creepage", 100), (cells[3], "slope", 1e-5)):
             value, estimate = map(float, text.replace(MINUS, "-").split(" ± "))
             assert estimate == pytest.approx(factor * float(curve[f"estimate_{key}"]), rel=0.05)
@@ -144,9 +144,9 @@ def test_creep_force_curves_are_drawn_in_newtons_over_percent_beside_their_diffe
         of_friction = rolled.sel(friction=friction)
         for name in ("A", "Bhat"):
             values = of_friction.F_x.sel(ics=name)
-            np.testing.assert_allclose(drawn(force)[symbol_of(name)], 1e-3 * values, rtol=1e-5)
+            np.testing.assert_allclose(drawn(force)[ics_symbol(name)], 1e-3 * values, rtol=1e-5)
             expected = 100 * (values - of_friction.F_x.sel(ics="Bhat")) / (friction * 1e4)
-            np.testing.assert_allclose(drawn(away)[symbol_of(name)], expected, rtol=1e-5)
+            np.testing.assert_allclose(drawn(away)[ics_symbol(name)], expected, rtol=1e-5)
         np.testing.assert_allclose(force["traces"][-1]["x"], [-0.4, 0.0, 0.4])
         assert force["layout"]["yaxis"]["title"]["text"] == "F_x [kN]"
         (band,) = (trace for trace in away["traces"] if trace.get("fill"))
@@ -285,7 +285,7 @@ def test_the_answer_of_compression_has_the_numbers_of_the_arrays(pressed):
         row.name: [cell.text for cell in row.filled] for row in compression_page.parts(pressed).answer.rows
     }
     for name in ("A", "Bhat"):
-        share, p_max = (float(rows[symbol_of(name)][column].split(" ± ")[0]) for column in (0, 3))
+        share, p_max = (float(rows[ics_symbol(name)][column].split(" ± ")[0]) for column in (0, 3))
         known = 100 * float(at.estimate_sliding_share.sel(ics=name))
         assert share == pytest.approx(100 * float(at.sliding_share.sel(ics=name)), abs=max(known / 10, 1e-3))
         assert p_max == pytest.approx(

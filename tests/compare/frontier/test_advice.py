@@ -17,13 +17,13 @@ from femic.reference.result import EstimatedICs, Reference
 from femic.reference.run_options import RunOptions
 from femic.results.ics import (
     Results,
-    approximated,
-    ics_of,
+    approximate_all,
+    ics_measure,
     jobs,
-    measure_of,
-    reference_of,
-    refinement_shares_of,
+    reference_ics,
+    refinement_shares,
     scene_points,
+    select_ics,
 )
 from femic.results.ics_dataset import errors
 from femic.scenes.load import load_scene
@@ -42,8 +42,8 @@ def hand_made(components, known=1e-5):
     """
     scene = load_scene("geometry1", ON_S_0 | {"components": components, "bodies": ["combined", "lower"]})
     points, lines = scene_points(scene)
-    ics, seconds = approximated(scene, points)
-    whole, _ = approximated(replace(scene, compared=("lower", "upper")), points)
+    ics, seconds = approximate_all(scene, points)
+    whole, _ = approximate_all(replace(scene, compared=("lower", "upper")), points)
     nn = np.max(np.abs(ics["A", "combined"][N, N]))
     references = {}
     for body in ("lower", "upper"):
@@ -87,7 +87,7 @@ def test_advice_without_small_component_is_an_approximation():
 def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     """The sum of the estimates is a fifth of C_xn: A is tested as a zero, and that is said."""
     results = hand_made(["xn"], known=SMALL / 10)
-    nn = np.abs(ics_of(results, "C", "combined")[N, N])
+    nn = np.abs(select_ics(results, "C", "combined")[N, N])
     nn_away = np.max(nn[np.abs(results.points.x) >= 1.6]) / np.max(nn)  # four elements from the load
     dataset = frontier_of(results)
     at = dataset.sel(way="A", body="combined", component="xn")
@@ -138,10 +138,10 @@ def test_shares_on_both_scales_and_weights():
     results = hand_made(["nn", "xn", "sn"])
     off = results.approximations["A", "combined"] - sum(r.c.ic for r in results.references.values())
     (line,) = results.lines
-    measure = measure_of(results, "combined")
+    measure = ics_measure(results, "combined")
     assert measure.shares(off)[line][X, N] == pytest.approx(1)
     assert measure.weights(off)[line][X, N] == pytest.approx(SMALL)
-    assert refinement_shares_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL / 0.05)
+    assert refinement_shares(results, "combined", off)[line][X, N] == pytest.approx(SMALL / 0.05)
     vanishing = measure.vanishing
     assert vanishing[S, N]  # on s = 0
     assert not vanishing[X, N]
@@ -196,8 +196,8 @@ def test_cell_of_vanishing_c_has_weight_but_no_share():
 def to_dataset_of(results):
     """What `errors` reads of `to_dataset`, which also describes models that are not there."""
     bodies, variants = list(results.scene.compared), list(results.variants)
-    ic = [[ics_of(results, variant, body) for body in bodies] for variant in variants]
-    estimate = [reference_of(results, body).estimate for body in bodies]
+    ic = [[select_ics(results, variant, body) for body in bodies] for variant in variants]
+    estimate = [reference_ics(results, body).estimate for body in bodies]
     dims = ("body", "i", "j", "point")
     return xr.Dataset(
         {"ic": (("variant", *dims), np.array(ic)), "estimate": (dims, np.array(estimate))},

@@ -12,7 +12,7 @@ import xarray as xr
 from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
 from compare.pages.ics_results import MOST_SCENES, differences, load, results_key, sources, up_to_date
 from compare.report.interactive import as_json, plotly_js
-from compare.report.looks import OWN, symbol_of
+from compare.report.looks import OWN, ics_symbol
 from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
@@ -117,7 +117,7 @@ def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
             expected = dimensionless(scene.ics, "sn")
             expected = expected.isel(point=expected["at"].values >= 0)
             for variant in ("C", "A", "Bhat"):
-                curve = drawn.pop(f"{symbol_of(variant)}, {name}")
+                curve = drawn.pop(f"{ics_symbol(variant)}, {name}")
                 c = expected.ic.sel(variant="C") if "minus" in title else 0.0
                 np.testing.assert_allclose(curve["x"], expected["at"], rtol=1e-5)
                 values = expected.ic.sel(variant=variant) - c
@@ -164,7 +164,7 @@ def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compare
         for i, text in zip("ns", cells, strict=True):
             assert float(text[:-2]) == pytest.approx(100 * errors.sel(i=i, j="n").item(), abs=0.05)
         assert f"{name}: A " in shown.summary
-        assert f"{symbol_of(variant)}{' ±' if variant == 'C' else ''} {cells[0]}" in shown.summary
+        assert f"{ics_symbol(variant)}{' ±' if variant == 'C' else ''} {cells[0]}" in shown.summary
 
 
 def ics_of(overlay):

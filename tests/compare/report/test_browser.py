@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from compare.report.charts import Chart, Curve, Map, Panel, Surface
-from compare.report.looks import looks_of
+from compare.report.looks import ics_looks
 from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Cell, Row, Table, numbers
 
 pytestmark = pytest.mark.slow
 HARMLESS = ("willReadFrequently", "GPU stall")  # what a browser says about its own speed
 X = np.linspace(0.0, 3.0, 7)
-LOOKS = looks_of(["A", "C"])
+LOOKS = ics_looks(["A", "C"])
 
 
 @pytest.fixture

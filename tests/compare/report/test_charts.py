@@ -17,15 +17,15 @@ from compare.report.charts import (
     Map,
     Panel,
     Surface,
-    chart_of,
-    curves_of,
+    make_curves,
     mark_points,
+    simple_chart,
 )
-from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, label_looks, looks_of, symbol_of
+from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, ics_looks, ics_symbol, label_looks
 from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
 
 X = np.linspace(0.0, 2.0, 5)
-LOOKS = looks_of(["A", "C"])
+LOOKS = ics_looks(["A", "C"])
 
 
 def curves(factor=1.0):
@@ -62,15 +62,15 @@ def test_a_band_goes_from_above_to_below_the_curve(chart):
 def test_a_band_ends_where_it_is_not_known():
     half = np.array([0.1, np.nan, 0.1, 0.1, 0.1])
     panel = Panel("", "", "", [Curve("C", X, X, band=half)])
-    assert len(traces(chart_of("one", [panel]), 0)[0]["x"]) == 2 * 4
+    assert len(traces(simple_chart("one", [panel]), 0)[0]["x"]) == 2 * 4
 
 
 def test_a_band_may_reach_less_far_below_than_above():
     panel = Panel("", "", "", [Curve("C", X, X, band=np.array([0.1 * np.ones(5), 0.3 * X]))])
-    band, _ = traces(chart_of("one", [panel]), 0)
+    band, _ = traces(simple_chart("one", [panel]), 0)
     np.testing.assert_allclose(band["y"], [*(1.3 * X), *(X - 0.1)[::-1]], rtol=1e-5)
-    (drawn,) = static.picture(chart_of("one", [panel])).axes[0].collections
-    low, high = drawn.get_datalim(static.picture(chart_of("one", [panel])).axes[0].transData).intervaly
+    (drawn,) = static.picture(simple_chart("one", [panel])).axes[0].collections
+    low, high = drawn.get_datalim(static.picture(simple_chart("one", [panel])).axes[0].transData).intervaly
     assert (low, high) == pytest.approx((-0.1, 1.3 * X[-1]))
 
 
@@ -83,7 +83,7 @@ def test_the_legend_has_markers_where_the_curves_have_some():
     x = np.arange(MOST_MARKERS + 1)
     for points, marker in ((x[1:], LOOKS["A"].marker), (x, "")):
         assert (
-            chart_of("", [Panel("", "", "", [Curve("A", points, points, LOOKS["A"])])]).legend["A"].marker
+            simple_chart("", [Panel("", "", "", [Curve("A", points, points, LOOKS["A"])])]).legend["A"].marker
             == marker
         )
 
@@ -101,7 +101,9 @@ def test_pages_can_draw_every_marker_in_their_legends():
 @pytest.mark.parametrize(("decades", "apart"), [(2, 1), (8, 1), (9, 2), (16, 2), (17, 3)])
 def test_many_decades_are_not_all_labelled(decades, apart):
     y = np.array([1e-3, 10.0 ** (decades - 3)])
-    drawn = json.loads(interactive.as_json(chart_of("", [Panel("", "", "", [Curve("A", y, y)], log_y=True)])))
+    drawn = json.loads(
+        interactive.as_json(simple_chart("", [Panel("", "", "", [Curve("A", y, y)], log_y=True)]))
+    )
     assert drawn["steps"][0][0]["layout"]["yaxis"]["dtick"] == apart
 
 
@@ -112,7 +114,7 @@ def test_the_slider_begins_with_the_last_step_or_the_one_named(chart):
 
 def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
     panel = Panel("</script>", "", "", [Curve("A", X, np.where(X > 1, np.nan, X))])
-    text = interactive.as_json(chart_of("gaps", [panel]))
+    text = interactive.as_json(simple_chart("gaps", [panel]))
     assert "</script>" not in text
     assert json.loads(text)["steps"][0][0]["traces"][0]["y"][-1] is None
 
@@ -120,16 +122,16 @@ def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
 @pytest.mark.parametrize(("largest", "vanishes"), [(1e-12, True), (1e-3, False)])
 def test_rounding_is_shown_as_zero(largest, vanishes):
     panel = Panel("", "", "", [Curve("A", X, largest * X / 2)], least=1e-9)
-    layout = json.loads(interactive.as_json(chart_of("zero", [panel])))["steps"][0][0]["layout"]
+    layout = json.loads(interactive.as_json(simple_chart("zero", [panel])))["steps"][0][0]["layout"]
     assert ("annotations" in layout) is vanishes
-    (axes,) = static.picture(chart_of("zero", [panel])).axes
+    (axes,) = static.picture(simple_chart("zero", [panel])).axes
     assert (axes.get_ylim() == (-1e-9, 1e-9)) is vanishes
 
 
 def test_maps_have_rows_along_y():
     values = np.arange(6.0).reshape(3, 2)
     drawn = Map("", "x [mm]", "s [mm]", np.arange(3.0), np.arange(2.0), values, "MPa")
-    (trace,) = traces(chart_of("map", [drawn]), 0)
+    (trace,) = traces(simple_chart("map", [drawn]), 0)
     np.testing.assert_array_equal(trace["z"], values.T)
     assert (trace["zmin"], trace["zmax"]) == (0.0, 5.0)
 
@@ -142,20 +144,20 @@ def test_colours_of_both_signs_are_symmetric():
 def test_a_logarithmic_map_keeps_signs_and_values():
     values = np.array([[-100.0, -1.0], [1e-9, 10.0]])
     drawn = Map("", "x", "s", np.arange(2.0), np.arange(2.0), values, "mm", "logarithmic", decades=2.0)
-    (trace,) = traces(chart_of("map", [drawn]), 0)
+    (trace,) = traces(simple_chart("map", [drawn]), 0)
     np.testing.assert_allclose(trace["customdata"], values.T)
     np.testing.assert_allclose(trace["z"], np.array([[-2.0, 0.0], [0.0, 1.0]]).T)
 
 
 def test_kinds_are_named():
     drawn = Map("", "x", "s", X[:2], X[:1], np.array([[0.0], [1.0]]), "", classes=("sticks", "slides"))
-    (trace,) = traces(chart_of("map", [drawn]), 0)
+    (trace,) = traces(simple_chart("map", [drawn]), 0)
     assert trace["text"] == [["sticks", "slides"]]
 
 
 def drawn_cell(cell):
     """A cell as JSON, and its axes on paper."""
-    chart = chart_of("one", [cell])
+    chart = simple_chart("one", [cell])
     (content,) = json.loads(interactive.as_json(chart))["steps"][0]
     return content, static.picture(chart).axes[0]
 
@@ -258,7 +260,7 @@ def test_nothing_overlaps_around_panels_on_paper(entries, log_y, size, title):
 def test_numbers_of_colours_do_not_overlap_on_paper(largest):
     values = np.linspace(-largest, largest, 25).reshape(5, 5)
     drawn = Map("", "x [mm]", "y [mm]", X, X, values, "C [mm/N]", "logarithmic")
-    figure = static.picture(chart_of("map", [drawn]))
+    figure = static.picture(simple_chart("map", [drawn]))
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     bar = figure.axes[-1].yaxis
@@ -296,7 +298,7 @@ def test_open_markers_are_drawn_open_on_paper():
 
 def test_looks_differ_and_those_listed_first_lie_on_top():
     names = ["A", "B", "Bhat", "mine", "C", "yours"]
-    looks = looks_of(names)
+    looks = ics_looks(names)
     assert len(set(looks.values())) == len(names)
     order = drawing_order(names)
     assert order.index("C") < order.index("Bhat") < order.index("A")
@@ -304,7 +306,7 @@ def test_looks_differ_and_those_listed_first_lie_on_top():
 
 
 def test_labels_have_the_looks_of_their_ics_and_are_broken_where_more_is_said():
-    assert label_looks(map(symbol_of, OWN)) == {symbol_of(name): look for name, look in OWN.items()}
+    assert label_looks(map(ics_symbol, OWN)) == {ics_symbol(name): look for name, look in OWN.items()}
     looks = label_looks(["B̂", "B̂, not revolved", "C before the discount", "p_max", "Bold"])
     for label, name, dash in (("B̂, not revolved", "Bhat", "dashdot"), ("C before the discount", "C", "dot")):
         assert (looks[label].colour, looks[label].dash) == (OWN[name].colour, dash)
@@ -313,7 +315,7 @@ def test_labels_have_the_looks_of_their_ics_and_are_broken_where_more_is_said():
 
 
 def test_curves_by_labels_have_the_estimate_at_c_and_leave_out_what_was_not_computed():
-    drawn = curves_of(X, {"A": X**2, "C": X, "B̂′": np.full(5, np.nan)}, 0.1 * X)
+    drawn = make_curves(X, {"A": X**2, "C": X, "B̂′": np.full(5, np.nan)}, 0.1 * X)
     assert {curve.label: curve.look for curve in drawn} == {name: OWN[name] for name in ("A", "C")}
     for curve, values, band in zip(drawn, (X**2, X), (None, 0.1 * X), strict=True):
         np.testing.assert_array_equal(curve.points, [X, values])
@@ -335,7 +337,7 @@ def test_marks_without_a_line_are_few(band):
 def test_colours_of_positive_differences_are_red_on_pages_as_on_paper():
     """Plotly's scale and Matplotlib's have the same name, and opposite directions."""
     drawn = Map("", "x", "s", X, X, np.outer(X, X), "MPa", "diverging")
-    (trace,) = traces(chart_of("map", [drawn]), 0)
+    (trace,) = traces(simple_chart("map", [drawn]), 0)
     assert trace["colorscale"] == "RdBu"
     assert not trace.get("reversescale")
     red, _, blue, _ = static.mpl.colormaps[static.COLOURS["diverging"]](1.0)
@@ -349,13 +351,13 @@ def raised(title, factor):
 
 
 def test_surfaces_are_drawn_in_3d_on_paper_and_seen_from_further_if_long():
-    figure = static.picture(chart_of("rail", [raised("C", 2.0)]))
+    figure = static.picture(simple_chart("rail", [raised("C", 2.0)]))
     assert [axes.name for axes in figure.axes if axes.get_title()] == ["3d"]
     eyes = []
     for length in (1.0, 16.0):
         surface = raised("C", 2.0)
         surface.body[0] *= length
-        (cell,) = json.loads(interactive.as_json(chart_of("rail", [surface])))["steps"][0]
+        (cell,) = json.loads(interactive.as_json(simple_chart("rail", [surface])))["steps"][0]
         eyes.append(cell["layout"]["scene"]["camera"]["eye"]["x"])
     assert eyes[1] < eyes[0] < 0
     ticks = {name: cell["layout"]["scene"][f"{name}axis"]["nticks"] for name in "xyz"}
@@ -377,7 +379,7 @@ def test_points_have_bars_names_and_notes():
     """On the page and on paper; a band of bars is no area."""
     bars = np.array([0.1 * np.ones(2), 0.3 * np.ones(2)])
     points = Curve("C", X[:2], X[:2], LOOKS["C"], bars, bars=True, names=("a", "b"), notes=("one", "two"))
-    chart = chart_of("one", [Panel("", "", "", [points])])
+    chart = simple_chart("one", [Panel("", "", "", [points])])
     (trace,) = traces(chart, 0)
     np.testing.assert_allclose([trace["error_y"][key] for key in ("arrayminus", "array")], bars)
     assert (trace["text"], trace["customdata"]) == (["a", "b"], ["one", "two"])
@@ -396,5 +398,5 @@ def test_points_have_bars_names_and_notes():
 )
 def test_a_logarithmic_axis_within_a_decade_has_labels_between_powers_of_ten(y, powers_alone):
     panel = Panel("", "time [s]", "error [-]", [Curve("A", [1.0, 2.0], y)], log_y=True)
-    drawn = json.loads(interactive.as_json(chart_of("errors", [panel], 1)))
+    drawn = json.loads(interactive.as_json(simple_chart("errors", [panel], 1)))
     assert ("dtick" in drawn["steps"][0][0]["layout"]["yaxis"]) is powers_alone

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.report.charts import Chart, Panel, curves_of
+from compare.report.charts import Chart, Panel, make_curves
 from compare.report.interactive import as_json
 from compare.report.parts import Folded, write_page
 from compare.validation.extremes import page as extremes
@@ -34,7 +34,7 @@ VALUES = {
     | {"geometry2, upper": 0.1001, "plane": 0.7},
     "large": {"both": 1.5},
 }
-PANEL = Panel("geometry1: nn", "s / L  [-]", "IC · E · L  [-]", curves_of(X, {"C": X**2, "A": X}, 0.1 * X))
+PANEL = Panel("geometry1: nn", "s / L  [-]", "IC · E · L  [-]", make_curves(X, {"C": X**2, "A": X}, 0.1 * X))
 CLOSE = Statement(1, "B̂′_xn is close to C_xn.", (NEAR, LARGE), nothing)
 ENTRIES = [
     validation.as_entry(CLOSE, VALUES, {"C": 2.0}),

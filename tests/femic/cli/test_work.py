@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from compare.report.charts import Curve, Panel, chart_of
+from compare.report.charts import Curve, Panel, simple_chart
 from compare.report.parts import Page, Section, write_page
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
@@ -155,7 +155,7 @@ def test_commands_check_output_folders_before_any_work(name, folder, tmp_path, c
 
 def written_page(folder):
     """A page with one chart in the folder of a scene."""
-    chart = chart_of("one", [Panel("", "s [mm]", "p [MPa]", [Curve("A", [0.0, 1.0], [1.0, 2.0])])])
+    chart = simple_chart("one", [Panel("", "s [mm]", "p [MPa]", [Curve("A", [0.0, 1.0], [1.0, 2.0])])])
     return write_page(Page("Contact", "", [Section("", [chart])]), folder / "contact.html")
 
 

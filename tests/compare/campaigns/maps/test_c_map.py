@@ -10,7 +10,7 @@ import xarray as xr
 
 from compare.campaigns import kinds
 from compare.campaigns.maps import bhat_nn, maps_of_scene, open_map
-from compare.report.looks import symbol_of
+from compare.report.looks import ics_symbol
 from femic.contact.pairs import ics as reference_ics
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
@@ -168,7 +168,7 @@ def test_reference_is_c_else_a_map_else_bhat():
     assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
     assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
     assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
-    assert symbol_of("map:out/flanks/sweep.nc") == "C from flanks"
+    assert ics_symbol("map:out/flanks/sweep.nc") == "C from flanks"
 
 
 @pytest.mark.parametrize(

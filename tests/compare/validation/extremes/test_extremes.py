@@ -23,7 +23,7 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.job import component_of
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import compute, ics_of, reference_of
+from femic.results.ics import compute, reference_ics, select_ics
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from geometries.patches import Patch
@@ -114,7 +114,7 @@ def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(option
     scene_case = flat(nu=0.4999)
     alone = replace(scene_case, changes={**scene_case.changes, "components": ["sn"]})
     results = compute(alone.scene(HARMONIC, {"tolerance": 0.001}), options)
-    c, a = reference_of(results, "lower"), ics_of(results, "A", "lower")
+    c, a = reference_ics(results, "lower"), select_ics(results, "A", "lower")
     for line in results.lines.values():
         error, estimate = np.abs(c.ic - a)[1, 2, line], c.estimate[1, 2, line]
         assert error.max() <= max(estimate.max(), 1e-9 * a[2, 2, line].max())

@@ -8,12 +8,12 @@ from compare.validation.statements import curves
 @pytest.fixture(autouse=True)
 def _measures_once(monkeypatch):
     """Keep the measures of a test by results, which never change, and body."""
-    measure_of, known = curves.measure_of, {}
+    ics_measure, known = curves.ics_measure, {}
 
     def once(results, body):
         key = id(results), body
         if key not in known:
-            known[key] = results, measure_of(results, body)  # the results, too: their id stays their own
+            known[key] = results, ics_measure(results, body)  # the results, too: their id stays their own
         return known[key][1]
 
-    monkeypatch.setattr(curves, "measure_of", once)
+    monkeypatch.setattr(curves, "ics_measure", once)

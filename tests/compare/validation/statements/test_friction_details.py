@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from compare.report.charts import chart_of
+from compare.report.charts import simple_chart
 from compare.report.interactive import as_json
 from compare.validation.statements import components_and_moduli, rolling_and_compression
 from compare.validation.statements.frame import ratio
@@ -48,7 +48,7 @@ def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(nu
     assert all(np.isfinite(value) for value in statement.details(made).values())
     panels = statement.panels(made)
     assert panels
-    legend = json.loads(as_json(chart_of("", panels, statement.columns)))["legend"]
+    legend = json.loads(as_json(simple_chart("", panels, statement.columns)))["legend"]
     assert len({str(dict(entry, label="")) for entry in legend}) == len(legend)
 
 

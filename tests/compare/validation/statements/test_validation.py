@@ -9,7 +9,7 @@ import pytest
 from approx import forms
 from approx.effective import EffectiveProperties, Transition
 from approx.forms import Rotation, rotation_between
-from compare.report.charts import chart_of
+from compare.report.charts import simple_chart
 from compare.report.interactive import as_json
 from compare.validation.statements import page as verdicts
 from compare.validation.statements.direct_components import nn_error
@@ -123,7 +123,7 @@ def test_every_criterion_is_measured_in_some_case(runs):
         for criterion in entry["criteria"]:
             assert None not in criterion["values"].values(), number
         assert panels
-        content = json.loads(as_json(chart_of("", panels, STATEMENTS[number].columns)))
+        content = json.loads(as_json(simple_chart("", panels, STATEMENTS[number].columns)))
         assert len({str(dict(each, label="")) for each in content["legend"]}) == len(content["legend"])
 
 

@@ -40,7 +40,7 @@ def flat():
     return figure_grid(build_mesh(request_for(plane())))
 
 
-def chart_of(solid, grid):
+def simple_chart(solid, grid):
     """Numbers of the nodes on the contact surface near the patch, images included, and their (xi, s)."""
     chart = np.full((2, solid.nodes.shape[1]), np.nan)
     chart[:, solid.trace.nodes] = solid.trace.basis.doflocs
@@ -51,7 +51,7 @@ def chart_of(solid, grid):
 
 def test_images_of_surface_nodes_lie_on_the_surface(model):
     solid, grid = model.solid, figure_grid(model.solid)
-    near, chart = chart_of(solid, grid)
+    near, chart = simple_chart(solid, grid)
     assert np.all(np.any(chart < -0.1, axis=1))
     np.testing.assert_allclose(grid.nodes[:, near], solid.body.surface.position(*chart), atol=1e-12 * 40)
 
@@ -59,7 +59,7 @@ def test_images_of_surface_nodes_lie_on_the_surface(model):
 @pytest.mark.parametrize("patch", [CENTRED, ASIDE], ids=["centred", "aside"])
 def test_displacements_are_those_that_observers_see(model, fields, patch):
     solid, grid = model.solid, figure_grid(model.solid)
-    near, (xi, s) = chart_of(solid, grid)
+    near, (xi, s) = simple_chart(solid, grid)
     x = xi / solid.body.surface.chart_x(1.0, s, patch.s)
     for direction in (0, 1, 2):
         load = Load(patch, direction)
