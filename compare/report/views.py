@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from femic.cache.files import replacing
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 

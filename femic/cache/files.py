@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure
 
 with lazy_imports():

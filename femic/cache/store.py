@@ -22,7 +22,7 @@ from uuid import uuid4
 import numpy as np
 
 from femic.cache.digests import code_digest
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.arrays import Array
 
 with lazy_imports():

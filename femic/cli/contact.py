@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes.ic_names import AUTO, MAP, is_map
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput

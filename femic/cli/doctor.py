@@ -20,7 +20,7 @@ from rich.text import Text
 
 from femic.cli.main import OWN_NAMES
 from femic.cli.progress import terminal
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure
 
 with lazy_imports():

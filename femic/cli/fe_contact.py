@@ -7,7 +7,7 @@ from cyclopts import Parameter
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes import wants
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene

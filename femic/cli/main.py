@@ -16,7 +16,7 @@ from cyclopts import App, CycloptsError
 from rich.logging import RichHandler
 
 from femic.cli.progress import terminal
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure, WrongInput
 
 with lazy_imports():

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, whole_number
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.matrix.job import Discount
 from femic.scenes.ic_names import AUTO, ICName
 from femic.scenes.load import load_scene

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from femic.cli.progress import terminal
 from femic.cli.work import TABLE_WIDTH, SceneName, Workers
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.run_options import cores
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput

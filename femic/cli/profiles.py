@@ -12,7 +12,7 @@ from rich.table import Table
 from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import OUT, TABLE_WIDTH, announce, whole_number
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes.load import name_of
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.errors import WrongInput

@@ -18,7 +18,7 @@ from femic.cli.work import (
     announce,
     print_warnings,
 )
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes.ic_names import AUTO
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, print_warnings
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.scenes.load import load_scene
 
 with lazy_imports():

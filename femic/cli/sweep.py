@@ -20,7 +20,7 @@ from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli.progress import EVERY, Write, bars, terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure, WrongInput
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from compare.validation.extremes.cases import PARTS, Part
 from compare.validation.extremes.cases import available as extremes_available
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, Work, announce, whole_numbers
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import WrongInput
 
 with lazy_imports():  # those of `extremes` need the extra femic[extremes]

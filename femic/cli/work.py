@@ -14,7 +14,7 @@ from rich.console import Console
 from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli import progress
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.run_options import RunOptions, cores
 from femic.scenes import plausibility
 from femic.scenes.scene import Scene

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from femic.cache.store import Store
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.engine import Engine, ExpectedCost, Limits, Points, RawICs, Request, scale_cells
 from femic.reference.harmonic.request import FAR_RADIUS, TUNED_TOLERANCE, tightening
 from femic.reference.meshing import Cells

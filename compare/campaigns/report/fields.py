@@ -360,12 +360,12 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
     shown = [name for name in numbers if name != CURVES_LARGEST]
     heads = [f"{_symbol(name)} [{dataset[name].attrs.get('units', '1')}]" for name in shown]
     at_last = dataset[shown].isel(dict.fromkeys(own, -1), drop=True).sel(ics=[reference]).drop_attrs()
-    labels = xr.Variable(COLUMN, heads)
+    labels, last = xr.Variable(COLUMN, heads), f", at the last {several}" if several else ""
     yield Field(
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact with {ics_symbol(reference)}{', at the last ' + several if several else ''}.",
+        f"Numbers of the contact with {ics_symbol(reference)}{last}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
         reference=ics_symbol(reference),
     )

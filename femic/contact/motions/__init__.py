@@ -12,7 +12,7 @@ from typing import TypeVar
 from femic.contact.motions import compression, none, rolling, transient
 from femic.contact.motions.motion import Motion
 from femic.contact.specification import ContactProblem, ContactSpecification
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
 

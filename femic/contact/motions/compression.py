@@ -16,7 +16,7 @@ from femic.contact.estimates import SAFETY, Measured, changes, errors
 from femic.contact.loading import Loading
 from femic.contact.motions.motion import COMMON, WITH_FRICTION, Motion
 from femic.contact.pairs.quantities import kinds, measured, select
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure
 
 with lazy_imports():

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from femic.contact.pairs.quantities import Quantity
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 
 with lazy_imports():
     import xarray as xr

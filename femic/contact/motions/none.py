@@ -21,7 +21,7 @@ from femic.contact.motions import motion
 from femic.contact.motions.motion import COMMON, Motion, Want
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, half_length, kinds, measured, numbers, s_range
 from femic.contact.specification import ContactProblem
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure

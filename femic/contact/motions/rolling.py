@@ -23,7 +23,7 @@ from femic.contact.motions import motion
 from femic.contact.motions.motion import COMMON, WITH_FRICTION, Motion, Want
 from femic.contact.pairs.quantities import kinds, measured, select
 from femic.contact.specification import CREEPAGES, ContactProblem, ContactSpecification
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.errors import Failure
 
 with lazy_imports():

@@ -19,7 +19,7 @@ from femic.contact.loading import Loading
 from femic.contact.motions.motion import Motion
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.pairs.quantities import half_length, kinds, measured
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 

@@ -11,7 +11,7 @@ import numpy as np
 from femic.contact import estimates
 from femic.contact.estimates import Kind, Measured, Places, Scale
 from femic.contact.patch import Extent, centre_of_pressure
-from femic.late import lazy_imports
+from femic.lazy import lazy_imports
 
 with lazy_imports():
     from femic.contact import frictional, normal

@@ -1,7 +1,6 @@
 """Commands that end with a message load no heavy library, and what they load later is there."""
 
 import json
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,18 +9,16 @@ import pytest
 
 import femic
 from femic.cli.main import COMMANDS, WRONG_INPUT
-from femic.late import Late, lazy_imports
+from femic.lazy import lazy_imports
 
 HEAVY = {"dask", "distributed", "gmsh", "matplotlib", "pandas", "pyamg", "pyvista", "skfem", "xarray", "zarr"}
 OF_SCENES = sorted(set(COMMANDS) - {"validate", "extremes", "scenes", "sweep"})
 RUN = """
 import json, sys
 from femic.cli.main import exit_code
-from femic.late import Deferred
 for command in json.loads(sys.argv[1]):
     code = exit_code(command)
-    loaded = [name for name, module in sys.modules.items() if not issubclass(type(module), Deferred)]
-    print(json.dumps([code, sorted(loaded)]))
+    print(json.dumps([code, sorted(sys.modules)]))
 """
 WRONG = {
     "not there": None,
@@ -102,10 +99,3 @@ def test_two_modules_may_defer_the_same_library(tmp_path, monkeypatch):
 def test_a_lazy_import_of_no_module_is_an_error():
     with pytest.raises(ModuleNotFoundError, match=r"femic\.nowhere"), lazy_imports():
         import femic.nowhere  # noqa: F401, PLC0415
-
-
-def test_every_function_that_is_imported_late_is_there():
-    sources = [path.read_text(encoding="utf-8") for path in Path(femic.__file__).parent.rglob("*.py")]
-    places = {place for text in sources for place in re.findall(r'Late\(\s*"([\w.:]+)"', text)}
-    for place in places:
-        assert Late(place).resolved is not None

@@ -3,31 +3,12 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import import_module
 from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
-from operator import attrgetter
 from threading import get_ident
 from types import ModuleType
 from typing import Any
-
-
-@dataclass(frozen=True)
-class Late:
-    """A function or class by its place, such as "compare.pages.ics_results:run_scene", for registries."""
-
-    place: str
-
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Import the function where this has not happened yet, and call it."""
-        return self.resolved(*arguments, **named)
-
-    @property
-    def resolved(self) -> Any:
-        """The function itself."""
-        module, _, name = self.place.partition(":")
-        return attrgetter(name)(import_module(module))
 
 
 @contextmanager
