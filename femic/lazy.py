@@ -6,9 +6,22 @@ from contextlib import contextmanager
 from importlib import import_module
 from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
-from threading import get_ident
+from threading import get_ident, local
 from types import ModuleType
 from typing import Any
+
+_LOCAL = local()  # `at_once`: whether this thread imports nothing lazily for now
+
+
+@contextmanager
+def _at_once() -> Iterator[None]:
+    """Let this thread import modules at once within this context."""
+    before = getattr(_LOCAL, "at_once", False)
+    _LOCAL.at_once = True
+    try:
+        yield
+    finally:
+        _LOCAL.at_once = before
 
 
 @contextmanager
@@ -38,28 +51,27 @@ class _StandIn(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name in {"__path__", "__file__", "__cached__"}:  # imports ask for them
             raise AttributeError(name)
-        if sys.modules.get(self.__name__) is self:  # another thread is importing lazily
+        if sys.modules.get(self.__name__) is self:  # used while this or another thread imports lazily
             del sys.modules[self.__name__]
-        return getattr(import_module(self.__name__), name)
+        with _at_once():
+            return getattr(import_module(self.__name__), name)
 
 
 class _LazyImporter(Loader):
     """Finds modules as all other finders do, and makes stand-ins of them for one thread."""
 
     def __init__(self) -> None:
-        self.thread, self.busy = get_ident(), False
+        self.thread = get_ident()
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return the specification of a module, None where there is none."""
-        if self.busy or get_ident() != self.thread:  # other finders may import, too
+        if getattr(_LOCAL, "at_once", False) or get_ident() != self.thread:
             return None
-        self.busy, others = True, (finder for finder in sys.meta_path if finder is not self)
-        try:
+        others = (finder for finder in sys.meta_path if finder is not self)
+        with _at_once():  # other finders may import, too
             spec = next(filter(None, (finder.find_spec(name, path, target) for finder in others)), None)
-        finally:
-            self.busy = False
         own = ("femic", "compare")
         is_package = spec is not None and spec.submodule_search_locations is not None
         if spec is not None and not (is_package and name.partition(".")[0] in own):
