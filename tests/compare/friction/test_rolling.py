@@ -105,13 +105,21 @@ def test_estimates_with_c_include_the_change_by_its_error(conforming):
     assert np.all(known > 0.005)  # ICs are 2 % larger
 
 
+class Searching(Continuation):
+    """A creep-force curve on which no contact is found with a prescribed force."""
+
+    def solve(self, xi, before, force=None):
+        if force is not None:
+            raise Failure("not found")
+        return super().solve(xi, before)
+
+
 def test_search_over_creepages_agrees_with_prescribed_forces(conforming):
     of, dataset = conforming
     on_grid = pair_on_grid(of.contact_problem, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
     pair = pair_in_motion(of.contact_problem, on_grid)
-    along = Continuation(pair, pair.rolling(pair.frictional(approximation(on_grid, "A"), 0.3)), "A")
-    begun = along.first()
-    searched = along.search_force(0.0, begun)
+    along = Searching(pair, pair.rolling(pair.frictional(approximation(on_grid, "A"), 0.3)), "A")
+    searched = along.with_force(0.0, [along.first()])
     expected = float(dataset.zero_creepage.sel(ics="A")[0])
     assert searched.creepages.longitudinal == pytest.approx(expected, abs=1e-6)
 
@@ -138,13 +146,13 @@ def test_forces_beyond_the_curve_are_refused():
     of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 5e-5], equal_force=0.9)
     along = path_of(of)
     with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
-        along.search_force(0.9 * along.largest, along.first())
+        along.with_force(0.9 * along.largest, [along.first()])
 
 
 def path_of(of):
     return solve_with_friction(
         of.contact_problem,
-        lambda pair: Continuation(pair, pair.rolling(pair.frictional(pair.operator("A"), 0.3)), "A"),
+        lambda pair: Searching(pair, pair.rolling(pair.frictional(pair.operator("A"), 0.3)), "A"),
     )
 
 
