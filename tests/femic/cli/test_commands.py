@@ -280,7 +280,7 @@ def test_plan_with_the_solid_engine_refuses_matrix_and_contact(monkeypatch, caps
     small = {"contact": {"loads": [7.4e3], "elements": 8}}
     monkeypatch.setattr("femic.cli.plan.load_scene", lambda name: load_scene(name, small))
     with monkeypatch.context() as patch:  # what the models take is not asked
-        for name in ("results.matrices.matrix_plans", "reference.plan.plans"):
+        for name in ("results.matrices.matrix_plans", "reference.refinement.plans"):
             patch.setattr(f"femic.{name}", lambda *_: [step])
         assert exit_code(["plan", "tall"]) == DONE
     assert "engine.kind" not in capsys.readouterr().out
