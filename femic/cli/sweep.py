@@ -1,4 +1,4 @@
-"""The command `sweep`."""
+"""The command `sweep`; scenes of a campaign as files, for commands that take scenes."""
 
 from __future__ import annotations
 
@@ -6,20 +6,24 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
+import tomlkit
 from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import TextColumn
 
-from compare.campaigns.campaign import Campaign
+from compare.campaigns.campaign import Campaign, find_points
 from compare.campaigns.load import load_campaign
+from compare.pages.ics_results import MOST_SCENES
 from femic.cache import folders
+from femic.cache.files import write_text
 from femic.cache.store import Store
 from femic.cli.progress import EVERY, Write, bars, terminal
-from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
+from femic.cli.work import AT, DEFAULT_WORK, Work, announce, store_at
 from femic.lazy import lazy_imports
 from geometries.errors import Failure, WrongInput
 
@@ -33,8 +37,8 @@ with lazy_imports():
     import compare.campaigns.dataset as datasets
     from compare.campaigns import cluster, plan, run
     from compare.campaigns.report import page
-    from femic.cli import points
 
+LONGEST_NAME = 100  # of a file of a scene
 SHOWN_FAILURES = 5  # different messages of failures that are printed
 
 
@@ -81,7 +85,7 @@ def sweep(
     address = None if scheduler is None else cluster.parse_address(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
-        for path in points.write_scenes(loaded, options.write, folder):
+        for path in write_scenes(loaded, options.write, folder):
             console.print(str(path), soft_wrap=True)
         return
     if options.page:
@@ -221,3 +225,42 @@ def _time_left(progress: Progress) -> str:
     if not seconds:
         return ""
     return f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
+
+
+# --- scenes of a campaign as files -----------------------------------------------------------------------
+
+
+def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
+    """Return the files of the scenes at some points, in a folder; raise BadScene before any is written.
+
+    They are as the campaign computes them, without the check by the other engine.
+    """
+    points, paths = find_points(campaign, name), []
+    for point in points:
+        campaign.scene(point)
+    for point in points:
+        table, file = campaign.scene_table(point), campaign.point_name(point)
+        if table.get("engine", {}).get("check"):
+            table = table | {"engine": table["engine"] | {"check": False}}
+        if len(file) > LONGEST_NAME:
+            file = f"{file[:LONGEST_NAME]}_{sha256(file.encode()).hexdigest()[:8]}"
+        path = folders.make(folder) / f"{file.replace('/', '_')}.toml"
+        paths.append(write_text(tomlkit.dumps(table), path))
+    return paths
+
+
+def find_scenes(argument: str, results: Path) -> dict[str, str | None]:
+    """Return the scenes of an argument, and the store of the models of each; None: no store yet.
+
+    The scenes are the argument itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30,
+    some of whose models the campaign has stored.
+    """
+    file, at, name = argument.rpartition(AT)
+    if not at or Path(argument).exists():
+        return {argument: None}
+    campaign = load_campaign(Path(file))
+    if (count := len(find_points(campaign, name))) > MOST_SCENES:
+        raise WrongInput(f"{argument}: {count} scenes; at most {MOST_SCENES} are compared: name another axis")
+    folder = results / campaign.name
+    store = str(folder / "store") if (folder / "store").is_dir() else None
+    return {str(path): store for path in write_scenes(campaign, name, folder)}
