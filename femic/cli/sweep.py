@@ -18,7 +18,6 @@ from rich.progress import TextColumn
 
 from compare.campaigns.campaign import Campaign, find_points
 from compare.campaigns.load import load_campaign
-from compare.pages.ics_results import MOST_SCENES
 from femic.cache import folders
 from femic.cache.files import write_text
 from femic.cache.store import Store
@@ -37,6 +36,7 @@ with lazy_imports():
     import compare.campaigns.dataset as datasets
     from compare.campaigns import cluster, plan, run
     from compare.campaigns.report import page
+    from compare.pages import ics_results
 
 LONGEST_NAME = 100  # of a file of a scene
 SHOWN_FAILURES = 5  # different messages of failures that are printed
@@ -110,7 +110,10 @@ def sweep(
     def client(scenes: int) -> AbstractContextManager[Client]:
         if address is not None:
             return cluster.existing_cluster(address)
-        return _local_client(loaded, scenes, work.workers, console)
+        size = cluster.size_for(work.workers, scenes, plan.largest_memory(loaded))
+        if size.note:
+            note(f"note: {size.note}")
+        return cluster.local_cluster(size)
 
     dataset = datasets.CampaignDataset(loaded, folder)
     with show_campaign(console) as watch:
@@ -126,16 +129,6 @@ def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:
     with folders.locked(folder / "figures"):
         report = page.write_sweep(dataset, folder)
     announce(report, console)
-
-
-@contextmanager
-def _local_client(campaign: Campaign, scenes: int, workers: int | None, console: Console) -> Iterator[Client]:
-    """Yield a client of a cluster on this machine, with as many cores as the largest models have room on."""
-    size = cluster.size_for(workers, scenes, plan.largest_memory(campaign))
-    if size.note:
-        console.print(f"note: {size.note}", soft_wrap=True)
-    with cluster.local_cluster(size) as client:
-        yield client
 
 
 def _print_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
@@ -186,12 +179,13 @@ def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
         scenes = shown.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:
+            counts, time_left = _texts(progress)
             shown.update(
                 scenes,
                 total=progress.scenes,
                 completed=progress.finished,
-                description=f"scenes ({_counts(progress)})",
-                time_left=_time_left(progress),
+                description=f"scenes ({counts})",
+                time_left=time_left,
             )
 
         yield show
@@ -205,26 +199,23 @@ def campaign_lines(write: Write, clock: Callable[[], float] = monotonic) -> Call
         nonlocal last
         if (now := clock()) - last >= EVERY or progress.finished == progress.scenes:
             last = now
-            line = f"  {progress.finished} of {progress.scenes} scenes ({_counts(progress)})"
-            write(", ".join(text for text in (line, _time_left(progress)) if text))
+            counts, time_left = _texts(progress)
+            line = f"  {progress.finished} of {progress.scenes} scenes ({counts})"
+            write(", ".join(filter(None, (line, time_left))))
 
     return write_if_due
 
 
-def _counts(progress: Progress) -> str:
-    """Return text about the scenes and models of a campaign."""
-    return (
+def _texts(progress: Progress) -> tuple[str, str]:
+    """Return texts about the scenes and models of a campaign, and about the time left, "" if not known."""
+    counts = (
         f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
         f"{progress.models_reused} times reused"
     )
-
-
-def _time_left(progress: Progress) -> str:
-    """Return text about the time that is left; "" where it is not known, and at the end."""
     seconds = progress.seconds_left
     if not seconds:
-        return ""
-    return f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
+        return counts, ""
+    return counts, f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
 
 
 # --- scenes of a campaign as files -----------------------------------------------------------------------
@@ -259,8 +250,9 @@ def find_scenes(argument: str, results: Path) -> dict[str, str | None]:
     if not at or Path(argument).exists():
         return {argument: None}
     campaign = load_campaign(Path(file))
-    if (count := len(find_points(campaign, name))) > MOST_SCENES:
-        raise WrongInput(f"{argument}: {count} scenes; at most {MOST_SCENES} are compared: name another axis")
+    count, most = len(find_points(campaign, name)), ics_results.MOST_SCENES
+    if count > most:
+        raise WrongInput(f"{argument}: {count} scenes; at most {most} are compared: name another axis")
     folder = results / campaign.name
     store = str(folder / "store") if (folder / "store").is_dir() else None
     return {str(path): store for path in write_scenes(campaign, name, folder)}
