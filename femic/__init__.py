@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from femic.interface.bodies import load_pair as load_pair
     from femic.interface.bodies import plane as plane
     from femic.interface.bodies import through_points as through_points
-    from femic.interface.calibration import FittedPair as FittedPair
-    from femic.interface.calibration import fit_bhat_prime as fit_bhat_prime
     from femic.interface.contact import Compression as Compression
     from femic.interface.contact import ContactSetup as ContactSetup
     from femic.interface.contact import Frictionless as Frictionless
     from femic.interface.contact import Rolling as Rolling
     from femic.interface.contact import TransientRolling as TransientRolling
     from femic.interface.contact import solve_contact as solve_contact
+    from femic.interface.ics import FittedPair as FittedPair
     from femic.interface.ics import compare_ics as compare_ics
     from femic.interface.ics import compute_ics as compute_ics
+    from femic.interface.ics import fit_bhat_prime as fit_bhat_prime
     from femic.interface.ics import line_along_s as line_along_s
     from femic.interface.ics import line_along_x as line_along_x
     from femic.interface.ics import points as points
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from femic.interface.matrices import write_for_contact as write_for_contact
     from femic.interface.options import Options as Options
     from femic.interface.profiles import Profile as Profile
+    from femic.interface.profiles import compute_shifts as compute_shifts
     from femic.interface.profiles import write_profile as write_profile
-    from femic.interface.shifts import compute_shifts as compute_shifts
     from femic.scenes.load import load_scene as load_scene
     from geometries.errors import Failure as Failure
     from geometries.errors import WrongInput as WrongInput
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "femic.interface.bodies": ("Body", "Pair", "arc", "ellipse", "load_pair", "plane", "through_points"),
-    "femic.interface.calibration": ("FittedPair", "fit_bhat_prime"),
     "femic.interface.contact": (
         "Compression",
         "ContactSetup",
@@ -59,11 +58,18 @@ _MODULES = {
         "solve_contact",
     ),
     "compare.interface": ("plot_contact", "plot_ics", "plot_profile", "run_scene"),
-    "femic.interface.ics": ("compare_ics", "compute_ics", "line_along_s", "line_along_x", "points"),
+    "femic.interface.ics": (
+        "FittedPair",
+        "compare_ics",
+        "compute_ics",
+        "fit_bhat_prime",
+        "line_along_s",
+        "line_along_x",
+        "points",
+    ),
     "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),
     "femic.interface.options": ("Options",),
-    "femic.interface.profiles": ("Profile", "write_profile"),
-    "femic.interface.shifts": ("compute_shifts",),
+    "femic.interface.profiles": ("Profile", "compute_shifts", "write_profile"),
     "femic.scenes.load": ("load_scene",),
     "geometries.errors": ("Failure", "WrongInput"),
     "geometries.materials": ("Material",),

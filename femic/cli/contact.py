@@ -1,14 +1,16 @@
-"""The command `contact`."""
+"""Commands about contact: `contact`, `fe-contact`, `stresses`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from femic.cache import folders
 from femic.cli.progress import terminal
-from femic.cli.work import DEFAULT_WORK, Work, announce, print_warnings
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, print_warnings
+from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.lazy import lazy_imports
+from femic.scenes.contact import StressTable
 from femic.scenes.ic_names import AUTO, MAP, is_map
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
@@ -18,11 +20,15 @@ with lazy_imports():
     from compare.pages import contact as page
     from compare.pages import finite_elements as fe_page
     from compare.pages import friction_pages
+    from compare.pages import stresses as stresses_page
     from compare.studies import contact_advice, contact_frontier, frontier
     from femic.advice import expected
     from femic.contact import supports
     from femic.results import contact as compute
+    from femic.results import finite_elements as fe_compute
     from femic.results import friction as friction_compute
+    from femic.results import stressed_contact
+    from femic.results import stresses as stresses_compute
 
 
 def contact(
@@ -91,3 +97,106 @@ def contact(
         with folders.locked(folder):
             report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
         announce(report, console)
+
+
+def fe_contact(
+    scene: SceneName,
+    *,
+    cells: Annotated[
+        float, Parameter(help="of the finest mesh, along the patch's shorter half-length")
+    ] = CELLS,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Solve the contact of a scene by finite elements, without ICs, and compare contact with its ICs to it.
+
+    Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
+    finished loads are stored.
+    """
+    loaded, console = load_scene(scene), terminal()
+    fe_compute.require_suitable(loaded)
+    require_enough(cells)
+    folder = work.folder(loaded)
+    with work.options(folder, console) as options:
+        with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+        fe_dataset = fe_compute.compute_fe_contact(loaded, compute.to_dataset(with_ics), options, cells)
+        report = fe_page.write_fe_contact(fe_dataset, folder)
+        with_both = page.write_contact(
+            with_ics, folder, further=fe_page.stored_solution(with_ics, options.store)
+        )
+    for path in (report, with_both):
+        announce(path, console)
+
+
+def stresses(
+    scene: SceneName,
+    *,
+    ics: Annotated[
+        str | None, Parameter(help="such as A,Bhat,C: which ICs to solve it with; default: contact.ics")
+    ] = None,
+    friction: Annotated[
+        float | None,
+        Parameter(help="coefficient of friction; default: stresses.friction, or the largest of the scene"),
+    ] = None,
+    force: Annotated[
+        float | None,
+        Parameter(
+            help="of rolling: F_x / (friction load), -1 ... 1; default: stresses.force, or "
+            "contact.equal_force"
+        ),
+    ] = None,
+    fineness: Annotated[
+        float | None, Parameter(help="of the models of both bodies; default: stresses.fineness")
+    ] = None,
+    yield_stress: Annotated[
+        float | None,
+        Parameter(help="in tension [MPa], for shakedown and surface fatigue; default: damage.yield_stress"),
+    ] = None,
+    hardness: Annotated[
+        float | None, Parameter(help="[MPa], for wear by Archard; needs --speed; default: damage.hardness")
+    ] = None,
+    speed: Annotated[
+        float | None,
+        Parameter(help="of rolling [m/s], for wear laws that depend on it; default: damage.speed"),
+    ] = None,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Compute the stresses under the contact of a scene in both bodies; write stresses.nc and a report.
+
+    Contact is solved as by `femic contact`: without friction at the largest load, in rolling at one force, in
+    compression at the last load. The tractions of C (without it of B-hat, or the last ICs) load the true
+    bodies and half-spaces. Of rolling, the report has wear and fatigue numbers by each of the ICs.
+    Options take the place of keys of the tables [contact], [stresses] and [damage] of the scene.
+    """
+    changes = option_changes(
+        ics=ics,
+        friction=friction,
+        force=force,
+        fineness=fineness,
+        yield_stress=yield_stress,
+        hardness=hardness,
+        speed=speed,
+    )
+    loaded = load_scene(scene, changes)
+    stressed_contact.require_stresses(loaded)
+    console, folder = terminal(), work.folder(loaded)
+    print_warnings(loaded, console)
+    with work.options(folder, console) as run_options:
+        dataset = stresses_compute.compute_stresses(loaded, run_options)
+        run_options.watch.on_stage("charts of the report")
+        report = stresses_page.write_stresses(dataset, folder)
+    console.print(stresses_page.summary(dataset), soft_wrap=True)
+    announce(report, console)
+
+
+def option_changes(**options: Any) -> dict[str, dict[str, Any]]:
+    """Return the keys of a scene that have the values of the options of `femic stresses`, by table."""
+    given = {name: value for name, value in options.items() if value is not None}
+    changes: dict[str, dict[str, Any]] = {}
+    if "ics" in given:
+        changes["contact"] = {"ics": given.pop("ics").split(",")}
+    if "friction" in given:
+        changes.setdefault("contact", {})["friction"] = [given["friction"]]
+    for name, value in given.items():
+        table = "stresses" if name in StressTable.model_fields else "damage"
+        changes.setdefault(table, {})[name] = value
+    return changes

@@ -91,7 +91,7 @@ def findings() -> Iterator[Finding]:
     text = "draws without a screen" if drawn else "cannot draw without a screen: no 3D pictures for paper"
     yield Finding("3D pictures", drawn, text, "apt-get install libegl1", matters=False)
     for test in SELF_TESTS:
-        yield self_test(test)
+        yield self_test(*test)
 
 
 def dependencies() -> Iterator[Finding]:
@@ -146,29 +146,15 @@ def unchanged_files() -> Finding:
     return Finding("files", not changed, text, "another package or an editor changed them: reinstall femic")
 
 
-@dataclass(frozen=True)
-class SelfTest:
-    """A number that femic computes, and what it must be within a tolerance, a share."""
-
-    name: str
-    unit: str
-    computed: Callable[[], tuple[float, float]]  # the number, and what it must be
-    tolerance: float
-
-
-def self_test(test: SelfTest) -> Finding:
-    """Compute a number with a known value; any error of the program is a finding, too."""
-    start = perf_counter()
+def self_test(name: str, unit: str, compute: Callable[[], tuple[float, float]], tolerance: float) -> Finding:
+    """Compute a number, and what it must be within a tolerance, a share; any error is a finding, too."""
+    start, remedy = perf_counter(), "reinstall femic, or report this"
     try:
-        value, exact = test.computed()
+        value, exact = compute()
     except Exception as error:  # whatever goes wrong on a foreign machine is to be told, not raised
-        return Finding(
-            test.name, False, f"{type(error).__name__}: {error}", "reinstall femic, or report this"
-        )
-    text = f"{value:.5g} {test.unit}, exactly {exact:.5g} ({perf_counter() - start:.1f} s)"
-    return Finding(
-        test.name, abs(value / exact - 1) < test.tolerance, text, "reinstall femic, or report this"
-    )
+        return Finding(name, False, f"{type(error).__name__}: {error}", remedy)
+    text = f"{value:.5g} {unit}, exactly {exact:.5g} ({perf_counter() - start:.1f} s)"
+    return Finding(name, abs(value / exact - 1) < tolerance, text, remedy)
 
 
 def _half_space() -> tuple[float, float]:
@@ -208,6 +194,6 @@ def _hertz() -> tuple[float, float]:
 
 
 SELF_TESTS = (
-    SelfTest("C of a half-space against Love and Boussinesq", "mm/N", _half_space, C_TOLERANCE),
-    SelfTest("contact with A against Hertz", "MPa", _hertz, HERTZ_TOLERANCE),
+    ("C of a half-space against Love and Boussinesq", "mm/N", _half_space, C_TOLERANCE),
+    ("contact with A against Hertz", "MPa", _hertz, HERTZ_TOLERANCE),
 )

@@ -39,7 +39,7 @@ COMMANDS = {  # by name: module and function, and the help text
         "Contact with several ICs, without or with friction: pressures, patches, cost.",
     ),
     "stresses": (
-        "stresses:stresses",
+        "contact:stresses",
         "Stresses under a contact inside both bodies; wear and fatigue numbers of rolling.",
     ),
     "shifts": (
@@ -48,10 +48,10 @@ COMMANDS = {  # by name: module and function, and the help text
     ),
     "sweep": ("sweep:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "fe-contact": (
-        "fe_contact:fe_contact",
+        "contact:fe_contact",
         "Contact by finite elements, without ICs, beside contact with ICs.",
     ),
-    "calibrate": ("calibrate:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
+    "calibrate": ("matrix:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
     "export": ("matrix:export", "Write the IC matrix of both bodies for the program CONTACT."),
     "frontier": ("frontier:frontier", "Errors against seconds of all ways to compute the ICs of a scene."),
     "advise": ("frontier:advise", "Name the cheapest ICs that are good enough."),

@@ -1,22 +1,26 @@
-"""Commands about IC matrices: `matrix`, `export`."""
+"""Commands that compute C for others: `matrix`, `export`, `calibrate`."""
 
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, whole_number
 from femic.lazy import lazy_imports
 from femic.reference.matrix.job import Discount
 from femic.scenes.ic_names import AUTO, ICName
 from femic.scenes.load import load_scene
+from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
 with lazy_imports():
+    from compare.pages import calibration as calibration_page
+    from compare.pages import ics_results
     from compare.pages import matrix as page
     from compare.studies import frontier
+    from femic.results import calibration, matrices
     from femic.results import export as exports
-    from femic.results import matrices
 
 
 def matrix(
@@ -75,3 +79,31 @@ def export(
             loaded, exports.ExportSpecification(ics_name, discount), folder, options
         )
     console.print(exports.contact_settings(written), soft_wrap=True)
+
+
+def calibrate(
+    *scene: Annotated[
+        str,
+        Parameter(help="built-in name (see `femic scenes`) or TOML file; with several one report shows all"),
+    ],
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
+    scenes, most = [load_scene(name) for name in scene], ics_results.MOST_SCENES
+    if not 1 <= len(scenes) <= most:
+        raise WrongInput(f"scenes: {len(scenes)} of them; give 1 to {most}")
+    for loaded in scenes:
+        calibration.require_calibration(loaded)
+    joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
+    scene_folders = work.scene_folders(scenes, joint)
+    console, calibrated = terminal(), []
+    for loaded, folder in zip(scenes, scene_folders, strict=True):
+        with work.options(folder, console) as options:
+            console.print(f"{loaded.name}:")
+            calibrated.append(calibration.calibrate(loaded, options))
+            fit = calibration_page.write_fit(calibrated[-1], folder)
+        console.print(f"Scene with the fit: {fit}", soft_wrap=True)
+    report_folder = (*joint, *scene_folders)[0]
+    with folders.locked(report_folder):
+        report = calibration_page.write_report(calibrated, report_folder)
+    announce(report, console)

@@ -31,7 +31,7 @@ SolidName = Literal["lower", "upper"]
 with lazy_imports():
     from compare.pages import body_fields, ics_results
     from compare.studies import frontier
-    from femic.cli import points
+    from femic.cli import sweep
 
 
 def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
@@ -76,7 +76,7 @@ def compare(
         path = Path(argument)
         if not path.is_dir() and (path.exists() or AT not in argument):
             load_scene(argument)
-    stores = [item for argument in scene for item in points.find_scenes(argument, results).items()]
+    stores = [item for argument in scene for item in sweep.find_scenes(argument, results).items()]
     scene_sources = ics_results.sources([path for path, _ in stores], results)
     ics_results.common(scene_sources)  # raises before any work starts
     folder = ics_results.overlay_folder(scene_sources, out, results)

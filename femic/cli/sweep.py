@@ -1,4 +1,4 @@
-"""The command `sweep`."""
+"""The command `sweep`; scenes of a campaign as files, for commands that take scenes."""
 
 from __future__ import annotations
 
@@ -6,20 +6,23 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
+import tomlkit
 from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import TextColumn
 
-from compare.campaigns.campaign import Campaign
+from compare.campaigns.campaign import Campaign, find_points
 from compare.campaigns.load import load_campaign
 from femic.cache import folders
+from femic.cache.files import write_text
 from femic.cache.store import Store
 from femic.cli.progress import EVERY, Write, bars, terminal
-from femic.cli.work import DEFAULT_WORK, Work, announce, store_at
+from femic.cli.work import AT, DEFAULT_WORK, Work, announce, store_at
 from femic.lazy import lazy_imports
 from geometries.errors import Failure, WrongInput
 
@@ -33,8 +36,9 @@ with lazy_imports():
     import compare.campaigns.dataset as datasets
     from compare.campaigns import cluster, plan, run
     from compare.campaigns.report import page
-    from femic.cli import points
+    from compare.pages import ics_results
 
+LONGEST_NAME = 100  # of a file of a scene
 SHOWN_FAILURES = 5  # different messages of failures that are printed
 
 
@@ -81,7 +85,7 @@ def sweep(
     address = None if scheduler is None else cluster.parse_address(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
-        for path in points.write_scenes(loaded, options.write, folder):
+        for path in write_scenes(loaded, options.write, folder):
             console.print(str(path), soft_wrap=True)
         return
     if options.page:
@@ -106,7 +110,10 @@ def sweep(
     def client(scenes: int) -> AbstractContextManager[Client]:
         if address is not None:
             return cluster.existing_cluster(address)
-        return _local_client(loaded, scenes, work.workers, console)
+        size = cluster.size_for(work.workers, scenes, plan.largest_memory(loaded))
+        if size.note:
+            note(f"note: {size.note}")
+        return cluster.local_cluster(size)
 
     dataset = datasets.CampaignDataset(loaded, folder)
     with show_campaign(console) as watch:
@@ -122,16 +129,6 @@ def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:
     with folders.locked(folder / "figures"):
         report = page.write_sweep(dataset, folder)
     announce(report, console)
-
-
-@contextmanager
-def _local_client(campaign: Campaign, scenes: int, workers: int | None, console: Console) -> Iterator[Client]:
-    """Yield a client of a cluster on this machine, with as many cores as the largest models have room on."""
-    size = cluster.size_for(workers, scenes, plan.largest_memory(campaign))
-    if size.note:
-        console.print(f"note: {size.note}", soft_wrap=True)
-    with cluster.local_cluster(size) as client:
-        yield client
 
 
 def _print_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
@@ -182,12 +179,13 @@ def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
         scenes = shown.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:
+            counts, time_left = _texts(progress)
             shown.update(
                 scenes,
                 total=progress.scenes,
                 completed=progress.finished,
-                description=f"scenes ({_counts(progress)})",
-                time_left=_time_left(progress),
+                description=f"scenes ({counts})",
+                time_left=time_left,
             )
 
         yield show
@@ -201,23 +199,60 @@ def campaign_lines(write: Write, clock: Callable[[], float] = monotonic) -> Call
         nonlocal last
         if (now := clock()) - last >= EVERY or progress.finished == progress.scenes:
             last = now
-            line = f"  {progress.finished} of {progress.scenes} scenes ({_counts(progress)})"
-            write(", ".join(text for text in (line, _time_left(progress)) if text))
+            counts, time_left = _texts(progress)
+            line = f"  {progress.finished} of {progress.scenes} scenes ({counts})"
+            write(", ".join(filter(None, (line, time_left))))
 
     return write_if_due
 
 
-def _counts(progress: Progress) -> str:
-    """Return text about the scenes and models of a campaign."""
-    return (
+def _texts(progress: Progress) -> tuple[str, str]:
+    """Return texts about the scenes and models of a campaign, and about the time left, "" if not known."""
+    counts = (
         f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
         f"{progress.models_reused} times reused"
     )
-
-
-def _time_left(progress: Progress) -> str:
-    """Return text about the time that is left; "" where it is not known, and at the end."""
     seconds = progress.seconds_left
     if not seconds:
-        return ""
-    return f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
+        return counts, ""
+    return counts, f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
+
+
+# --- scenes of a campaign as files -----------------------------------------------------------------------
+
+
+def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
+    """Return the files of the scenes at some points, in a folder; raise BadScene before any is written.
+
+    They are as the campaign computes them, without the check by the other engine.
+    """
+    points, paths = find_points(campaign, name), []
+    for point in points:
+        campaign.scene(point)
+    for point in points:
+        table, file = campaign.scene_table(point), campaign.point_name(point)
+        if table.get("engine", {}).get("check"):
+            table = table | {"engine": table["engine"] | {"check": False}}
+        if len(file) > LONGEST_NAME:
+            file = f"{file[:LONGEST_NAME]}_{sha256(file.encode()).hexdigest()[:8]}"
+        path = folders.make(folder) / f"{file.replace('/', '_')}.toml"
+        paths.append(write_text(tomlkit.dumps(table), path))
+    return paths
+
+
+def find_scenes(argument: str, results: Path) -> dict[str, str | None]:
+    """Return the scenes of an argument, and the store of the models of each; None: no store yet.
+
+    The scenes are the argument itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30,
+    some of whose models the campaign has stored.
+    """
+    file, at, name = argument.rpartition(AT)
+    if not at or Path(argument).exists():
+        return {argument: None}
+    campaign = load_campaign(Path(file))
+    count, most = len(find_points(campaign, name)), ics_results.MOST_SCENES
+    if count > most:
+        raise WrongInput(f"{argument}: {count} scenes; at most {most} are compared: name another axis")
+    folder = results / campaign.name
+    store = str(folder / "store") if (folder / "store").is_dir() else None
+    return {str(path): store for path in write_scenes(campaign, name, folder)}

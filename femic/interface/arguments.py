@@ -15,16 +15,7 @@ from functools import cache, wraps
 from inspect import signature
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import (
-    Any,
-    Literal,
-    ParamSpec,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +24,7 @@ from geometries.errors import WrongInput
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+_type_hints = cache(get_type_hints)
 
 LONGEST = 60  # characters of a value in a message
 ARRAY = frozenset(get_args(ArrayLike))
@@ -80,17 +72,12 @@ def check_fields(noun: Any) -> None:
 
 def _check(given: Mapping[str, tuple[Any, Any]], annotated: Any) -> None:
     """Raise WrongInput for the first value, beside its default, that the annotations do not allow."""
-    allowed = _hints(annotated)
+    allowed = _type_hints(annotated)
     for name, (value, default) in given.items():
         if name not in allowed or value is default:
             continue
         if text := find_misfit(name, value, allowed[name], default):
             raise WrongInput(text)
-
-
-@cache
-def _hints(annotated: Any) -> dict[str, Any]:
-    return {name: hint for name, hint in get_type_hints(annotated).items() if name != "return"}
 
 
 def find_misfit(name: str, value: Any, allowed: Any, default: Any = MISSING) -> str:
@@ -101,7 +88,7 @@ def find_misfit(name: str, value: Any, allowed: Any, default: Any = MISSING) -> 
         if reason is None:
             return ""
         inner = inner or reason
-    return inner or f"{name} = {shown(value)}: give {_any_of(allowed)}"
+    return inner or f"{name} = {shown(value)}: give {_words(allowed)}"
 
 
 def _options(allowed: Any) -> tuple[Any, ...]:
@@ -164,19 +151,19 @@ def _misfit(name: str, value: Any, allowed: Any, default: Any) -> str | None:
     return None if fits else ""
 
 
-def _any_of(allowed: Any) -> str:
-    """Return an allowed type in words."""
-    return " or ".join(dict.fromkeys(_words(option) for option in _options(allowed)))
-
-
 def _words(allowed: Any) -> str:
+    """Return an allowed type in words."""
+    options = _options(allowed)
+    if len(options) > 1:
+        return " or ".join(dict.fromkeys(map(_words, options)))
+    (allowed,) = options
     origin, inner = get_origin(allowed), get_args(allowed)
     if origin is Literal:
         return " or ".join(map(repr, inner))
     if origin is tuple:
-        return f"{len(inner)} values in brackets, each {_any_of(inner[0])}"
+        return f"{len(inner)} values in brackets, each {_words(inner[0])}"
     if origin is collections.abc.Sequence:
-        return f"a list, each entry {_any_of(inner[0])}"
+        return f"a list, each entry {_words(inner[0])}"
     if origin is collections.abc.Mapping:
         return "a mapping (dict)"
     if origin is collections.abc.Callable:

@@ -1,7 +1,7 @@
 """ICs at points: C with its estimate, approximations, and their errors."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -12,6 +12,8 @@ from femic.interface.arguments import array, with_checked_arguments
 from femic.interface.bodies import Pair, checked
 from femic.interface.labels import ics_by_label
 from femic.interface.options import DEFAULT, Line, Options, in_turn, make_scene
+from femic.results.calibration import calibrate
+from femic.results.calibration import to_dataset as fit_dataset
 from femic.results.ics import compute
 from femic.results.ics_dataset import approximations_dataset, errors_in, to_dataset
 from femic.scenes.lines import LineAlongS, LineAlongX
@@ -98,3 +100,45 @@ def compare_ics(ics: xr.Dataset) -> xr.Dataset:
     if "estimate" not in ics and "C" in ics.variant:
         raise WrongInput("ics: no variable estimate, the error of C: give a whole dataset of compute_ics")
     return errors_in(ics)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPair:
+    """A pair whose B-hat-prime is fitted to C, and the fit.
+
+    Variables of `fit`: `value` (body, parameter) of the effective properties, with `covariance` and `note`;
+    `rms` and `worst` (body, component), deviations from C as shares of its largest value; `c`, `estimate` and
+    `fitted` (body, component, point) [mm/N], the ICs at the points.
+    """
+
+    pair: Pair
+    fit: xr.Dataset
+
+
+@with_checked_arguments
+@in_turn
+def fit_bhat_prime(
+    pair: Pair,
+    patch: Patch,
+    *,
+    bodies: Sequence[str] = ("combined",),
+    properties: Sequence[str] = ("mismatch_k",),
+    components: Sequence[str] = ("xn",),
+    curvature_apart: bool = False,
+    options: Options = DEFAULT,
+) -> FittedPair:
+    """Fit B-hat-prime to C under a load on a patch, at points of lines along x (docs/how-to/calibration.md).
+
+    Of the `bodies` "combined", both together, "lower" or "upper", the `properties` "mismatch_k", "G" or "nu"
+    become functions of the distance from the load, such that `components` are as close to C as possible. With
+    `curvature_apart` those of "combined" leave out the curvature of wheels.
+
+    Raises WrongInput, and Failure where C cannot be computed to the tolerance.
+    """
+    curvature = "apart" if curvature_apart else "contained"
+    fit = {"bodies": bodies, "properties": properties, "components": components, "curvature": curvature}
+    keys = {"patch": asdict(patch), "bodies": bodies, "calibration": fit}
+    calibrated = calibrate(make_scene(pair, options, keys), options.run)
+    scene = calibrated.scene
+    fitted = replace(pair, effective=scene.effective, curvature_apart=scene.curvature_apart)
+    return FittedPair(fitted, fit_dataset(calibrated))

@@ -1,15 +1,21 @@
-"""Profiles of rails and wheels: read or standard, how they were understood, placed as contours, written."""
+"""Profiles of rails and wheels: read or standard, placed as contours, written; a wheelset on its track."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
+import tomlkit
 import xarray as xr
 
 from femic.interface.arguments import check_fields, new_file, shown, with_checked_arguments
-from femic.interface.bodies import checked, given
+from femic.interface.bodies import checked, given, plain
+from femic.interface.options import DEFAULT, Options, in_turn
+from femic.results import wheelset
 from femic.results.profiles import Understood, of_file, of_package, to_dataset
+from femic.scenes.load import merged
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
+from femic.shifts.specification import parse_specification
 from geometries.errors import WrongInput
 from geometries.profiles import files
 from geometries.profiles.profile import Kind
@@ -112,3 +118,35 @@ def write_profile(profile: Profile, path: str | Path) -> None:
     Reading the file gives the same points [mm]. Raises WrongInput.
     """
     files.write_profile(profile.understood.as_points(), new_file(path))
+
+
+@with_checked_arguments
+@in_turn
+def compute_shifts(
+    rail: Profile,
+    wheel: Profile,
+    shifts: Sequence[float],
+    *,
+    tables: Mapping[str, Any] | None = None,
+    options: Options = DEFAULT,
+) -> xr.Dataset:
+    """Set a wheelset on its track at lateral `shifts` [mm], and solve the contacts of both wheels.
+
+    `tables` has further keys of a specification (docs/how-to/shifts.md): of "track", "wheelset", "contact",
+    with the load and the ICs, and of "rail" and "wheel", such as E and flange_back. Of `options` only
+    workers, store and report count.
+
+    Variables of the result have units and meanings: where rail and wheel touch and rolling radii, by shift
+    and side; forces, pressures [MPa] and patches also by ICs. What is not possible is NaN, and the attribute
+    `refused` has the reasons. Raises WrongInput, and Failure where no shift is possible.
+    """
+    keys: dict[str, Any] = {"shifts": shifts}
+    for kind, profile in (("rail", rail), ("wheel", wheel)):
+        if (seen := profile.understood.kind) != kind:
+            raise WrongInput(f"{kind} = {profile.standard or str(profile.file)!r}: the profile of a {seen}")
+        own = profile.keys
+        keys[kind] = {"profile": profile.standard or own.pop("file")} | own
+    table = plain(merged(keys, tables or {}))
+    return wheelset.compute_shifts(
+        parse_specification(table, Path("shifts")), tomlkit.dumps(table), options.run
+    )

@@ -181,18 +181,13 @@ def prepared_file(path: Path, reading: Reading) -> Prepared:
     except OSError:
         stat = None  # reading it says why
     if stat is None:
-        return _prepare(path, reading)
-    return _prepared_as_seen(path, reading, (path.resolve(), stat.st_mtime_ns, stat.st_size))
+        return _prepare.__wrapped__(path, reading, ())
+    return _prepare(path, reading, (path.resolve(), stat.st_mtime_ns, stat.st_size))
 
 
 @lru_cache(maxsize=READ)
-def _prepared_as_seen(path: Path, reading: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
-    """Return the smooth curve of a file as it was seen: which it is, its time and size."""
-    return _prepare(path, reading)
-
-
-def _prepare(path: Path, reading: Reading) -> Prepared:
-    """Return the smooth curve of a file, or of a section of a list."""
+def _prepare(path: Path, reading: Reading, seen: tuple[object, ...]) -> Prepared:  # noqa: ARG001
+    """Return the smooth curve of a file, or of a section of a list; `seen`: which file, its time and size."""
     kind, section, lists = reading.kind, reading.section, ", ".join(LISTS)
     options = {"axes": reading.axes, "unit": reading.unit}
     if path.suffix.lower() in LISTS:

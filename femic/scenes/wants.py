@@ -1,6 +1,6 @@
 """The numbers of its contact that a scene may want of ICs: which there are, and which are chosen."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 
 from femic.contact.motions import MOTIONS
@@ -32,12 +32,29 @@ def default_names(specification: ContactSpecification) -> tuple[str, ...]:
 
 def chosen_wants(specification: ContactSpecification, names: Sequence[str]) -> tuple[Want, ...]:
     """Return numbers of a contact by their names, each once; raise WrongInput for names that it has not."""
-    known = {want.name: want for want in wants_of(specification)}
+    known, motion = {want.name: want for want in wants_of(specification)}, specification.motion
+    if not specification.loadings:
+        raise WrongInput(
+            f"want = {list(names)}: the scene has no contact: give [contact] loads = [...] in N, or "
+            "approaches = [...] in mm"
+        )
     if not known:
-        raise WrongInput(f"want = {list(names)}: {_without_numbers(specification)}")
+        others = " or ".join(repr(name) for name, other in MOTIONS.items() if other.wants)
+        raise WrongInput(
+            f"want = {list(names)}: contact.motion = {motion!r}: ICs are compared with motion = {others}"
+        )
     for name in names:
-        if name not in known:
-            raise WrongInput(f"want = {name!r}: {_unknown(name, specification.motion, known)}")
+        if name in known:
+            continue
+        motions = [key for key, other in MOTIONS.items() if name in [want.name for want in other.wants]]
+        if motion in motions:
+            reason = "prescribed by the scene"
+        elif motions:
+            reason = f"not of contact.motion = {motion!r}, but of {' or '.join(map(repr, motions))}"
+        else:
+            similar = get_close_matches(name, known, n=1)
+            reason = f"no such number{f'; did you mean {similar[0]!r}?' if similar else ''}"
+        raise WrongInput(f"want = {name!r}: {reason}: one of {', '.join(known)}")
     return tuple(known[name] for name in dict.fromkeys(names))
 
 
@@ -48,23 +65,3 @@ def want_misfits(scene: Scene) -> Iterator[str]:
             chosen_wants(scene.contact, scene.want)
         except WrongInput as refusal:
             yield str(refusal)
-
-
-def _without_numbers(specification: ContactSpecification) -> str:
-    if not specification.loadings:
-        return "the scene has no contact: give [contact] loads = [...] in N, or approaches = [...] in mm"
-    motions = " or ".join(repr(name) for name, motion in MOTIONS.items() if motion.wants)
-    return f"contact.motion = {specification.motion!r}: ICs are compared with motion = {motions}"
-
-
-def _unknown(name: str, motion: str, known: Mapping[str, Want]) -> str:
-    """Return why a contact has no such number, and which it has."""
-    motions = [other for other, of in MOTIONS.items() if name in [want.name for want in of.wants]]
-    if motion in motions:
-        reason = "prescribed by the scene"
-    elif motions:
-        reason = f"not of contact.motion = {motion!r}, but of {' or '.join(map(repr, motions))}"
-    else:
-        similar = get_close_matches(name, known, n=1)
-        reason = f"no such number{f'; did you mean {similar[0]!r}?' if similar else ''}"
-    return f"{reason}: one of {', '.join(known)}"

@@ -75,7 +75,7 @@ KINDS = {
     ),
     "shifts": Kind(900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts)),
     "stresses": Kind(
-        600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.stresses"
+        600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.contact"
     ),
     "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels)),
     "mistakes": Kind(4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes)),

@@ -44,12 +44,11 @@ ICS["estimate"] = 0.01 * abs(ICS.ic.sel(variant="C", drop=True))  # with B-hat a
 CONTACT = femic.solve_contact(PAIR, PRESSED, ["A"], femic.ContactSetup(elements=8))
 GAP = [[-1.0, 0.0], [1.0, 1e-3]]
 COMPUTE = {  # what computes, by the module that calls it
-    "femic.interface.ics": ("compute", "approximations_dataset"),
+    "femic.interface.ics": ("compute", "approximations_dataset", "calibrate"),
     "femic.interface.matrices": ("matrices",),
     "femic.interface.contact": ("compute_contact", "compute_with_friction"),
-    "femic.interface.calibration": ("calibrate",),
     "compare.interface": ("run.run_scene",),
-    "femic.interface.shifts": ("compute.compute_shifts",),
+    "femic.interface.profiles": ("wheelset.compute_shifts",),
 }
 
 

@@ -15,8 +15,8 @@ from commands import FILES
 from fuzz import by_code, changed, outcome
 from outcomes import Outcome
 
+from femic.cli.contact import option_changes
 from femic.cli.main import exit_code
-from femic.cli.stresses import option_changes
 from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.reference.run_options import RunOptions

@@ -74,11 +74,6 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     assert (out / "figures/mesh_lower.png").is_file()
 
 
-def test_fields_in_3d_need_the_solid_engine(write_scene, capsys):
-    assert exit_code(["run", str(write_scene("fields = true", engine=HARMONIC))]) == WRONG_INPUT
-    assert "fields = true: only engine.kind = 'solid'" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("bad", ["[lower", 'variants = ["D"]', "unknown = 1"])
 def test_wrong_input_exits_with_2_and_writes_nothing(bad, write_scene, tmp_path, capsys):
     out = tmp_path / "results"

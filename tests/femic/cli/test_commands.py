@@ -292,15 +292,6 @@ def test_plan_with_the_solid_engine_refuses_matrix_and_contact(monkeypatch, caps
         assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in output
 
 
-@pytest.mark.parametrize("name", ["matrix", "contact", "fe-contact", "export"])
-def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
-    path = write_scene("[contact]\nloads = [1.0]\n")
-    assert command(name, str(path)) == WRONG_INPUT
-    output = capsys.readouterr().err.replace("\n", " ")
-    assert "engine.kind = 'solid': has no C on a grid, as matrices and contact need it: use" in output
-    assert "use engine.kind = 'harmonic'" in output
-
-
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
     computed = recorded("femic.results.friction.compute_with_friction", returns="contact")
@@ -326,13 +317,6 @@ def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, 
     out = tmp_path / "out"
     assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
     assert [folder for _, folder in maps] == [out]
-
-
-@pytest.mark.parametrize("words", [(), ("contact",)])
-def test_help_of_contact_mentions_friction(words, capsys):
-    assert exit_code([*words, "--help"]) == DONE
-    output = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    assert "without or with friction" in output
 
 
 def test_contact_without_a_scene_is_refused(capsys):

@@ -69,28 +69,3 @@ def test_numpy_numbers_are_accepted():
     assert ours == femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0)
     assert femic.line_along_s(np.float64(1.6), points=np.int64(5)) == femic.line_along_s(1.6, points=5)
     assert hash(ours) == hash(femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0))
-
-
-WRONG = {
-    "radius": (lambda: femic.arc(0.0, 20.0), r"radius = 0\.0"),
-    "flank": (lambda: femic.arc(10.0, 95.0), r"flank_inclination_deg = 95\.0.*at most 85"),
-    "axis": (lambda: femic.ellipse(-1.0, 2.0), r"b_el = -1\.0"),
-    "order of points": (lambda: femic.through_points([0, 2, 1, 3], [0, 0, 0, 0]), "y must grow"),
-    "rolling radius": (
-        lambda: femic.Body(femic.plane(), STEEL, -5.0),
-        r"rolling_radius = -5\.0.*at least 1e-12",
-    ),
-    "incompressible": (lambda: femic.Body(femic.plane(), femic.Material(1e3, 0.5)), r"nu = 0\.5"),
-    "hub": (lambda: femic.Body(femic.plane(), STEEL, 500.0, 50.0), r"hub_radius = 50\.0.*at least 0\.2"),
-    "curvature": (
-        lambda: femic.Pair(of_python().upper, of_python().lower, curvature_apart=True),
-        "curvature_apart = True: only where",
-    ),
-    "scene": (lambda: femic.load_pair("geometry3"), "did you mean 'geometry1' or 'geometry2'"),
-}
-
-
-@pytest.mark.parametrize(("make", "message"), WRONG.values(), ids=WRONG)
-def test_wrong_input_says_which_value_and_what_is_allowed(make, message):
-    with pytest.raises(femic.WrongInput, match=message):
-        make()

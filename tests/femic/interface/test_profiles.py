@@ -71,20 +71,6 @@ def test_a_worn_profile_of_the_package_lies_within_the_new_one():
     assert np.max(new - worn) > 0.5
 
 
-def test_the_contact_centre_is_the_same_by_y_and_by_arc_length():
-    crown = RAIL.data.s.max().item() / 2  # of a symmetric head
-    s = np.linspace(-20, 20, 41)
-    by_y, by_s = (place.contour() for place in (RAIL.at(0.0), RAIL.at(s_centre=crown)))
-    np.testing.assert_allclose(by_y.position(s), by_s.position(s), atol=1e-9)
-    assert by_y.inclination(0.0) == pytest.approx(0, abs=1e-12)
-
-
-def test_a_rail_leans_by_its_inclination_and_its_turn():
-    """The crown is level; turned with its field side upwards it falls to the track centre."""
-    placed = RAIL.at(0.0, rail_inclination=1 / 40, turn_deg=2.0).contour()
-    assert placed.inclination(0.0) == pytest.approx(-np.arctan(1 / 40) - np.radians(2), abs=1e-12)
-
-
 def test_contours_end_where_they_are_steepest():
     contour = RAIL.at(0.0, steepest_deg=50.0).contour()
     np.testing.assert_allclose(np.degrees(contour.inclination([-50, 50])), [-50, 50], rtol=1e-9)
@@ -181,17 +167,7 @@ def test_the_figure_of_a_study_has_its_pressures(study):
 
 
 WRONG = {
-    "nothing": (femic.Profile, "file = None, standard = None: give either"),
-    "both": (lambda: femic.Profile("a.prr", "60E1"), "file = 'a.prr', standard = '60E1': give either"),
-    "smoothed standard": (
-        lambda: femic.Profile(standard="60E1", tolerance=0.01),
-        "tolerance = 0.01: is of files.* leave it out",
-    ),
-    "standard": (lambda: femic.Profile(standard="61E1"), "standard = '61E1': give one of .*60E1"),
     "no file": (lambda: femic.Profile("nowhere.prr"), "nowhere.prr"),
-    "no place": (RAIL.at, "either y_centre or s_centre"),
-    "beside": (lambda: RAIL.at(99.0), r"y_centre = 99\.0"),
-    "steepest": (lambda: RAIL.at(0.0, steepest_deg=90.0), r"steepest_deg = 90\.0"),
     "turned wheel": (
         lambda: make_scene(
             femic.Pair(
@@ -201,12 +177,6 @@ WRONG = {
         ),
         "turn",
     ),
-    "wheel as rail": (
-        lambda: femic.compute_shifts(CONE, CONE, [0.0]),
-        "rail = 'cone-1-20': the profile of a wheel",
-    ),
-    "key": (lambda: femic.compute_shifts(RAIL, CONE, [0.0], tables={"contact": {"lod": 1}}), "lod"),
-    "shifts": (lambda: femic.compute_shifts(RAIL, CONE, [1.0, 0.0]), "shifts must grow"),
 }
 
 

@@ -19,6 +19,10 @@ HUB_AT = NO_FLANK + (8 - 10 * (1 - np.cos(np.radians(30)))) / np.sin(np.radians(
 SMALL_WHEEL = {"upper": {"rolling_radius": 20.0}}  # half a turn: 62.83 mm
 
 
+SMALL = patch(0.004, 0.0025) | {"rotation_reach": 20.0, "moment_arm": 5.0}
+WIDE_GRID = patch(0.3, 0.3) | {"moment_arm": 5.0, "grid": {"n_x": 4, "n_s": 3, "dx": 0.005, "ds": 0.008}}
+
+
 def fit(**keys):
     return {"calibration": {"points": 8, **keys}}
 
@@ -201,6 +205,42 @@ LIMITS = {  # changes of the scene `flat` that are allowed, that are not, the me
         SMALL_WHEEL | SHORT | {"grid": {"n_x": 33, "dx": 1.0, "n_s": 2, "ds": 1.0}},
         r"grid: 33 elements of 1 mm are more than half of half a turn \(62\.8319 mm\)",
     ),
+    "a line of many elements": (
+        SMALL | line("x", 0.0, 25.0),
+        SMALL | line("x", 0.0, 25.3),
+        r"lines\.0 \(s = 0 mm\): reaches 25\.3 mm, 1\.01e\+04 times patch\.b = 0\.0025, .*at most 10000 "
+        r"times by engine\.kind = 'harmonic': shorten it to 25 mm",
+    ),
+    "a line beside many elements": (
+        SMALL | line("x", 20.0, 15.0),
+        SMALL | line("x", 20.0, 15.4),
+        r"lines\.0 .* reaches 25\.\d+ mm",
+    ),
+    "what M is fitted to": (
+        SMALL | SHORT | {"rotation_reach": 25.0},
+        SMALL | SHORT | {"rotation_reach": 25.3},
+        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times patch\.b",
+    ),
+    "the far arc": (
+        SMALL | SHORT | engine(far_radius=12500.0),
+        SMALL | SHORT | engine(far_radius=12500.5),
+        r"engine\.far_radius = 12500\.5: 5e\+06 times patch\.b = 0\.0025, .*at most 5e\+06 times",
+    ),
+    "the elements of a grid": (
+        WIDE_GRID | SHORT | {"rotation_reach": 25.0},
+        WIDE_GRID | SHORT | {"rotation_reach": 25.3},
+        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times grid\.dx / 2 = 0\.0025",
+    ),
+    "a line of the calibration": (
+        SMALL | SHORT | {"calibration": {"x_max": 25.0, "s": [0.0]}},
+        SMALL | SHORT | {"calibration": {"x_max": 25.3, "s": [0.0]}},
+        r"calibration \(fit s = 0 mm\): reaches 25\.3 mm",
+    ),
+    "a line of the solid engine": (
+        patch(0.025, 0.05) | engine(kind="solid") | line("x", 0.0, 25.0),
+        patch(0.025, 0.05) | engine(kind="solid") | line("x", 0.0, 25.3),
+        r"lines\.0 .* 1\.01e\+03 times patch\.a = 0\.025, .*at most 1000 times by engine\.kind = 'solid'",
+    ),
     "nearest points of a fit": (
         fit(x_min=4.99, x_max=5.0),
         fit(x_min=5.0, x_max=5.0),
@@ -251,6 +291,12 @@ def test_scene_is_refused_from_its_limit_on(case):
     with pytest.raises(BadScene, match=expected) as caught:
         load_scene("flat", refused)
     assert str(caught.value).startswith("flat: 1 error(s)")  # and no other
+
+
+def test_scene_in_tiny_lengths_is_valid():
+    """All lengths a millionth: no length is too small, ratios are."""
+    tiny = patch(2e-7, 3e-7) | engine(far_radius=1.28e-3) | {"rotation_reach": 20e-6, "moment_arm": 5e-6}
+    assert load_scene("flat", tiny | line("x", 0.0, 25e-6)).patch.a == 2e-7
 
 
 def test_default_lines_of_a_distant_patch_add_no_error():

@@ -1,6 +1,5 @@
 """Where the keys of a scene file end up, in which units; what follows where they are left out."""
 
-import re
 from copy import deepcopy
 from dataclasses import astuple
 
@@ -11,7 +10,7 @@ from approx.effective import EffectiveProperties, Transition
 from femic.reference.engines import HARMONIC, SOLID
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
-from femic.scenes.load import load_scene, load_solid_scene, read_scene, scene_from_table, scene_path
+from femic.scenes.load import load_scene, load_solid_scene, scene_from_table
 from geometries.surfaces import LOWER, UPPER
 from tests.compare.conftest import scene_text
 from tests.femic.scenes.changes import (
@@ -82,17 +81,6 @@ def test_points_are_measured_from_y_centre(tmp_path):
         body = scene.bodies["lower"]
         assert body.contour.inclination(0.0) == pytest.approx(0, abs=1e-6)
         assert scene.reference_length == pytest.approx(15, rel=1e-3)
-
-
-@pytest.mark.parametrize("columns", [1, 3])
-def test_points_have_two_columns(columns, tmp_path):
-    np.savetxt(tmp_path / "rail.txt", np.zeros((6, columns)))
-    contour = {"kind": "points", "file": str(tmp_path / "rail.txt")}
-    with pytest.raises(
-        BadScene,
-        match=rf"upper\.contour\.file = .*rail\.txt: rail\.txt, line 1: {columns} columns; give y, z",
-    ):
-        load_scene("flat", {"upper": {"contour": contour}})
 
 
 def test_lines_have_the_specified_points():
@@ -320,13 +308,6 @@ def test_a_scene_has_the_name_of_its_file_and_a_title_if_it_gives_one(write_scen
     assert load_scene("flat").title.startswith("Flat")
 
 
-def test_binary_file_is_refused_as_not_toml(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(BadScene, match=r"mine\.toml: not TOML: .* Compare with `femic scenes --show flat`"):
-        read_scene(path)
-
-
 DEEP = "[" * 40 + "]" * 40
 
 
@@ -347,12 +328,3 @@ def test_unreadable_toml_is_refused_with_a_short_message(text, reason, tmp_path)
         with pytest.raises(BadScene, match=reason) as caught:
             load_scene(str(path), changes)
         assert len(str(caught.value)) < 1000
-
-
-def test_no_suggestion_without_a_similar_scene():
-    with pytest.raises(BadScene) as caught:
-        scene_path("zzz")
-    assert "did you mean" not in str(caught.value)
-    assert re.search(
-        r"scene 'zzz': no such file .* Built-in: compression, flat, geometry1", str(caught.value)
-    )

@@ -103,31 +103,3 @@ def test_contact_by_finite_elements_refuses_an_outline_and_its_store_has_none():
     with pytest.raises(BadScene, match="outline of a body: not supported in contact by finite elements"):
         require_suitable(scene)
     assert stored_fe_contact(scene, xr.Dataset(), Store()) is None
-
-
-MISFITS = {
-    "no points": ({"clamped": [1, 2]}, ARC, {}, r"give either points, file or standard"),
-    "two sources": (GIVEN | {"standard": "60E1"}, ARC, {}, r"give either points, file or standard"),
-    "not clamped": ({"points": POINTS}, ARC, {}, r"give clamped, two numbers"),
-    "no profile": ({"standard": "60E1"}, ARC, {}, r"lower\.outline\.standard = '60E1': .*give contour\.kind"),
-    "unknown": ({"standard": "61E1"}, RAIL, {}, r"lower\.outline\.standard.*'60E1'"),
-    "crossing": (
-        GIVEN | {"points": POINTS[::-1]},
-        ARC,
-        {},
-        r"lower\.outline\.points: with the contour they cross themselves",
-    ),
-    "solid": (
-        GIVEN,
-        ARC,
-        {"engine": {"kind": "solid"}},
-        r"lower\.outline: use engine\.kind = 'harmonic' \(without check\), or leave it out",
-    ),
-    "check": (GIVEN, ARC, {"engine": {"check": True}}, r"lower\.outline: use engine\.kind = 'harmonic'"),
-}
-
-
-@pytest.mark.parametrize(("outline", "contour", "keys", "message"), MISFITS.values(), ids=MISFITS)
-def test_what_does_not_fit_is_refused(outline, contour, keys, message):
-    with pytest.raises(BadScene, match=message):
-        scene_with(outline, contour, **keys)

@@ -265,27 +265,6 @@ def test_campaign_has_a_column_of_files_and_its_tasks_their_contents(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({}, r"lower\.contour = .*: give either file or standard"),
-        ({"standard": "60E1"}, "give either y_centre or s_centre: where on the profile"),
-        ({"standard": "60E1", "y_centre": 0.0, "s_centre": 9.0}, "give either y_centre or s_centre"),
-        (
-            {"standard": "60E1", "y_centre": 0.0, "tolerance": 0.1, "axes": "up"},
-            "axes, tolerance: only of a file",
-        ),
-        ({"standard": "61E1", "y_centre": 0.0}, r"lower\.contour\.standard = '61E1': .*'S1002'.*'60E1'"),
-        (
-            {"standard": "60E1", "y_centre": 99.0},
-            r"lower\.contour\.y_centre = 99\.0: .*one point there.*s_centre",
-        ),
-        (
-            {"standard": "60E1", "s_centre": 900.0},
-            r"lower\.contour\.s_centre = 900\.0: must lie between 0 and",
-        ),
-        ({"standard": "60E1", "s_centre": 0.5}, r"lower\.contour\.s_centre = 0\.5: .*degrees.*turn_deg"),
-        (
-            {"standard": "S1002", "y_centre": 0.0},
-            r"lower\.contour: profile of a wheel, but this body is the rail",
-        ),
         (
             {"file": "rail.txt", "y_centre": 0.0},
             r"lower\.contour\.file = \S*rail\.txt: profile_kind: .*profile_kind = 'rail'",

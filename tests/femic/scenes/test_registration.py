@@ -1,6 +1,5 @@
 """A contour and an approximation that are registered once: scenes, listings and commands know them."""
 
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 import xarray as xr
 from pydantic import Field
 
-from approx.variants import VARIANTS
 from femic.cli.main import DONE, exit_code
 from femic.key_types import Length
 from femic.scenes.bodies import CONTOURS
@@ -17,7 +15,6 @@ from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
 from femic.scenes.scene_table import SceneTable
 from geometries import contours
-from tests.femic.scenes.changes import line
 
 BODY = """
 [{name}]
@@ -94,13 +91,3 @@ def test_commands_take_a_registered_contour(parabola, tmp_path, capsys):
     nn = results.ic.sel(i="n", j="n", body="lower")
     largest = abs(nn.sel(variant="C")).max()
     assert abs(nn.sel(variant="Bhat") - nn.sel(variant="C")).max() < 0.1 * largest
-
-
-def test_a_registered_approximation_can_be_named(monkeypatch):
-    monkeypatch.setitem(VARIANTS, "Btilde", replace(VARIANTS["Bhat"], composition="Bhat+sn:B"))
-    changes = line("x", 0.0, 3.0) | {"variants": ["Btilde"], "ics": "Btilde"}
-    assert load_scene("flat", changes).variants == ("Btilde",)
-    assert '"Btilde"' in listing("flat")
-    monkeypatch.undo()
-    with pytest.raises(BadScene, match=r"variants\.0 = 'Btilde': Input should be 'A', .* or 'mix'"):
-        load_scene("flat", changes)

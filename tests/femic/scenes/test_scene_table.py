@@ -6,12 +6,11 @@ from typing import Annotated
 import pytest
 from pydantic import Field, ValidationError, create_model
 
-from femic.contact.specification import ContactSpecification, FrictionSpecification
+from femic.contact.specification import ContactSpecification
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
 from femic.scenes.scene_table import SceneTable, declared_keys, shared, tables
-from geometries.errors import WrongInput
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,6 @@ def test_type_of_a_key_can_be_replaced():
     assert WheelTable in set(tables())
 
 
-def test_a_scene_without_contact_has_the_specification_of_the_defaults():
-    assert load_scene("flat").contact == ContactSpecification()
-
-
 def test_a_key_of_contact_reaches_its_specification_and_the_listing():
     changes = {"shift": 0.03, "elements": 12, "gap": "exact", "grid": "scene", "flanks": False}
     contact = load_scene("flat", {"contact": changes | {"ics": ["A", "Bhat+sn:B"]}}).contact
@@ -56,15 +51,3 @@ def test_friction_keys_are_in_the_contact_table():
     friction = load_scene("rolling", {"contact": {"friction": [0.1], "lateral": 0.001}}).contact.friction
     assert friction.coefficients == (0.1,)
     assert friction.lateral == 0.001
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"motion": "rolling"}, "give `friction`"),
-        ({"friction": FrictionSpecification()}, "give `friction`"),
-    ],
-)
-def test_friction_is_specified_for_motions_that_have_it_alone(keys, message):
-    with pytest.raises(WrongInput, match=message):
-        ContactSpecification(**keys)

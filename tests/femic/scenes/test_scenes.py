@@ -1,6 +1,5 @@
 """Scene files: what they mean, and the messages about invalid ones."""
 
-import re
 import tomllib
 
 import numpy as np
@@ -10,17 +9,10 @@ from approx.effective import EffectiveProperties, Transition
 from approx.variants import VARIANTS
 from femic.reference.engines import HARMONIC, SOLID
 from femic.scenes.bodies import CONTOURS
-from femic.scenes.errors import BadScene
 from femic.scenes.file import SceneFile
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
-from tests.compare.conftest import SHORT_LINES, scene_text
-
-
-def errors_of(path):
-    with pytest.raises(BadScene) as caught:
-        load_scene(str(path))
-    return str(caught.value)
+from tests.compare.conftest import SHORT_LINES
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -60,98 +52,6 @@ def test_effective_properties_reach_the_pair_and_the_listing(write_scene):
     assert [pair.has_effective(name) for name in ("combined", "upper", "lower")] == [True, True, False]
     shown = SceneFile.model_validate(tomllib.loads(listing(str(path))))
     assert shown.effective == SceneFile.model_validate(tomllib.loads(path.read_text())).effective
-
-
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        (SHORT_LINES, "variants: Bhat_prime needs effective properties"),
-        (EFFECTIVE.replace("7e4", "-1.0") + SHORT_LINES, "effective.upper: effective G far away = -1.0"),
-        (EFFECTIVE.replace("r_inf = 9.0", "r_inf = 0") + SHORT_LINES, "effective.upper.G.r_inf = 0"),
-        (EFFECTIVE.replace("mismatch_k", "K") + SHORT_LINES, "effective.combined.K: unknown key"),
-    ],
-)
-def test_bad_effective_properties_are_refused(write_scene, lines, message):
-    assert message in errors_of(write_scene('variants = ["Bhat_prime"]', lines=lines))
-
-
-def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):
-    y = np.linspace(-40, 40, 41)
-    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
-    text = scene_text().replace(
-        'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }',
-        'contour = { kind = "points", file = "rail.txt" }',
-    )
-    path = write_scene()
-    path.write_text(text.replace("far_radius = 60", "far_radius = 160"), encoding="utf-8")
-    scene = load_scene(str(path))
-    assert scene.reference_length == pytest.approx(50, rel=1e-3)  # curvature 2/100 of the parabola's crown
-    slope = 40 / 50  # arc length of a parabola of crown radius 50 mm up to y = 40 mm
-    length = 25 * (slope * np.hypot(1, slope) + np.arcsinh(slope))
-    assert scene.bodies["lower"].contour.extent[1] == pytest.approx(length, rel=1e-6)
-
-
-BAD = {
-    "unknown key": (("nu = 0.3", "nu = 0.3\npoisson = 1"), r"lower\.poisson: unknown key"),
-    "misspelt key": (("a = 0.3", "a = 0.3\n[engin]\n"), r"engin: unknown key; did you mean 'engine'"),
-    "twice the same line": (('along = "s"\nx = 1.6', 'along = "x"\ns = 1.6'), "two of them are the same"),
-    "small hub": (
-        ("nu = 0.3", "nu = 0.3\nrolling_radius = 100.0\nhub_radius = 5.0"),
-        r"lower\.hub_radius = 5\.0: at least 0\.2 rolling_radius \(20 mm\)",
-    ),
-    "hub without a wheel": (
-        ("nu = 0.3", "nu = 0.3\nhub_radius = 50.0"),
-        r"lower\.hub_radius = 50.0: a prismatic body has none",
-    ),
-    "not TOML": (("[patch]", "[patch"), "not TOML"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_invalid_scenes_are_refused_with_field_value_and_remedy(case, write_scene):
-    (old, new), expected = BAD[case]
-    path = write_scene()
-    assert old in scene_text()
-    path.write_text(scene_text().replace(old, new), encoding="utf-8")
-    message = errors_of(path)
-    assert re.search(expected, message), message
-
-
-POINTS = {
-    "y does not grow": ([0, 1, 2, 1.5, 3], r"point 4: y = 1\.5 after 2: y must grow"),
-    "too few": ([-1, 0, 1], "3 points: at least 4"),
-    "centre outside": ([1, 2, 3, 4], r"y_centre = 0 mm: not between"),
-    "too steep": ([-3, -0.05, 0.05, 3], r"lower\.contour: inclined up to 8\d\.\d degrees; at most 75"),
-}
-
-
-@pytest.mark.parametrize("case", POINTS)
-def test_bad_points_are_refused(case, tmp_path, write_scene):
-    y, expected = POINTS[case]
-    z = [0, 0, -2, -2] if case == "too steep" else np.zeros(len(y))
-    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, z]))
-    path, arc = write_scene(), '"arc", radius = 10.0, flank_inclination_deg = 25.0'
-    path.write_text(scene_text().replace(arc, '"points", file = "rail.txt"'), encoding="utf-8")
-    assert re.search(expected, errors_of(path)), errors_of(path)
-
-
-def test_names_given_twice_are_refused(write_scene):
-    message = errors_of(write_scene('variants = ["A", "A"]\nbodies = ["lower", "lower"]'))
-    assert "variants" in message
-    assert "lower given twice" in message
-
-
-def test_all_errors_come_at_once(write_scene):
-    path = write_scene('variants = ["A", "D"]')
-    path.write_text(path.read_text().replace("nu = 0.3", "nu = 0.7"), encoding="utf-8")
-    message = errors_of(path)
-    assert "3 error(s)" in message
-    assert "variants.1 = 'D'" in message
-
-
-def test_unknown_scene_suggests_the_nearest():
-    with pytest.raises(BadScene, match="did you mean 'geometry1' or 'geometry2'"):
-        load_scene("geometry")
 
 
 def test_only_compared_bodies_are_solved(write_scene):
@@ -204,92 +104,9 @@ def test_check_uses_the_solid_engine_with_its_own_cells():
     assert load_scene("geometry2", {"engine": {"kind": "solid"}}).check is None
 
 
-def test_check_refuses_what_only_the_harmonic_engine_can_do():
-    beyond = {"lower": {"nu": 0.495}}
-    assert load_scene("flat", beyond).settings.engine is HARMONIC
-    with pytest.raises(BadScene, match=r"lower\.nu = 0\.495: use engine\.kind = 'harmonic'"):
-        load_scene("flat", beyond | {"engine": {"check": True}})
-
-
-def test_contour_points_may_be_given_in_the_scene():
-    y = np.linspace(-40, 40, 41)
-    points = np.column_stack([y, -(y**2) / 100]).tolist()
-    scene = load_scene("geometry1", {"lower": {"contour": {"kind": "points", "points": points}}})
-    assert scene.bodies["lower"].contour.position(0.0) == pytest.approx([0, 0])
-
-
-@pytest.mark.parametrize("contour", [{}, {"file": "a.txt", "points": [[0, 0]]}])
-def test_contour_points_have_exactly_one_source(contour):
-    with pytest.raises(BadScene, match="contour"):
-        load_scene("geometry1", {"lower": {"contour": {"kind": "points"} | contour}})
-
-
 def test_moment_arm_of_a_central_load_is_not_limited():
     changes = {"rotation_reach": 60.0, "moment_arm": 40.0, "engine": {"far_radius": 160.0}}
     assert load_scene("geometry1", changes).settings.moment_arm == 40
-
-
-SMALL = {"patch": {"a": 0.004, "b": 0.0025}, "rotation_reach": 20.0, "moment_arm": 5.0}
-WIDE_GRID = {"grid": {"n_x": 4, "n_s": 3, "dx": 0.005, "ds": 0.008}}
-
-
-def along_x(reach, s=0.0):
-    return {"lines": [{"along": "x", "s": s, "reach": reach, "points": 11}]}
-
-
-RATIOS = {  # changes at the limit, beyond it, what is said
-    "a line along x": (
-        SMALL | along_x(25.0),
-        along_x(25.3),
-        r"lines\.0 \(s = 0 mm\): reaches 25\.3 mm, 1\.01e\+04 times patch\.b = 0\.0025, .*at most 10000 "
-        r"times by engine\.kind = 'harmonic': shorten it to 25 mm",
-    ),
-    "a line beside the load": (
-        SMALL | along_x(15.0, 20.0),
-        along_x(15.4, 20.0),
-        r"lines\.0 .* reaches 25\.\d+ mm",
-    ),
-    "what M is fitted to": (
-        SMALL | along_x(1.0) | {"rotation_reach": 25.0},
-        {"rotation_reach": 25.3},
-        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times patch\.b",
-    ),
-    "the far arc": (
-        SMALL | along_x(1.0) | {"engine": {"far_radius": 12500.0}},
-        {"engine": {"far_radius": 12500.5}},
-        r"engine\.far_radius = 12500\.5: 5e\+06 times patch\.b = 0\.0025, .*at most 5e\+06 times",
-    ),
-    "the elements of a grid": (
-        SMALL | along_x(1.0) | WIDE_GRID | {"rotation_reach": 25.0, "patch": {"a": 0.3, "b": 0.3}},
-        {"rotation_reach": 25.3},
-        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times grid\.dx / 2 = 0\.0025",
-    ),
-    "a line of the calibration": (
-        SMALL | along_x(1.0) | {"calibration": {"x_max": 25.0, "s": [0.0]}},
-        {"calibration": {"x_max": 25.3, "s": [0.0]}},
-        r"calibration \(fit s = 0 mm\): reaches 25\.3 mm",
-    ),
-    "a line of the solid engine": (
-        {"patch": {"a": 0.025, "b": 0.05}, "engine": {"kind": "solid"}} | along_x(25.0),
-        along_x(25.3),
-        r"lines\.0 .* 1\.01e\+03 times patch\.a = 0\.025, .*at most 1000 times by engine\.kind = 'solid'",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", RATIOS)
-def test_distances_too_large_for_the_loaded_element_are_refused(case):
-    at_the_limit, beyond, expected = RATIOS[case]
-    load_scene("flat", at_the_limit)
-    with pytest.raises(BadScene, match=expected):
-        load_scene("flat", at_the_limit | beyond)
-
-
-def test_scene_in_tiny_lengths_is_valid():
-    """All lengths a millionth: no length is too small, ratios are."""
-    micro = {name: 1e-6 * length for name, length in (("rotation_reach", 20.0), ("moment_arm", 5.0))}
-    tiny = {"patch": {"a": 2e-7, "b": 3e-7}, "engine": {"far_radius": 1.28e-3}, **micro}
-    assert load_scene("flat", tiny | along_x(25e-6)).patch.a == 2e-7
 
 
 def test_listings_name_every_registered_contour_and_approximation():

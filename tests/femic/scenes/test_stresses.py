@@ -9,7 +9,6 @@ from femic.damage.dang_van import DangVan
 from femic.damage.laws import ArchardMap, EnergyLaw, TwinDiscLaw
 from femic.damage.specification import DamageSpecification
 from femic.scenes.contact import DamageTable, StressTable
-from femic.scenes.errors import BadScene
 from femic.scenes.file import SceneFile
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene, scene_from_table
@@ -70,55 +69,6 @@ def test_keys_of_stresses_reach_the_scene():
 
 def test_force_zero_is_a_force():
     assert load_scene("rolling", {"stresses": {"force": 0.0}}).stresses.force == 0
-
-
-@pytest.mark.parametrize(
-    ("scene", "tables", "message"),
-    [
-        ("rolling", {"stresses": {"friction": 0.3}}, r"stresses.friction = 0.3: not among .* add it there"),
-        ("tall", {"stresses": {"friction": 0.3}}, "stresses.friction = 0.3: only of contact.motion = .*none"),
-        ("tall", {"stresses": {"force": 0.3}}, "stresses.force = 0.3: only of contact.motion = 'rolling'"),
-        ("compression", {"stresses": {"force": 0.3}}, "stresses.force = 0.3: only of .*not 'compression'"),
-        ("rolling", {"stresses": {"force": 1.5}}, "stresses.force = 1.5: .* less than 1"),
-        ("rolling", {"stresses": {"depth": 1.5}}, "stresses.depth: unknown key"),
-        ("rolling", {"stresses": 3}, "stresses = 3: "),
-        ("rolling", {"damage": {"yield_stress": -3.0}}, "damage.yield_stress = -3.0: .*at least"),
-        ("rolling", {"damage": {"yield_stress": "600"}}, "damage.yield_stress = '600': .* number"),
-        ("rolling", {"damage": {"hardness": 3e3}}, "damage.hardness = 3000: .* give speed"),
-        ("tall", {"damage": SPEED}, "damage.speed = 20: only of contact.motion = 'rolling', not 'none'"),
-        ("flat", {"damage": {"yield_stress": 600.0}}, "damage.yield_stress = 600: only of"),
-        ("tall", {"damage": {"energy": {"mild": 1.4}}}, "damage.energy: only of"),
-        ("tall", {"damage": {"energy": {"mild": 0.7}}}, "damage.energy: only of"),
-        ("compression", {"damage": {"dang_van": {"compression": 0.0}}}, "damage.dang_van: only of"),
-        ("rolling", {"damage": {"energy": {"mid": 1.4}}}, "damage.energy.mid: unknown key; .*'mild'"),
-        ("rolling", {"damage": {"energy": 1.4}}, "damage.energy = 1.4: "),
-        ("rolling", {"damage": {"energy": {"severe": 1.4}}}, "damage.energy.severe: .* give damage.speed"),
-        (
-            "rolling",
-            {"damage": {"energy": {"transition": 4.0}}},
-            "damage.energy.transition: .* give damage.sp",
-        ),
-        ("rolling", {"damage": {"steps": 5}}, "damage.steps = 5: nothing wears: give damage.passages"),
-        ("rolling", {"damage": {"spread": 1.0}}, "damage.spread = 1: nothing wears: .*, or leave it out"),
-        ("tall", {"damage": {"passages": 5.0}}, "damage.passages = 5: only of contact.motion = 'rolling'"),
-        ("rolling", {"damage": {"archard": {"slow": 1e-4}}}, "damage.archard: .* give damage.hardness"),
-        ("rolling", {"damage": {"archard": {"hardness": 3e3}}}, "damage.archard.hardness: unknown key"),
-        (
-            "rolling",
-            {"damage": {"twin_disc": {"transitions": [9.0, 1.0]}}},
-            r"twin_disc.transitions = \(9.0, 1",
-        ),
-        ("rolling", {"damage": {"twin_disc": {"transitions": [9.0]}}}, "damage.twin_disc.transitions.1: "),
-        ("rolling", {"damage": {"twin_disc": {"mild": True}}}, "damage.twin_disc.mild = True: "),
-        ("rolling", {"damage": {"dang_van": {"compression": 2.0}}}, "damage.dang_van.compression = 2.0: "),
-    ],
-)
-def test_wrong_keys_are_refused_in_one_line(scene, tables, message):
-    with pytest.raises(BadScene, match=message) as caught:
-        load_scene(scene, tables)
-    assert (
-        len([line for line in str(caught.value).splitlines() if "stresses" in line or "damage" in line]) == 1
-    )
 
 
 def test_fatigue_below_the_surface_needs_no_friction():

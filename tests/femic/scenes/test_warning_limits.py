@@ -65,6 +65,24 @@ LIMITS = {  # scene, changes within the limit, beyond it, the warning there
         SHORT | {"upper": {"rolling_radius": 299.0, "hub_radius": 100.0}},
         r"upper\.rolling_radius = 299: below 300 mm the hub \(radius 100 mm, clamped\)",
     ),
+    "hub that the model reaches": (
+        "flat",
+        SHORT | {"upper": {"rolling_radius": 200.0}} | engine(far_radius=150.0),
+        SHORT | {"upper": {"rolling_radius": 200.0}} | engine(far_radius=170.0),
+        r"upper\.rolling_radius = 200: below 300 mm the hub",
+    ),
+    "line of the solid engine": (
+        "flat",
+        line("x", 1.6, 80.0),
+        line("x", 1.6, 80.0) | SOLID,
+        r"line s = 1\.6 mm: reaches 80 mm",
+    ),
+    "patch of the solid engine": (
+        "flat",
+        SHORT | patch(2.0, 0.2),
+        SHORT | patch(2.0, 0.2) | SOLID,
+        r"patch of aspect 10: on the line s = 0 mm",
+    ),
     "turned surface": (
         "flat",
         line("x", 0.0, 25.0) | {"upper": {"rolling_radius": 501.0}},
