@@ -38,8 +38,11 @@ def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> t
     parts = surfaces(np.stack([rows.points[0], up * rows.points[1]]))
     if surface is None and len(parts) == 1:
         return rows, []
-    listed = "; ".join(f"{number}: {_described(rows, part)}" for number, part in enumerate(parts[:MOST], 1))
-    listed += "; ..." * (len(parts) > MOST)
+    described = []
+    for number, part in enumerate(parts[:MOST], 1):
+        first, last, y = rows.lines[part[0]], rows.lines[part[-1]], rows.points[0, part]
+        described.append(f"{number}: lines {first} to {last}, y = {y.min():.4g} to {y.max():.4g} mm")
+    listed = "; ".join([*described, *["..."] * (len(parts) > MOST)])
     if surface is None:
         raise source.refused(f"surface: there are {len(parts)} ({listed}); give surface = 1 ... {len(parts)}")
     if isinstance(surface, bool) or not isinstance(surface, int) or not 1 <= surface <= len(parts):
@@ -51,12 +54,6 @@ def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> t
             "correct axes: a rail upside down is a groove between its faces"
         )
     return chosen, [f"Surface {surface} of {len(parts)} ({listed})."] * (len(parts) > 1)
-
-
-def _described(rows: Rows, part: Indices) -> str:
-    """Where a surface lies, in the file and in y."""
-    y = rows.points[0, part]
-    return f"lines {rows.lines[part[0]]} to {rows.lines[part[-1]]}, y = {y.min():.4g} to {y.max():.4g} mm"
 
 
 def surfaces(points: Array) -> list[Indices]:
@@ -122,9 +119,6 @@ class Axes:
         return " ".join(word for word in (self.y, self.z) if word) or "nothing"
 
 
-UNKNOWN = Axes()
-
-
 def parse_axes(axes: str | None) -> Axes:
     """Axes from one or two of the words of `CHOICES`, such as "centre down"."""
     words = [] if axes is None else str(axes).lower().split()
@@ -158,9 +152,23 @@ def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tupl
             f"axes: '{stated}' by the format, but the shape looks like '{shape}'; "
             f"give axes, such as '{shape.or_else(stated)}'"
         )
-    axes = _complete(source, given.or_else(stated).or_else(shape))
+    axes = given.or_else(stated).or_else(shape)
+    missing = [
+        " or ".join(f"'{word}' ({CHOICES[word]})" for word in pair)
+        for pair, known in ((("field", "centre"), axes.y), (("up", "down"), axes.z))
+        if known is None
+    ]
+    if missing:
+        raise source.refused(
+            f"axes: neither the file nor the shape shows them all; give axes = {' and '.join(missing)}"
+        )
     _check_kind(source, content.rows.points, kind, axes)
-    return axes, _origins(kind, axes, given, stated)
+    notes = []
+    for word, said, format_has in ((axes.y, given.y, stated.y), (axes.z, given.z, stated.z)):
+        shown = "its head" if kind == "rail" else "its flange"
+        origin = "as given" if said else "by the format" if format_has else f"as {shown} shows"
+        notes.append(f"In the file {CHOICES[str(word)]}, {origin}.")
+    return axes, notes
 
 
 def _check_kind(source: Source, points: Array, kind: Kind, axes: Axes) -> None:
@@ -187,39 +195,16 @@ def _check_kind(source: Source, points: Array, kind: Kind, axes: Axes) -> None:
             )
 
 
-def _complete(source: Source, axes: Axes) -> Axes:
-    """The axes. Raises WrongInput with the choices for what is not known."""
-    missing = [
-        pair for pair, known in ((("field", "centre"), axes.y), (("up", "down"), axes.z)) if known is None
-    ]
-    if missing:
-        choices = " and ".join(
-            " or ".join(f"'{word}' ({CHOICES[word]})" for word in pair) for pair in missing
-        )
-        raise source.refused(f"axes: neither the file nor the shape shows them all; give axes = {choices}")
-    return axes
-
-
-def _origins(kind: Kind, axes: Axes, given: Axes, stated: Axes) -> list[str]:
-    """Notes on each axis and where it comes from."""
-    notes = []
-    mark = "its head" if kind == "rail" else "its flange"
-    for word, said, format_has in ((axes.y, given.y, stated.y), (axes.z, given.z, stated.z)):
-        origin = "as given" if said else "by the format" if format_has else f"as {mark} shows"
-        notes.append(f"In the file {CHOICES[str(word)]}, {origin}.")
-    return notes
-
-
 # --- the shape ---
 
 
 def axes_by_shape(kind: Kind, points: Array) -> Axes:
-    """What the shape of points (2, n) [mm] shows for sure."""
-    return Axes(None, height_of_rail(points)) if kind == "rail" else axes_of_wheel(points)
+    """What the shape of points (2, n) [mm] shows for sure.
 
-
-def height_of_rail(points: Array) -> Height | None:
-    """Where z points: the wide end is the top, and the points lie on its side of the chord of the ends."""
+    The wide end of a rail is its top, and the points lie on its side of the chord of the ends.
+    """
+    if kind == "wheel":
+        return axes_of_wheel(points)
     y, z = points
     low, height, width = np.min(z), np.ptp(z), np.ptp(y)
     top = covered(points, low + (1 - LEVEL) * height, np.inf)
@@ -227,14 +212,19 @@ def height_of_rail(points: Array) -> Height | None:
     rise = z - (z[0] + (z[-1] - z[0]) * (y - y[0]) / (y[-1] - y[0])) if y[-1] != y[0] else z - z[0]
     area = np.sum((rise[1:] + rise[:-1]) / 2 * np.diff(y)) * np.sign(y[-1] - y[0])
     if top >= RATIO * bottom and area > BULGE * width * height:
-        return "up"
-    return "down" if bottom >= RATIO * top and area < -BULGE * width * height else None
+        return Axes(None, "up")
+    return Axes(None, "down") if bottom >= RATIO * top and area < -BULGE * width * height else Axes()
 
 
 def axes_of_wheel(points: Array) -> Axes:
-    """Both axes by the tip of the flange, which lies off the tread, is round, and no end of the points."""
+    """Both axes by the tip of the flange, which lies off the tread, is round, and no end of the points.
+
+    The tread is more than half of a wheel: its height is the one that halves the width covered.
+    """
     y, z = points
-    tread = _middle(points)
+    order = np.argsort(middles := (z[1:] + z[:-1]) / 2)
+    widths = np.cumsum(np.abs(np.diff(y))[order])
+    tread = float(middles[order][np.searchsorted(widths, widths[-1] / 2)])
     tips = [side for side in (1, -1) if _is_tip(np.stack([y, side * (z - tread)]))]
     if len(tips) != 1:
         return Axes()
@@ -251,13 +241,6 @@ def _is_tip(points: Array) -> bool:
     height = np.max(points[1])
     is_end = np.argmax(points[1]) in (0, points.shape[1] - 1)
     return bool(height >= FLANGE and not is_end and covered(points, (1 - TIP) * height, np.inf) >= TIP_WIDTH)
-
-
-def _middle(points: Array) -> float:
-    """Height that halves the width covered: that of the tread, which is more than half of a wheel."""
-    order = np.argsort(middles := (points[1, 1:] + points[1, :-1]) / 2)
-    widths = np.cumsum(np.abs(np.diff(points[0]))[order])
-    return float(middles[order][np.searchsorted(widths, widths[-1] / 2)])
 
 
 def covered(points: Array, low: float, high: float) -> float:

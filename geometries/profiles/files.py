@@ -8,14 +8,13 @@ comments.
 """
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 
 from geometries.errors import WrongInput
-from geometries.profiles.axes import UNKNOWN, Axes, find_axes, one_surface, parse_axes, turned
+from geometries.profiles.axes import Axes, find_axes, one_surface, parse_axes, turned
 from geometries.profiles.miniprof import is_miniprof, read_miniprof
 from geometries.profiles.preparation import SelfIntersection, first_crossing
 from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, parse_rows, point, row
@@ -46,16 +45,6 @@ TEXTS = ("", ".txt", ".csv", ".dat", ".tab", ".rail", ".wheel")  # endings of tw
 ENDINGS: dict[str, Kind] = {".prr": "rail", ".prw": "wheel"}
 
 
-@dataclass(frozen=True)
-class Arguments:
-    """Arguments of `read_profile`."""
-
-    kind: Kind | None = None
-    axes: Axes = UNKNOWN
-    unit: str | None = None
-    surface: int | None = None
-
-
 def read_profile(
     path: str | Path,
     kind: Kind | None = None,
@@ -83,9 +72,13 @@ def read_profile(
     Raises WrongInput with the path, the line and the remedy for what cannot be read, and with the argument
     and its choices for what has to be given. What was done is in `notes` of the profile.
     """
-    given = _checked(kind, axes, unit, surface)
+    if kind is not None and kind not in get_args(Kind):
+        raise WrongInput(f"kind = {kind!r}: must be 'rail' or 'wheel'")
+    if unit is not None and unit not in UNITS:
+        raise WrongInput(f"unit = {unit!r}: must be 'mm', 'm' or 'inch'")
+    given = parse_axes(axes)
     source = read_source(Path(path))
-    return _interpret(source, _content(source), given)
+    return _interpret(source, _read_content(source), kind, given, unit=unit, surface=surface)
 
 
 def write_profile(profile: Profile, path: str | Path) -> None:
@@ -99,7 +92,7 @@ def write_profile(profile: Profile, path: str | Path) -> None:
         raise WrongInput(f"path = '{path}': the name of a {profile.kind}'s file must end in {ending}")
     text = block_text(profile)
     source = parse_source(path, text.encode())
-    again = _interpret(source, read_spline_block(source), Arguments(profile.kind, Axes("field", "down")))
+    again = _interpret(source, read_spline_block(source), profile.kind, Axes("field", "down"))
     if not np.array_equal(again.points, profile.points):
         raise WrongInput(
             f"{path}: {profile.points.shape[1]} points, {again.points.shape[1]} when read back: "
@@ -114,47 +107,47 @@ def write_profile(profile: Profile, path: str | Path) -> None:
         raise WrongInput(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def _checked(kind: Kind | None, axes: str | None, unit: str | None, surface: int | None) -> Arguments:
-    """The arguments. Raises WrongInput for arguments that are none of the choices."""
-    if kind is not None and kind not in get_args(Kind):
-        raise WrongInput(f"kind = {kind!r}: must be 'rail' or 'wheel'")
-    if unit is not None and unit not in UNITS:
-        raise WrongInput(f"unit = {unit!r}: must be 'mm', 'm' or 'inch'")
-    return Arguments(kind, parse_axes(axes), unit, surface)
-
-
-def _content(source: Source) -> Content:
-    """What the file says, by its format."""
-    if source.path.suffix.lower() in (".slcs", ".slcw"):
+def _read_content(source: Source) -> Content:
+    """What the file says, by its format. Raises WrongInput where it begins like none of the formats."""
+    ending = source.path.suffix
+    if ending.lower() in (".slcs", ".slcw"):
         raise source.refused("a list of sections: read_sections and read_section read it")
     if is_spline_block(source):
         return read_spline_block(source)
     if is_miniprof(source):
         return read_miniprof(source)
-    _check_ending(source)
-    return read_columns(source)
-
-
-def _check_ending(source: Source) -> None:
-    """Raise WrongInput for a file of an unknown ending that begins like none of the formats."""
     first = next((text for line in source.lines if (text := uncommented(line, COMMENTS))), "")
-    ending = source.path.suffix
     if ending.lower() not in TEXTS and not any(is_number(field) for field in first.split()):
         raise source.refused(
             f"ending '{ending}', which is none of a format of profiles, and no text of one: it begins with "
             f"{shortened(first)}; export the profile as .ban or .whl (MiniProf), as .prr or .prw (spline "
             "block), or as two columns .txt"
         )
+    return read_columns(source)
 
 
-def _interpret(source: Source, content: Content, given: Arguments) -> Profile:
+def _interpret(  # noqa: PLR0913
+    source: Source,
+    content: Content,
+    kind: Kind | None,
+    axes: Axes,
+    *,
+    unit: str | None = None,
+    surface: int | None = None,
+) -> Profile:
     """Profile in millimetres and in the axes of this program, from a file and the arguments."""
     _check_count(source, content.rows)
-    kind, surface = _kind(source, content, given.kind), given.surface
-    factor, notes = _unit(source, content, given.unit)
+    if content.kind and kind and content.kind != kind:
+        raise source.refused(
+            f"kind = '{kind}': it is a {content.kind} by its header or its name; correct one of them"
+        )
+    kind = kind or content.kind
+    if kind is None:
+        raise source.refused("kind: the file does not say it; give kind = 'rail' or 'wheel'")
+    factor, notes = _find_unit(source, content, unit)
     rows, cleaned = _clean(source, content.rows.scaled(factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
-    axes, seen = find_axes(source, in_mm, kind, given.axes)
+    axes, seen = find_axes(source, in_mm, kind, axes)
     if kind == "rail" or surface is not None:
         rows, chosen = one_surface(source, rows, 1.0 if axes.z == "up" else -1.0, surface)
         seen += chosen
@@ -165,50 +158,35 @@ def _interpret(source: Source, content: Content, given: Arguments) -> Profile:
     return Profile(kind, rows.points, source.path.stem, all_notes, rows.steps)
 
 
-def _kind(source: Source, content: Content, given: Kind | None) -> Kind:
-    """Kind. Raises WrongInput where it is not known, and where file and argument differ."""
-    if content.kind is None and given is None:
-        raise source.refused("kind: the file does not say it; give kind = 'rail' or 'wheel'")
-    if content.kind and given and content.kind != given:
-        raise source.refused(
-            f"kind = '{given}': it is a {content.kind} by its header or its name; correct one of them"
-        )
-    kind = given or content.kind
-    assert kind is not None
-    return kind
+def _find_unit(source: Source, content: Content, given: str | None) -> tuple[float, list[str]]:
+    """Length of the unit [mm] and a note. Raises WrongInput where it is not known or cannot be.
 
-
-def _unit(source: Source, content: Content, given: str | None) -> tuple[float, list[str]]:
-    """Length of the unit [mm] and a note. Raises WrongInput where it is not known or cannot be."""
+    Neither given nor stated, it is the one in which the width is that of a rail or a wheel.
+    """
     width = float(np.ptp(content.rows.points[0]))
-    stated = content.unit or 0.0
-    if content.unit_is_key and given and not math.isclose(UNITS[given], stated, rel_tol=SAME_UNIT):
-        raise source.refused(
-            f"unit = '{given}': units.len.f says otherwise; leave unit out, or correct the file"
-        )
-    if given or content.unit:
-        factor = UNITS[given] if given and not content.unit_is_key else stated
-        origin = "by units.len.f" if content.unit_is_key else "as given" if given else "by the format"
+    choices = "give unit = 'mm', 'm' or 'inch'"
+    if content.unit and content.unit_is_key:
+        factor, origin, remedy = content.unit, "by units.len.f", "correct units.len.f"
+        if given and not math.isclose(UNITS[given], factor, rel_tol=SAME_UNIT):
+            raise source.refused(
+                f"unit = '{given}': units.len.f says otherwise; leave unit out, or correct the file"
+            )
+    elif given:
+        factor, origin, remedy = UNITS[given], "as given", choices
+    elif content.unit:
+        factor, origin, remedy = content.unit, "by the format", choices
     else:
-        factor, origin = _unit_by_size(source, width), "as its size shows"
-    remedy = "correct units.len.f" if content.unit_is_key else "give unit = 'mm', 'm' or 'inch'"
+        low, high = USUAL_WIDTHS
+        fitting = [factor for factor in UNITS.values() if low <= width * factor <= high]
+        if len(fitting) != 1:
+            raise source.refused(f"unit: y extends over {width:.4g}, which does not show the unit; {choices}")
+        factor, origin, remedy = fitting[0], "as its size shows", choices
     if not WIDTHS[0] <= width * factor <= WIDTHS[1]:
         raise source.refused(
             f"unit: y extends over {width * factor:.4g} mm with the unit {origin}; profiles have "
             f"{WIDTHS[0]:g} to {WIDTHS[1]:g} mm: {remedy}"
         )
     return factor, [f"1 unit of the file is {factor:g} mm, {origin}."]
-
-
-def _unit_by_size(source: Source, width: float) -> float:
-    """The unit [mm] in which the width is one of a rail or a wheel."""
-    low, high = USUAL_WIDTHS
-    fitting = [factor for factor in UNITS.values() if low <= width * factor <= high]
-    if len(fitting) != 1:
-        raise source.refused(
-            f"unit: y extends over {width:.4g}, which does not show the unit; give unit = 'mm', 'm' or 'inch'"
-        )
-    return fitting[0]
 
 
 def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
@@ -223,7 +201,24 @@ def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
             int(rows.lines[fold]),
             "the points turn back here; they must go along the surface, in one direction",
         )
-    _check_crossing(source, rows)
+    try:
+        crossing = first_crossing(rows.points)
+    except SelfIntersection:
+        raise source.refused(
+            "the points lie on each other in many places; they must go along the surface, once"
+        ) from None
+    if crossing is not None:
+        k, m = crossing
+        ends = rows.points[:, [0, -1]]
+        if k == 0 and m == rows.count - 2 and math.dist(*ends.T.tolist()) <= DUPLICATE:
+            raise source.wrong(
+                int(rows.lines[-1]), "the outline is closed; keep the running surface, from face to face"
+            )
+        raise source.wrong(
+            int(rows.lines[m]),
+            f"the contour crosses itself: with lines {rows.lines[k]} to {rows.lines[k + 1]}; sort the points "
+            "along the surface, or delete wrong ones",
+        )
     return rows, repeated + zigzags + again
 
 
@@ -233,29 +228,6 @@ def _check_count(source: Source, rows: Rows) -> None:
         raise source.wrong(
             int(rows.lines[-1]), f"{rows.count} points are left; a profile needs {LEAST_POINTS} or more"
         )
-
-
-def _check_crossing(source: Source, rows: Rows) -> None:
-    """Raise WrongInput for a contour that crosses or touches itself."""
-    try:
-        crossing = first_crossing(rows.points)
-    except SelfIntersection:
-        raise source.refused(
-            "the points lie on each other in many places; they must go along the surface, once"
-        ) from None
-    if crossing is None:
-        return
-    k, m = crossing
-    ends = rows.points[:, [0, -1]]
-    if k == 0 and m == rows.count - 2 and math.dist(*ends.T.tolist()) <= DUPLICATE:
-        raise source.wrong(
-            int(rows.lines[-1]), "the outline is closed; keep the running surface, from face to face"
-        )
-    raise source.wrong(
-        int(rows.lines[m]),
-        f"the contour crosses itself: with lines {rows.lines[k]} to {rows.lines[k + 1]}; sort the points "
-        "along the surface, or delete wrong ones",
-    )
 
 
 # --- two columns ---
